@@ -1,0 +1,96 @@
+"""What goes wrong, in one family: every error mecanique raises on purpose is a `MecaniqueError`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
+__all__ = [
+    "ClosureError",
+    "DerivationError",
+    "EngineError",
+    "InputError",
+    "IntegrationError",
+    "MecaniqueError",
+    "MechanismError",
+    "UnknownNameError",
+    "UrdfError",
+]
+
+
+class MecaniqueError(Exception):
+    """Root of all errors mecanique raises on purpose."""
+
+
+class InputError(MecaniqueError, ValueError):
+    """An argument is not what is expected: it says what was expected and what was given."""
+
+
+class UnknownNameError(InputError):
+    """A name that does not exist.
+
+    Args:
+        kind: what the name should have named, e.g. "system" or "coordinate".
+        name: the name given.
+        known: the names that exist.
+    """
+
+    def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
+        self.kind = kind
+        self.name = str(name)
+        self.known = tuple(known)
+        self.near = tuple(get_close_matches(self.name, self.known, n=3, cutoff=0.5))
+        hint = f"did you mean {' or '.join(map(repr, self.near))}?" if self.near else f"known: {_list(self.known)}"
+        super().__init__(f"unknown {kind} {self.name!r}; {hint}")
+
+
+class MechanismError(MecaniqueError):
+    """A mechanism that is not sound; it carries every fault found, not only the first.
+
+    Args:
+        name: the mechanism's name.
+        faults: one sentence per fault, each naming the body, joint or force at fault.
+    """
+
+    def __init__(self, name: str, faults: Sequence[str]) -> None:
+        self.name = name
+        self.faults = tuple(faults)
+        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
+        super().__init__("\n  ".join([f"mechanism {name!r} has {count}:", *self.faults]))
+
+
+class UrdfError(MecaniqueError):
+    """A URDF text that cannot be read, or a mechanism that cannot be written as one.
+
+    Args:
+        message: what is wrong and what to do.
+        file: the file's name, if there is one.
+        line: the line, counted from 1.
+    """
+
+    def __init__(self, message: str, *, file: str | None = None, line: int | None = None) -> None:
+        self.file = file
+        self.line = line
+        place = ":".join(str(part) for part in (file, line) if part is not None)
+        super().__init__(f"{place}: {message}" if place else message)
+
+
+class DerivationError(MecaniqueError):
+    """The in-house derivation cannot be carried out in the form asked for."""
+
+
+class ClosureError(MecaniqueError):
+    """A loop that cannot be closed, or whose closure leaves the motion undetermined."""
+
+
+class EngineError(MecaniqueError):
+    """Pinocchio refused the mechanism, or would answer it wrongly."""
+
+
+class IntegrationError(MecaniqueError):
+    """The integration of a motion stopped before its end."""
+
+
+def _list(names: Sequence[str], most: int = 12) -> str:
+    shown = ", ".join(names[:most]) or "none"
+    return f"{shown}, … ({len(names)} in all)" if len(names) > most else shown

@@ -1,0 +1,95 @@
+"""What a mechanism is: parameters, shapes, bodies, joints, forces, coordinates. Frozen, pure data."""
+
+from mecanique.model.bodies import Body
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import coordinate, time, velocity
+from mecanique.model.forces import (
+    AnyForce,
+    Damper,
+    Force,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from mecanique.model.joints import (
+    Fixed,
+    Floating,
+    Joint,
+    Limits,
+    Planar,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Input, Parameter, Record
+from mecanique.model.placement import Placement
+from mecanique.model.shapes import (
+    Shape,
+    ball,
+    bar,
+    box,
+    cloud,
+    cone,
+    cylinder,
+    disk,
+    massless,
+    particle,
+    plate,
+    ring,
+    rod,
+    shell,
+)
+from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
+
+__all__ = [
+    "AnyForce",
+    "Body",
+    "Box",
+    "Coordinates",
+    "Cylinder",
+    "Damper",
+    "Fixed",
+    "Floating",
+    "Force",
+    "Input",
+    "Joint",
+    "JointDamper",
+    "JointForce",
+    "JointSpring",
+    "Limits",
+    "Mechanism",
+    "Mesh",
+    "Parameter",
+    "Placement",
+    "Planar",
+    "Prismatic",
+    "Record",
+    "Revolute",
+    "Shape",
+    "Sphere",
+    "Spherical",
+    "Spring",
+    "Torque",
+    "Universal",
+    "Visual",
+    "ball",
+    "bar",
+    "box",
+    "cloud",
+    "cone",
+    "coordinate",
+    "cylinder",
+    "disk",
+    "massless",
+    "particle",
+    "plate",
+    "ring",
+    "rod",
+    "shell",
+    "time",
+    "velocity",
+]

@@ -1,0 +1,66 @@
+"""Bodies: rigid, each with a frame of its own."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import final
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar
+from mecanique.model.shapes import Inertia, Shape, combined
+from mecanique.model.visuals import Visual
+
+__all__ = ["Body"]
+
+
+@final
+class Body:
+    """A rigid body: a name and the shapes it is made of, in its own frame.
+
+    Args:
+        name: its name, as link name in URDF.
+        shapes: its pieces; none makes a massless body that is not drawn.
+
+    Raises:
+        InputError: if a piece is not a shape.
+    """
+
+    def __init__(self, name: str, *shapes: Shape) -> None:
+        for shape in shapes:
+            if not isinstance(shape, Shape):
+                raise InputError(f"expected shapes for body {name!r}, got {shape!r}")
+        self.name = name
+        self.shapes = shapes
+
+    @cached_property
+    def _whole(self) -> Shape:
+        return combined(self.shapes)
+
+    @property
+    def mass(self) -> Scalar:
+        """Mass [kg]."""
+        return self._whole.mass
+
+    @property
+    def center(self) -> tuple[Scalar, Scalar, Scalar]:
+        """Center of mass in the body's frame, shape (3,) [m]."""
+        return self._whole.center
+
+    @property
+    def inertia(self) -> Inertia:
+        """Entries ixx, iyy, izz, ixy, ixz, iyz about the center of mass, in body axes [kg·m²]."""
+        return self._whole.inertia
+
+    @property
+    def visuals(self) -> tuple[Visual, ...]:
+        """What is drawn of it."""
+        return self._whole.visuals
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Body) and (self.name, self.shapes) == (other.name, other.shapes)
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.shapes))
+
+    def __repr__(self) -> str:
+        return f"Body({', '.join(map(repr, (self.name, *self.shapes)))})"

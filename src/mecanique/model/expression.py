@@ -1,0 +1,214 @@
+"""Scalars of a description: numbers, parameters and expressions in parameters, coordinates and time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+
+__all__ = [
+    "FUNCTIONS",
+    "Scalar",
+    "Vector",
+    "compiled",
+    "coordinate",
+    "evaluate",
+    "finite",
+    "plain",
+    "symbols_in",
+    "time",
+    "velocity",
+]
+
+Scalar: TypeAlias = Any
+"""A float, a `Parameter`, an `Input` or a sympy expression in their symbols."""
+
+Vector: TypeAlias = Sequence[Scalar]
+"""Three scalars: components along x, y, z."""
+
+FUNCTIONS = (
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sqrt",
+    "exp",
+    "log",
+    "Abs",
+    "sign",
+    "tanh",
+)
+"""The functions an expression may contain, by their sympy names."""
+
+_NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "Abs": "abs"}
+
+
+def coordinate(name: str) -> Scalar:
+    """Return the symbol of a generalized coordinate, for use in expressions.
+
+    Args:
+        name: the coordinate's name, e.g. "q".
+    """
+    from sympy import Symbol
+
+    return Symbol(name)
+
+
+def velocity(name: str) -> Scalar:
+    """Return the symbol of a generalized velocity, for use in expressions.
+
+    Args:
+        name: the name of the coordinate whose rate it is, e.g. "q" for q'.
+    """
+    from sympy import Symbol
+
+    return Symbol(f"{name}'")
+
+
+def time() -> Scalar:
+    """Return the symbol of time, t, for use in expressions."""
+    from sympy import Symbol
+
+    return Symbol("t")
+
+
+def plain(scalar: Scalar) -> Scalar:
+    """Return a scalar as a float or a sympy expression.
+
+    Args:
+        scalar: a number, a parameter, an input or a sympy expression.
+
+    Raises:
+        InputError: if it is none of these.
+    """
+    if isinstance(scalar, (bool, np.bool_, str)):
+        raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}")
+    if isinstance(scalar, (int, float, np.integer, np.floating)):
+        return float(scalar)
+    convert = getattr(scalar, "_sympy_", None)
+    if convert is not None:
+        return convert()
+    if hasattr(scalar, "free_symbols"):
+        return scalar
+    raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}")
+
+
+def symbols_in(scalar: Scalar) -> frozenset[str]:
+    """Return the names of the symbols a scalar depends on."""
+    scalar = plain(scalar)
+    return frozenset() if isinstance(scalar, float) else frozenset(s.name for s in scalar.free_symbols)
+
+
+def evaluate(
+    scalar: Scalar,
+    values: Mapping[str, Any],
+    *,
+    function: Callable[[str], Callable[..., Any]] | None = None,
+    number: Callable[[Any], Any] = float,
+) -> Any:
+    """Evaluate a scalar in any arithmetic: floats, arrays, jets or series.
+
+    Args:
+        scalar: the number or expression.
+        values: value of each symbol, by name.
+        function: gives the function of a sympy name, e.g. "sin"; numpy's by default.
+        number: turns a constant (a float or a sympy number) into the arithmetic's own.
+
+    Raises:
+        UnknownNameError: if a symbol has no value.
+        InputError: if the expression holds a function that is not in `FUNCTIONS`.
+    """
+    scalar = plain(scalar)
+    if isinstance(scalar, float) or scalar.is_number:
+        return number(scalar)
+    if scalar.is_Symbol:
+        if scalar.name not in values:
+            raise UnknownNameError("symbol", scalar.name, values)
+        return values[scalar.name]
+    if scalar.is_Pow and scalar.exp.is_number:
+        base = evaluate(scalar.base, values, function=function, number=number)
+        if scalar.exp == _half():
+            return (function or _numpy_function)("sqrt")(base)
+        if scalar.exp == -_half():
+            return 1 / (function or _numpy_function)("sqrt")(base)
+        return base ** (int(scalar.exp) if scalar.exp.is_Integer else float(scalar.exp))
+    terms = [evaluate(term, values, function=function, number=number) for term in scalar.args]
+    if scalar.is_Add:
+        return sum(terms[1:], terms[0])
+    if scalar.is_Mul:
+        product = terms[0]
+        for term in terms[1:]:
+            product = product * term
+        return product
+    if scalar.is_Pow:
+        return terms[0] ** terms[1]
+    name = type(scalar).__name__
+    if name not in FUNCTIONS:
+        raise InputError(f"expected functions among {', '.join(FUNCTIONS)}, got {name} in {scalar}")
+    return (function or _numpy_function)(name)(*terms)
+
+
+def compiled(scalars: Iterable[Scalar], names: Sequence[str]) -> Callable[..., tuple[float, ...]]:
+    """Compile scalars to one plain Python function of floats, with common subexpressions shared.
+
+    Args:
+        scalars: what to compute.
+        names: names of the symbols that become its positional arguments, in order.
+
+    Raises:
+        UnknownNameError: if a scalar holds a symbol that is not among the names.
+    """
+    scalars = [plain(scalar) for scalar in scalars]
+    for scalar in scalars:
+        for name in symbols_in(scalar):
+            if name not in names:
+                raise UnknownNameError("symbol", name, names)
+    if all(isinstance(scalar, float) for scalar in scalars):
+        constants = tuple(scalars)
+        return lambda *_: constants
+    from sympy import Symbol, lambdify, sympify
+
+    arguments = [Symbol(name) for name in names]
+    function: Callable[..., tuple[float, ...]] = lambdify(
+        arguments, tuple(sympify(s) for s in scalars), modules=["math"], cse=True
+    )
+    return function
+
+
+def _half() -> Any:
+    from sympy import Rational
+
+    return Rational(1, 2)
+
+
+def _numpy_function(name: str) -> Callable[..., Any]:
+    function: Callable[..., Any] = getattr(np, _NUMPY_NAMES.get(name, name))
+    return function
+
+
+def finite(value: object, what: str) -> float:
+    """Return a value as a float, or raise.
+
+    Args:
+        value: the number given.
+        what: what it is, for the message, e.g. "value of parameter m".
+
+    Raises:
+        InputError: if it is not a finite real number.
+    """
+    try:
+        if isinstance(value, (bool, str)):
+            raise TypeError
+        number = float(value)  # type: ignore[arg-type]  # anything with __float__ is welcome, the rest raises
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(f"expected a finite number for {what}, got {value!r}") from None
+    if not math.isfinite(number):
+        raise InputError(f"expected a finite number for {what}, got {value!r}")
+    return number

@@ -1,0 +1,232 @@
+"""A mechanism: bodies, joints, forces and coordinates, frozen and sound."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, TypeVar, final
+
+import numpy as np
+
+from mecanique.errors import InputError, MechanismError, UnknownNameError
+from mecanique.model.bodies import Body
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import Scalar, evaluate, finite
+from mecanique.model.forces import AnyForce
+from mecanique.model.joints import Floating, Joint, Spherical
+from mecanique.model.parameters import Input, Parameter
+from mecanique.model.placement import vector
+from mecanique.model.validation import faults
+
+__all__ = ["Mechanism"]
+
+
+@final
+@dataclass(frozen=True)
+class Mechanism:
+    """A mechanism described once; what can be built is sound.
+
+    Args:
+        name: its name, as robot name in URDF.
+        bodies: all bodies, the ground included.
+        joints: a tree from the ground to every other body.
+        forces: springs, dampers and loads.
+        parameters: every parameter the expressions use.
+        inputs: every named signal the expressions use.
+        coordinates: generalized coordinates and their map; the joints' own by default.
+        gravity: shape (3,), acceleration of free fall in world axes [m/s²].
+        ground: name of the body that is fixed in the inertial frame; its frame is the world's.
+
+    Raises:
+        MechanismError: with every fault found.
+    """
+
+    name: str
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    forces: tuple[AnyForce, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    coordinates: Coordinates = field(default=Coordinates(()))
+    gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
+    ground: str = "ground"
+
+    def __post_init__(self) -> None:
+        for name in ("bodies", "joints", "forces", "parameters", "inputs"):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
+        driven = self.coordinates.driven
+        free = [name for joint in self.joints for name in joint.coordinates if name not in driven]
+        names = (*self.coordinates.names, *(name for name in free if name not in self.coordinates.names))
+        object.__setattr__(self, "coordinates", Coordinates(names, self.coordinates.map))
+        found = faults(self)
+        if found:
+            raise MechanismError(self.name, found)
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Value of each parameter, by symbol."""
+        return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    @cached_property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the generalized velocities v, in order: q' for a coordinate q, components for a quaternion's."""
+        quasi = {joint.coordinates[0]: joint for joint in self.joints if isinstance(joint, (Spherical, Floating))}
+        inside = {name for joint in quasi.values() for name in joint.coordinates}
+        names: list[str] = []
+        for coordinate in self.coordinates:
+            if coordinate in quasi:
+                names.extend(quasi[coordinate].velocities)
+            elif coordinate not in inside:
+                names.append(f"{coordinate}'")
+        return tuple(names)
+
+    @property
+    def nq(self) -> int:
+        """Number of generalized coordinates."""
+        return len(self.coordinates)
+
+    @property
+    def nv(self) -> int:
+        """Number of generalized velocities."""
+        return len(self.velocities)
+
+    @cached_property
+    def tree(self) -> tuple[Joint, ...]:
+        """The joints, each after the one that carries its parent."""
+        order: list[Joint] = []
+        placed = {self.ground}
+        waiting = list(self.joints)
+        while waiting:
+            ready = [joint for joint in waiting if joint.parent in placed]
+            order.extend(ready)
+            placed.update(joint.child for joint in ready)
+            waiting = [joint for joint in waiting if joint.child not in placed]
+        return tuple(order)
+
+    def body(self, name: str) -> Body:
+        """Return a body by name.
+
+        Raises:
+            UnknownNameError: if there is none.
+        """
+        return _lookup("body", name, {body.name: body for body in self.bodies})
+
+    def joint(self, name: str) -> Joint:
+        """Return a joint by name.
+
+        Raises:
+            UnknownNameError: if there is none.
+        """
+        return _lookup("joint", name, {joint.name: joint for joint in self.joints})
+
+    def evaluate(self, scalar: Scalar) -> float:
+        """Return the number of a scalar in the parameters alone.
+
+        Args:
+            scalar: a number or an expression in the parameters.
+        """
+        return float(evaluate(scalar, self.values))
+
+    def neutral(self) -> np.ndarray:
+        """Return the position with every coordinate zero and every quaternion one, shape (nq,)."""
+        ones = {j.coordinates[-1] for j in self.joints if isinstance(j, (Spherical, Floating))}
+        return np.array([1.0 if name in ones else 0.0 for name in self.coordinates])
+
+    def position(self, q: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
+        """Return positions as an array, shape (nq,).
+
+        Args:
+            q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w one), or None.
+
+        Raises:
+            InputError: if the shape is wrong, a number is not finite or a quaternion has no length.
+            UnknownNameError: if a name is no coordinate.
+        """
+        q = _filled(q, self.coordinates.names, "coordinate", self.neutral())
+        for joint in self.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                at = [self.coordinates.index(name) for name in joint.coordinates[-4:]]
+                length = float(np.linalg.norm(q[at]))
+                if not 1e-9 < length < 1e9:
+                    raise InputError(f"expected a unit quaternion for joint {joint.name!r}, got {q[at].tolist()}")
+                q[at] /= length
+        return q
+
+    def velocity(self, v: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
+        """Return velocities as an array, shape (nv,).
+
+        Args:
+            v: shape (nv,), or values by velocity name, q or q' (those left out are zero), or None.
+
+        Raises:
+            InputError: if the shape is wrong or a number is not finite.
+            UnknownNameError: if a name is no velocity.
+        """
+        if isinstance(v, Mapping):
+            v = {f"{name}'" if f"{name}'" in self.velocities else name: value for name, value in v.items()}
+        return _filled(v, self.velocities, "velocity", np.zeros(self.nv))
+
+    def replace(self, name: str | None = None, /, **values: float) -> Mechanism:
+        """Return a copy with other parameter values.
+
+        Args:
+            name: another name for the copy, if any.
+            values: new value of each parameter to change, by symbol.
+
+        Raises:
+            UnknownNameError: if a symbol is no parameter.
+            InputError: if a value is not finite.
+            MechanismError: if the copy is not sound.
+        """
+        for symbol in values:
+            if symbol not in self.values:
+                raise UnknownNameError("parameter", symbol, self.values)
+        parameters = tuple(p.with_value(values.get(p.symbol, p.value)) for p in self.parameters)
+        return replace(self, name=self.name if name is None else name, parameters=parameters)
+
+    def __repr__(self) -> str:
+        return (
+            f"<Mechanism {self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
+            f"{len(self.forces)} forces, q = ({', '.join(self.coordinates)})>"
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+
+_T = TypeVar("_T")
+
+
+def _lookup(kind: str, name: str, known: dict[str, _T]) -> _T:
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
+    return known[name]
+
+
+def _filled(
+    given: Sequence[float] | np.ndarray | Mapping[str, float] | None,
+    names: tuple[str, ...],
+    kind: str,
+    default: np.ndarray,
+) -> np.ndarray:
+    array: np.ndarray = default.copy()
+    if given is None:
+        return array
+    if isinstance(given, Mapping):
+        for name, value in given.items():
+            if name not in names:
+                raise UnknownNameError(kind, name, names)
+            array[names.index(name)] = finite(value, f"{kind} {name}")
+        return array
+    try:
+        numbers: np.ndarray = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"expected {len(names)} numbers for the {kind} values, got {given!r}") from None
+    if numbers.shape != array.shape:
+        listed = ", ".join(names[:8])
+        raise InputError(f"expected shape ({len(names)},) for the {kind} values ({listed}), got {numbers.shape}")
+    if not np.isfinite(numbers).all():
+        raise InputError(f"expected finite {kind} values, got {numbers.tolist()}")
+    return numbers

@@ -1,0 +1,171 @@
+"""Parameters and inputs: the named quantities a description is written in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in
+
+__all__ = ["Input", "Parameter", "Record"]
+
+
+class _Named:
+    """Arithmetic of a named quantity: the result is a sympy expression in its symbol."""
+
+    symbol: str
+
+    def _sympy_(self) -> Any:
+        from sympy import Symbol
+
+        return Symbol(self.symbol)
+
+    def __add__(self, other: Scalar) -> Any:
+        return self._sympy_() + _exact(other)
+
+    def __radd__(self, other: Scalar) -> Any:
+        return _exact(other) + self._sympy_()
+
+    def __sub__(self, other: Scalar) -> Any:
+        return self._sympy_() - _exact(other)
+
+    def __rsub__(self, other: Scalar) -> Any:
+        return _exact(other) - self._sympy_()
+
+    def __mul__(self, other: Scalar) -> Any:
+        return self._sympy_() * _exact(other)
+
+    def __rmul__(self, other: Scalar) -> Any:
+        return _exact(other) * self._sympy_()
+
+    def __truediv__(self, other: Scalar) -> Any:
+        return self._sympy_() / _exact(other)
+
+    def __rtruediv__(self, other: Scalar) -> Any:
+        return _exact(other) / self._sympy_()
+
+    def __pow__(self, other: Scalar) -> Any:
+        return self._sympy_() ** _exact(other)
+
+    def __neg__(self) -> Any:
+        return -self._sympy_()
+
+
+@final
+@dataclass(frozen=True)
+class Parameter(_Named):
+    """A named constant of a mechanism; arithmetic with it gives sympy expressions.
+
+    Args:
+        symbol: the letter it has in equations, e.g. "m1".
+        value: its number, in the unit.
+        unit: its SI unit, e.g. "kg"; "1" for a pure number.
+        meaning: what it is, in a few words.
+
+    Raises:
+        InputError: if the symbol is empty or the value is not finite.
+    """
+
+    symbol: str
+    value: float
+    unit: str = "1"
+    meaning: str = ""
+
+    def __post_init__(self) -> None:
+        _check_symbol(self.symbol, "parameter")
+        object.__setattr__(self, "value", finite(self.value, f"parameter {self.symbol}"))
+
+    def with_value(self, value: float) -> Parameter:
+        """Return the same parameter with another value [unit of the parameter]."""
+        return replace(self, value=value)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Record:
+    """A sampled signal, e.g. an earthquake record; linear between samples, constant outside.
+
+    Args:
+        times: shape (n,), increasing [s].
+        values: shape (n,), in the unit of the input.
+
+    Raises:
+        InputError: if the shapes differ, a number is not finite or the times do not increase.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+
+    def __post_init__(self) -> None:
+        times, values = np.array(self.times, dtype=float), np.array(self.values, dtype=float)
+        if times.ndim != 1 or times.shape != values.shape or not len(times):
+            raise InputError(f"expected times and values of one shape (n,), got {times.shape} and {values.shape}")
+        if not (np.isfinite(times).all() and np.isfinite(values).all()):
+            raise InputError("expected finite times and values in a record")
+        if (np.diff(times) <= 0).any():
+            raise InputError("expected increasing times in a record")
+        times.flags.writeable = values.flags.writeable = False
+        object.__setattr__(self, "times", times)
+        object.__setattr__(self, "values", values)
+
+    def __call__(self, t: float) -> float:
+        """Return the value at time t [s]."""
+        return float(np.interp(t, self.times, self.values))
+
+
+@final
+@dataclass(frozen=True)
+class Input(_Named):
+    """A named signal F(t) that a force or a prescribed motion follows; equations show its symbol.
+
+    Args:
+        symbol: the letter it has in equations, e.g. "F".
+        signal: a number, an expression in t and parameters, a `Record`, or a function of t [s].
+        unit: its SI unit.
+        meaning: what it is, in a few words.
+    """
+
+    symbol: str
+    signal: Scalar | Record | Callable[[float], float] = 0.0
+    unit: str = "1"
+    meaning: str = ""
+
+    def __post_init__(self) -> None:
+        _check_symbol(self.symbol, "input")
+        if not callable(self.signal):
+            signal = plain(self.signal)
+            object.__setattr__(self, "signal", finite(signal, self.symbol) if isinstance(signal, float) else signal)
+
+    @property
+    def symbols(self) -> frozenset[str]:
+        """Names of the symbols its signal depends on."""
+        return frozenset() if callable(self.signal) else symbols_in(self.signal)
+
+    def function(self, values: dict[str, float]) -> Callable[[float], float]:
+        """Return the signal as a function of t [s].
+
+        Args:
+            values: value of each parameter, by symbol.
+        """
+        signal = self.signal
+        if callable(signal):
+            return signal
+        if isinstance(signal, float):
+            return lambda _: signal
+        return lambda t: float(evaluate(signal, {**values, "t": t}))
+
+
+def _check_symbol(symbol: object, kind: str) -> None:
+    if not (isinstance(symbol, str) and symbol.isidentifier()):
+        raise InputError(f"expected a letter or word as symbol of a {kind}, e.g. 'm1', got {symbol!r}")
+    if symbol == "t":
+        raise InputError(f"expected another symbol for a {kind} than 't', which is time")
+
+
+def _exact(other: Scalar) -> Scalar:
+    """Keep whole numbers whole, so that m*l**2/12 stays exact."""
+    return int(other) if isinstance(other, (int, np.integer)) and not isinstance(other, bool) else plain(other)

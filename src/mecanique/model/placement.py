@@ -1,0 +1,101 @@
+"""Where one frame stands in another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, TypeAlias, final
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, Vector, plain
+
+__all__ = ["Matrix3", "Placement", "rotated", "rotation", "vector"]
+
+Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
+"""Three rows of three scalars."""
+
+
+@final
+@dataclass(frozen=True)
+class Placement:
+    """Pose of a frame in its parent: first turned by roll, pitch, yaw about the fixed x, y, z, then moved.
+
+    Args:
+        xyz: shape (3,), position of the origin [m].
+        rpy: shape (3,), roll, pitch and yaw [rad], as in URDF.
+
+    Raises:
+        InputError: if one of them has not three components.
+    """
+
+    xyz: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)
+    rpy: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "xyz", vector(self.xyz, "position xyz"))
+        object.__setattr__(self, "rpy", vector(self.rpy, "angles rpy"))
+
+    @property
+    def rotation(self) -> Matrix3:
+        """Rotation matrix, rows of scalars."""
+        return rotation(self.rpy)
+
+
+def vector(components: Vector, what: str) -> tuple[Scalar, Scalar, Scalar]:
+    """Return three components as plain scalars.
+
+    Args:
+        components: shape (3,).
+        what: what the vector is, for the message.
+
+    Raises:
+        InputError: if there are not three.
+    """
+    try:
+        x, y, z = components
+    except (TypeError, ValueError):
+        raise InputError(f"expected three components for {what}, got {components!r}") from None
+    return plain(x), plain(y), plain(z)
+
+
+def rotation(rpy: Vector) -> Matrix3:
+    """Return the rotation matrix Rz(yaw) Ry(pitch) Rx(roll) (URDF specification, `origin`).
+
+    Args:
+        rpy: shape (3,), roll, pitch, yaw [rad].
+    """
+    (cr, sr), (cp, sp), (cy, sy) = (_cos_sin(angle) for angle in rpy)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def rotated(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    """Return matrix times vector, both of scalars.
+
+    Args:
+        matrix: shape (3, 3).
+        components: shape (3,).
+    """
+    x, y, z = (sum(a * b for a, b in zip(row, components, strict=True) if not _is_zero(a)) for row in matrix)
+    return x, y, z
+
+
+def _is_zero(scalar: Scalar) -> bool:
+    return isinstance(scalar, (int, float)) and scalar == 0
+
+
+def _cos_sin(angle: Scalar) -> tuple[Any, Any]:
+    """Cosine and sine, exact at multiples of a quarter turn, as a description means them."""
+    angle = plain(angle)
+    if not isinstance(angle, float):
+        from sympy import cos, sin
+
+        return cos(angle), sin(angle)
+    quarters = angle / (math.pi / 2)
+    nearest = round(quarters) if math.isfinite(quarters) else 0
+    if math.isfinite(quarters) and abs(quarters - nearest) < 1e-15 * max(1, abs(nearest)):
+        return ((1, 0), (0, 1), (-1, 0), (0, -1))[nearest % 4]
+    return math.cos(angle), math.sin(angle)

@@ -1,0 +1,349 @@
+"""Homogeneous bodies: mass, center of mass, inertia and a drawing, from one table.
+
+Moments of inertia are those of the standard table (e.g. Goldstein, Classical Mechanics, 1950; Beer & Johnston,
+Vector Mechanics for Engineers, inside cover); tests check each one by quadrature.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias, final
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.placement import Matrix3, Placement, rotated, vector
+from mecanique.model.visuals import Box, Cylinder, Rgba, Sphere, Visual
+
+__all__ = [
+    "Inertia",
+    "Shape",
+    "ball",
+    "bar",
+    "box",
+    "cloud",
+    "cone",
+    "cylinder",
+    "disk",
+    "massless",
+    "particle",
+    "plate",
+    "ring",
+    "rod",
+    "shell",
+]
+
+Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
+"""ixx, iyy, izz, ixy, ixz, iyz: the tensor's entries, as in URDF (ixy is the entry, not the product)."""
+
+_BLUE: Rgba = (0.0, 0.447, 0.698, 1.0)
+_ORANGE: Rgba = (0.902, 0.624, 0.0, 1.0)
+
+
+@final
+@dataclass(frozen=True)
+class Shape:
+    """A piece of a body: what it weighs and what it looks like, in the body's frame.
+
+    Args:
+        mass: [kg].
+        center: shape (3,), center of mass [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, in body axes [kg·m²].
+        visuals: what is drawn.
+    """
+
+    mass: Scalar
+    center: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)
+    inertia: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    visuals: tuple[Visual, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", plain(self.mass))
+        object.__setattr__(self, "center", vector(self.center, "center of mass"))
+        inertia = tuple(plain(entry) for entry in self.inertia)
+        if len(inertia) != 6:
+            raise InputError(f"expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, got {len(inertia)}")
+        object.__setattr__(self, "inertia", inertia)
+        object.__setattr__(self, "visuals", tuple(self.visuals))
+
+    def at(self, xyz: Vector = (0.0, 0.0, 0.0), rpy: Vector = (0.0, 0.0, 0.0)) -> Shape:
+        """Return the shape moved to another place in the body.
+
+        Args:
+            xyz: shape (3,), where its origin goes [m].
+            rpy: shape (3,), how it is turned: roll, pitch, yaw [rad].
+        """
+        place = Placement(tuple(xyz), tuple(rpy))
+        turn = place.rotation
+        return replace(
+            self,
+            center=_sum(place.xyz, rotated(turn, self.center)),
+            inertia=_turned(turn, self.inertia),
+            visuals=tuple(visual.at(place) for visual in self.visuals),
+        )
+
+    def colored(self, rgba: Rgba) -> Shape:
+        """Return the shape drawn in another color.
+
+        Args:
+            rgba: red, green, blue, opacity, each from 0 to 1.
+        """
+        return replace(self, visuals=tuple(replace(visual, rgba=rgba) for visual in self.visuals))
+
+
+def massless(*visuals: Visual) -> Shape:
+    """Return a shape without mass, only drawn.
+
+    Args:
+        visuals: what is drawn.
+    """
+    return Shape(0.0, visuals=visuals)
+
+
+def particle(mass: Scalar, at: Vector = (0.0, 0.0, 0.0), radius: Scalar = 0.05) -> Shape:
+    """Return a particle: mass at a point.
+
+    Args:
+        mass: [kg].
+        at: shape (3,), where it is [m].
+        radius: of the ball drawn [m].
+    """
+    return Shape(mass, visuals=(Visual(Sphere(radius), rgba=_ORANGE),)).at(at)
+
+
+def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0.03) -> Shape:
+    """Return a rigid cloud of particles.
+
+    Args:
+        masses: shape (n,) [kg].
+        points: shape (n, 3) [m].
+        radius: of the balls drawn [m].
+
+    Raises:
+        InputError: if there is not one mass for each point.
+    """
+    if len(masses) != len(points) or not len(masses):
+        raise InputError(f"expected one mass for each point, got {len(masses)} masses and {len(points)} points")
+    return combined([particle(m, p, radius) for m, p in zip(masses, points, strict=True)])
+
+
+def rod(
+    mass: Scalar,
+    length: Scalar,
+    direction: Vector = (0.0, 0.0, -1.0),
+    start: Vector = (0.0, 0.0, 0.0),
+    radius: Scalar = 0.02,
+) -> Shape:
+    """Return a slender rod from a start point along a direction: m l²/12 about its center, m l²/3 about an end.
+
+    Args:
+        mass: [kg].
+        length: [m].
+        direction: shape (3,), where it points; numbers, any length but zero.
+        start: shape (3,), one end [m].
+        radius: of the cylinder drawn [m].
+
+    Raises:
+        InputError: if the direction is not three numbers with a length.
+    """
+    d = _unit(direction)
+    mass, length = plain(mass), plain(length)
+    across = mass * length**2 / 12
+    inertia = (
+        across * _number(1 - d[0] * d[0]),
+        across * _number(1 - d[1] * d[1]),
+        across * _number(1 - d[2] * d[2]),
+        across * _number(-d[0] * d[1]),
+        across * _number(-d[0] * d[2]),
+        across * _number(-d[1] * d[2]),
+    )
+    middle = tuple(plain(s) + length * _number(c) / 2 for s, c in zip(vector(start, "start"), d, strict=True))
+    pitch, yaw = math.atan2(math.hypot(d[0], d[1]), d[2]), math.atan2(d[1], d[0])
+    drawing = Visual(Cylinder(radius, length), Placement(middle, (0.0, pitch, yaw)), _BLUE)
+    return Shape(mass, middle, inertia, (drawing,))
+
+
+def bar(
+    length: Scalar,
+    direction: Vector = (0.0, 0.0, -1.0),
+    start: Vector = (0.0, 0.0, 0.0),
+    radius: Scalar = 0.02,
+) -> Shape:
+    """Return a rigid bar without mass.
+
+    Args:
+        length: [m].
+        direction: shape (3,), where it points; numbers, any length but zero.
+        start: shape (3,), one end [m].
+        radius: of the cylinder drawn [m].
+    """
+    return replace(rod(0.0, length, direction, start, radius), mass=0.0, center=(0.0, 0.0, 0.0), inertia=(0.0,) * 6)
+
+
+def box(mass: Scalar, size: Vector) -> Shape:
+    """Return a solid box about its center: ixx = m (b² + c²)/12, and so on.
+
+    Args:
+        mass: [kg].
+        size: shape (3,), edges a, b, c along x, y, z [m].
+    """
+    a, b, c = vector(size, "size of a box")
+    mass = plain(mass)
+    inertia = (mass * (b**2 + c**2) / 12, mass * (a**2 + c**2) / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
+    return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, c)), rgba=_BLUE),))
+
+
+def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Shape:
+    """Return a thin rectangular plate in its x-y plane: izz = m (a² + b²)/12.
+
+    Args:
+        mass: [kg].
+        size: shape (2,), edges a, b along x, y [m].
+        thickness: of the box drawn [m]; it adds no inertia.
+    """
+    a, b = (plain(edge) for edge in size)
+    mass = plain(mass)
+    inertia = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
+    return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, plain(thickness))), rgba=_BLUE),))
+
+
+def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
+    """Return a thin disk in its x-y plane: izz = m r²/2.
+
+    Args:
+        mass: [kg].
+        radius: [m].
+        thickness: of the cylinder drawn [m]; it adds no inertia.
+    """
+    mass, radius = plain(mass), plain(radius)
+    inertia = (mass * radius**2 / 4, mass * radius**2 / 4, mass * radius**2 / 2, 0.0, 0.0, 0.0)
+    return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, thickness), rgba=_BLUE),))
+
+
+def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
+    """Return a thin ring in its x-y plane: izz = m r².
+
+    Args:
+        mass: [kg].
+        radius: [m].
+        thickness: of the disk drawn [m]; it adds no inertia.
+    """
+    mass, radius = plain(mass), plain(radius)
+    inertia = (mass * radius**2 / 2, mass * radius**2 / 2, mass * radius**2, 0.0, 0.0, 0.0)
+    return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, thickness), rgba=(*_BLUE[:3], 0.5)),))
+
+
+def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
+    """Return a solid cylinder along its z axis: izz = m r²/2, ixx = m (3 r² + l²)/12.
+
+    Args:
+        mass: [kg].
+        radius: [m].
+        length: [m].
+    """
+    mass, radius, length = plain(mass), plain(radius), plain(length)
+    across = mass * (3 * radius**2 + length**2) / 12
+    inertia = (across, across, mass * radius**2 / 2, 0.0, 0.0, 0.0)
+    return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, length), rgba=_BLUE),))
+
+
+def ball(mass: Scalar, radius: Scalar) -> Shape:
+    """Return a solid ball: 2 m r²/5 about any diameter.
+
+    Args:
+        mass: [kg].
+        radius: [m].
+    """
+    mass, radius = plain(mass), plain(radius)
+    i = 2 * mass * radius**2 / 5
+    return Shape(mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=_ORANGE),))
+
+
+def shell(mass: Scalar, radius: Scalar) -> Shape:
+    """Return a thin spherical shell: 2 m r²/3 about any diameter.
+
+    Args:
+        mass: [kg].
+        radius: [m].
+    """
+    mass, radius = plain(mass), plain(radius)
+    i = 2 * mass * radius**2 / 3
+    return Shape(mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=(*_ORANGE[:3], 0.5)),))
+
+
+def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
+    """Return a solid cone, apex at its origin, axis along +z: center at 3 h/4, izz = 3 m r²/10.
+
+    Args:
+        mass: [kg].
+        radius: of the base [m].
+        height: [m].
+    """
+    mass, radius, height = plain(mass), plain(radius), plain(height)
+    across = 3 * mass * (4 * radius**2 + height**2) / 80
+    inertia = (across, across, 3 * mass * radius**2 / 10, 0.0, 0.0, 0.0)
+    base = Visual(Cylinder(radius, height / 8), Placement((0.0, 0.0, 15 * height / 16)), _BLUE)
+    axis = Visual(Cylinder(radius / 8, height), Placement((0.0, 0.0, height / 2)), _BLUE)
+    return Shape(mass, (0.0, 0.0, 3 * height / 4), inertia, (base, axis))
+
+
+def combined(shapes: Sequence[Shape]) -> Shape:
+    """Return several shapes as one: masses add, inertias add about the common center of mass.
+
+    Args:
+        shapes: pieces of one body, in its frame.
+    """
+    heavy = [shape for shape in shapes if not _is_zero(shape.mass)]
+    visuals = tuple(visual for shape in shapes for visual in shape.visuals)
+    if len(heavy) == 1:
+        return replace(heavy[0], visuals=visuals)
+    if not heavy:
+        return Shape(0.0, visuals=visuals)
+    mass = _total(shape.mass for shape in heavy)
+    moments = ([shape.mass * shape.center[k] for shape in heavy] for k in range(3))
+    x, y, z = (0.0 if all(_is_zero(m) for m in column) else _total(column) / mass for column in moments)
+    inertia: list[Scalar] = [0.0] * 6
+    for shape in heavy:
+        dx, dy, dz = (c - r for c, r in zip(shape.center, (x, y, z), strict=True))
+        steiner = (dy**2 + dz**2, dx**2 + dz**2, dx**2 + dy**2, -dx * dy, -dx * dz, -dy * dz)
+        inertia = [i + own + shape.mass * s for i, own, s in zip(inertia, shape.inertia, steiner, strict=True)]
+    return Shape(mass, (x, y, z), tuple(inertia), visuals)
+
+
+def _total(terms: Any) -> Scalar:
+    first, *rest = terms
+    return sum(rest, first)
+
+
+def _is_zero(scalar: Scalar) -> bool:
+    return isinstance(scalar, (int, float)) and scalar == 0
+
+
+def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    x, y, z = (p + q for p, q in zip(a, b, strict=True))
+    return x, y, z
+
+
+def _turned(turn: Matrix3, inertia: Inertia) -> Inertia:
+    """R I Rᵀ, entry by entry."""
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    columns = zip(*(rotated(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))), strict=True)
+    rows = [rotated(turn, column) for column in columns]
+    return rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2]
+
+
+def _unit(direction: Vector) -> tuple[float, float, float]:
+    try:
+        x, y, z = (float(component) for component in direction)
+    except (TypeError, ValueError):
+        raise InputError(f"expected three numbers for a direction, got {direction!r}") from None
+    length = math.hypot(x, y, z)
+    if not (math.isfinite(length) and length > 0):
+        raise InputError(f"expected a direction with a length, got {direction!r}")
+    return x / length, y / length, z / length
+
+
+def _number(value: float) -> float | int:
+    """Whole numbers stay whole, so that symbolic inertias stay exact."""
+    return int(value) if value == int(value) else value

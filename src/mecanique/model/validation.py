@@ -1,0 +1,304 @@
+"""What makes a mechanism sound; every fault is found at once and told in a sentence."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from typing import Protocol
+
+import numpy as np
+
+from mecanique.errors import MecaniqueError
+from mecanique.model.bodies import Body
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
+from mecanique.model.forces import (
+    AnyForce,
+    Damper,
+    Force,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from mecanique.model.joints import Floating, Joint, Planar, Prismatic, Revolute, Spherical
+from mecanique.model.parameters import Input, Parameter
+
+__all__ = ["Description", "faults", "inertia_fault"]
+
+
+class Description(Protocol):
+    """What a mechanism states, before it is known to be sound."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """Its bodies."""
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """Its joints."""
+
+    @property
+    def forces(self) -> tuple[AnyForce, ...]:
+        """Its forces."""
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Its parameters."""
+
+    @property
+    def inputs(self) -> tuple[Input, ...]:
+        """Its inputs."""
+
+    @property
+    def coordinates(self) -> Coordinates:
+        """Its generalized coordinates."""
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of its velocities."""
+
+    @property
+    def gravity(self) -> tuple[Scalar, Scalar, Scalar]:
+        """Acceleration of free fall."""
+
+    @property
+    def ground(self) -> str:
+        """Name of its fixed body."""
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Value of each parameter."""
+
+
+def faults(mechanism: Description) -> list[str]:
+    """Return every fault of a mechanism, one sentence each.
+
+    Args:
+        mechanism: the mechanism, not yet known to be sound.
+    """
+    found = [*_names(mechanism), *_symbols(mechanism)]
+    found += [*_tree(mechanism)]
+    found += [*_joints(mechanism), *_forces(mechanism)]
+    # values can be judged only when every symbol is known
+    return found or [*_bodies(mechanism), *_gravity(mechanism), *_stiffness(mechanism)]
+
+
+def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
+    """Return what is physically wrong with a mass and an inertia about its center, or None.
+
+    Args:
+        mass: [kg].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz [kg·m²].
+    """
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    if not all(map(math.isfinite, (mass, ixx, iyy, izz, ixy, ixz, iyz))):
+        return "its mass or inertia is not finite"
+    if mass < 0:
+        return f"its mass is negative ({mass:g} kg)"
+    principal = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    slack = 1e-9 * max(abs(principal))
+    if principal[0] < -slack:
+        return f"its inertia has a negative principal moment ({principal[0]:g} kg·m²)"
+    if principal[0] + principal[1] < principal[2] - slack:
+        return (
+            "its principal moments break the triangle inequality "
+            f"({principal[0]:g} + {principal[1]:g} < {principal[2]:g} kg·m²): no mass is spread like that"
+        )
+    return None
+
+
+def _names(m: Description) -> Iterator[str]:
+    kinds: dict[str, list[str]] = {
+        "body": [body.name for body in m.bodies],
+        "joint": [joint.name for joint in m.joints],
+        "force": [force.name for force in m.forces],
+        "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
+        "coordinate": [*m.coordinates.names, *m.coordinates.driven],
+    }
+    joint_coordinates = [name for joint in m.joints for name in joint.coordinates]
+    if not m.name.strip():
+        yield "the mechanism has no name"
+    for kind, names in kinds.items():
+        for name, count in Counter(names).items():
+            if not isinstance(name, str) or not name.strip():
+                yield f"a {kind} has no name"
+            elif not name.isprintable():
+                yield f"{kind} {name!r} has unprintable characters in its name"
+            if count > 1 and not (kind == "coordinate" and name in m.coordinates.driven):
+                yield f"{kind} {name!r} is there {count} times"
+    for name, count in Counter(joint_coordinates).items():
+        if count > 1:
+            yield f"coordinate {name!r} belongs to {count} joints"
+    for name in m.coordinates.driven:
+        if name not in joint_coordinates:
+            yield f"the coordinate map sets {name!r}, which is no joint coordinate"
+        elif any(name in j.coordinates for j in m.joints if isinstance(j, (Spherical, Floating))):
+            yield f"the coordinate map sets {name!r}, but a quaternion's joint cannot be driven"
+    clash = {*m.coordinates.names} & {*(p.symbol for p in m.parameters), *(i.symbol for i in m.inputs), "t"}
+    for name in sorted(clash):
+        yield f"{name!r} is both a coordinate and a parameter, an input or time"
+
+
+def _symbols(m: Description) -> Iterator[str]:
+    constants = {p.symbol for p in m.parameters}
+    moving = constants | {i.symbol for i in m.inputs} | {*m.coordinates.names, "t"}
+    everything = moving | set(m.velocities)
+    for body in m.bodies:
+        for shape in body.shapes:
+            yield from _unknown(f"body {body.name!r}", (shape.mass, *shape.center, *shape.inertia), constants)
+    for joint in m.joints:
+        yield from _unknown(f"joint {joint.name!r}", (*joint.origin.xyz, *joint.origin.rpy), constants)
+        if isinstance(joint, (Revolute, Prismatic)):
+            yield from _unknown(f"joint {joint.name!r}", (joint.armature,), constants)
+    for name, expression in m.coordinates.driven.items():
+        yield from _unknown(f"the map of coordinate {name!r}", (expression,), moving)
+    for signal in m.inputs:
+        for name in sorted(signal.symbols - constants - {"t"}):
+            yield f"input {signal.symbol!r} depends on {name!r}, which is no parameter"
+    for force in m.forces:
+        where = f"force {force.name!r}"
+        match force:
+            case Spring():
+                yield from _unknown(where, (*force.point_a, *force.point_b), constants)
+                yield from _unknown(where, (force.stiffness, force.free_length), constants)
+            case Damper():
+                yield from _unknown(where, (*force.point_a, *force.point_b), constants)
+                yield from _unknown(where, (force.damping,), constants)
+            case JointSpring():
+                yield from _unknown(where, (force.stiffness, force.reference), constants)
+            case JointDamper():
+                yield from _unknown(where, (force.damping,), constants)
+            case Force():
+                yield from _unknown(where, force.point, constants)
+                yield from _unknown(where, force.force, everything)
+            case Torque():
+                yield from _unknown(where, force.torque, everything)
+            case JointForce():
+                yield from _unknown(where, (force.force,), everything)
+    yield from _unknown("gravity", m.gravity, constants)
+
+
+def _unknown(where: str, scalars: Iterable[Scalar], known: set[str]) -> Iterator[str]:
+    scalars = [plain(scalar) for scalar in scalars]
+    for name in sorted(frozenset().union(*map(symbols_in, scalars)) - known):
+        yield f"{where} depends on {name!r}, which is not declared (known: {', '.join(sorted(known)) or 'none'})"
+    from_sympy = [scalar for scalar in scalars if not isinstance(scalar, float)]
+    for name in sorted({type(f).__name__ for s in from_sympy for f in _functions(s)} - {*FUNCTIONS}):
+        yield f"{where} holds the function {name}; expected {', '.join(FUNCTIONS)}"
+
+
+def _functions(scalar: Scalar) -> Iterator[Scalar]:
+    if getattr(scalar, "is_Function", False):
+        yield scalar
+    for part in getattr(scalar, "args", ()):
+        yield from _functions(part)
+
+
+def _tree(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    if m.ground not in bodies:
+        yield f"the ground {m.ground!r} is no body (bodies: {', '.join(sorted(map(str, bodies))) or 'none'})"
+    carried = Counter(joint.child for joint in m.joints)
+    for joint in m.joints:
+        for role, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in bodies:
+                yield f"joint {joint.name!r}: its {role} {name!r} is no body"
+        if joint.parent == joint.child:
+            yield f"joint {joint.name!r} joins body {joint.child!r} to itself"
+    for name, count in carried.items():
+        if name == m.ground:
+            yield f"the ground {name!r} is the child of a joint"
+        elif count > 1:
+            yield f"body {name!r} is the child of {count} joints; close loops by a loop constraint, not by a joint"
+    reached = {m.ground}
+    while True:
+        more = {joint.child for joint in m.joints if joint.parent in reached} - reached
+        if not more:
+            break
+        reached |= more
+    for name in sorted(bodies - reached):
+        yield f"body {name!r} is not connected to the ground {m.ground!r}"
+
+
+def _joints(m: Description) -> Iterator[str]:
+    for joint in m.joints:
+        if isinstance(joint, (Revolute, Prismatic, Planar)):
+            length = math.sqrt(sum(component**2 for component in joint.axis))
+            if not abs(length - 1) < 1e-9:
+                yield f"joint {joint.name!r}: expected an axis with a finite length, got {joint.axis}"
+        if isinstance(joint, (Revolute, Prismatic)) and joint.limits is not None:
+            limits = joint.limits
+            if not limits.lower <= limits.upper:
+                yield f"joint {joint.name!r}: its lower limit {limits.lower:g} is not below its upper {limits.upper:g}"
+            if not (limits.effort >= 0 and limits.velocity >= 0):
+                yield f"joint {joint.name!r}: its limits of effort and velocity must not be negative"
+
+
+def _forces(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    single = {joint.name for joint in m.joints if isinstance(joint, (Revolute, Prismatic))}
+    for force in m.forces:
+        where = f"force {force.name!r}"
+        ends: tuple[str, ...] = ()
+        match force:
+            case Spring() | Damper():
+                ends = (force.body_a, force.body_b)
+            case Force() | Torque():
+                ends = (force.body, force.axes) if force.axes != "world" else (force.body,)
+            case _:
+                if force.joint not in single:
+                    yield f"{where}: {force.joint!r} is no joint with one coordinate"
+        for name in ends:
+            if name not in bodies:
+                yield f"{where}: {name!r} is no body"
+
+
+def _bodies(m: Description) -> Iterator[str]:
+    for body in m.bodies:
+        try:
+            fault = inertia_fault(
+                float(evaluate(body.mass, m.values)), [float(evaluate(i, m.values)) for i in body.inertia]
+            )
+            center = [float(evaluate(c, m.values)) for c in body.center]
+        except (MecaniqueError, ArithmeticError, TypeError) as error:
+            yield f"body {body.name!r}: its mass cannot be computed ({error})"
+            continue
+        if fault:
+            yield f"body {body.name!r}: {fault}"
+        if not all(map(math.isfinite, center)):
+            yield f"body {body.name!r}: its center of mass is not finite"
+    for joint in m.joints:
+        for scalar in (*joint.origin.xyz, *joint.origin.rpy):
+            if not math.isfinite(float(evaluate(scalar, m.values))):
+                yield f"joint {joint.name!r}: its origin is not finite"
+        if isinstance(joint, (Revolute, Prismatic)) and not float(evaluate(joint.armature, m.values)) >= 0:
+            yield f"joint {joint.name!r}: its armature is negative"
+
+
+def _gravity(m: Description) -> Iterator[str]:
+    for component in m.gravity:
+        if not math.isfinite(float(evaluate(component, m.values))):
+            yield "gravity is not finite"
+
+
+def _stiffness(m: Description) -> Iterator[str]:
+    """Springs and dampers that would feed energy in are refused: write a Force for those."""
+    for force in m.forces:
+        constants: dict[str, Scalar] = {}
+        if isinstance(force, (Spring, JointSpring)):
+            constants["stiffness"] = force.stiffness
+        if isinstance(force, Spring):
+            constants["free length"] = force.free_length
+        if isinstance(force, (Damper, JointDamper)):
+            constants["damping"] = force.damping
+        for what, scalar in constants.items():
+            value = float(evaluate(scalar, m.values))
+            if not (math.isfinite(value) and value >= 0):
+                yield f"force {force.name!r}: expected a {what} of at least 0, got {value:g}"

@@ -1,0 +1,132 @@
+"""What a body looks like."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TypeAlias, final
+
+from mecanique.model.expression import Scalar, plain
+from mecanique.model.placement import Placement, rotated, vector
+
+__all__ = ["Box", "Cylinder", "Geometry", "Mesh", "Rgba", "Sphere", "Visual"]
+
+Rgba: TypeAlias = "tuple[float, float, float, float]"
+
+
+@final
+@dataclass(frozen=True)
+class Box:
+    """A box about its center.
+
+    Args:
+        size: shape (3,), edges along x, y, z [m].
+    """
+
+    size: tuple[Scalar, Scalar, Scalar]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "size", vector(self.size, "size of a box"))
+
+
+@final
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder about its center, along z.
+
+    Args:
+        radius: [m].
+        length: [m].
+    """
+
+    radius: Scalar
+    length: Scalar
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", plain(self.radius))
+        object.__setattr__(self, "length", plain(self.length))
+
+
+@final
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere about its center.
+
+    Args:
+        radius: [m].
+    """
+
+    radius: Scalar
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", plain(self.radius))
+
+
+@final
+@dataclass(frozen=True)
+class Mesh:
+    """A surface in a file.
+
+    Args:
+        uri: as it is written in the URDF.
+        path: the file it was found at, if it was.
+        scale: shape (3,), factors along x, y, z.
+    """
+
+    uri: str
+    path: Path | None = None
+    scale: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+Geometry: TypeAlias = Box | Cylinder | Sphere | Mesh
+
+
+@final
+@dataclass(frozen=True)
+class Visual:
+    """A geometry at its place in a body, in a color.
+
+    Args:
+        geometry: what is drawn.
+        placement: where, in the body's frame.
+        rgba: red, green, blue, opacity, each from 0 to 1; None leaves a mesh its own colors.
+        name: as in a URDF; may be empty.
+    """
+
+    geometry: Geometry
+    placement: Placement = field(default_factory=Placement)
+    rgba: Rgba | None = None
+    name: str = ""
+
+    def at(self, place: Placement) -> Visual:
+        """Return the visual moved with a shape.
+
+        Args:
+            place: where the shape's frame goes in the body.
+        """
+        moved = tuple(p + q for p, q in zip(place.xyz, rotated(place.rotation, self.placement.xyz), strict=True))
+        return replace(self, placement=Placement(moved, _composed(place, self.placement)))
+
+
+def _composed(outer: Placement, inner: Placement) -> tuple[Scalar, Scalar, Scalar]:
+    """Roll, pitch, yaw of two turns in a row."""
+    if all(isinstance(angle, float) and angle == 0 for angle in outer.rpy):
+        return inner.rpy
+    if all(isinstance(angle, float) and angle == 0 for angle in inner.rpy):
+        return outer.rpy
+    rows = [rotated(outer.rotation, column) for column in zip(*inner.rotation, strict=True)]
+    (r00, r10, r20), (r01, r11, r21), (_, _, r22) = rows
+    if all(isinstance(r, (int, float)) for r in (r00, r10, r20, r01, r11, r21, r22)):
+        from math import atan2, hypot
+
+        if hypot(r00, r10) > 1e-12:
+            return atan2(r21, r22), atan2(-r20, hypot(r00, r10)), atan2(r10, r00)
+        return 0.0, atan2(-r20, 0.0), atan2(-r01, r11)
+    from sympy import atan2 as symbolic_atan2
+    from sympy import sqrt
+
+    return (
+        symbolic_atan2(r21, r22),
+        symbolic_atan2(-r20, sqrt(r00**2 + r10**2)),
+        symbolic_atan2(r10, r00),
+    )

@@ -1,0 +1,52 @@
+"""Find the systems of the catalogue: every module of `mecanique.textbook.systems` is one."""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+from pkgutil import iter_modules
+
+from mecanique.errors import UnknownNameError
+from mecanique.model.mechanism import Mechanism
+from mecanique.textbook.system import System
+
+__all__ = ["entry", "load", "names"]
+
+
+@cache
+def names() -> tuple[str, ...]:
+    """Return the names of all systems, in alphabetical order."""
+    from mecanique.textbook import systems
+
+    return tuple(sorted(module.name for module in iter_modules(systems.__path__)))
+
+
+@cache
+def entry(name: str) -> System:
+    """Return what the catalogue states about a system.
+
+    Args:
+        name: its name.
+
+    Raises:
+        UnknownNameError: if there is none of this name; it carries the near matches.
+    """
+    if name not in names():
+        raise UnknownNameError("system", name, names())
+    system: System = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
+    return system
+
+
+def load(name: str, **parameters: float) -> Mechanism:
+    """Build a system of the catalogue.
+
+    Args:
+        name: its name, one of `names()`.
+        parameters: value of each parameter to change, by symbol, in its SI unit.
+
+    Raises:
+        UnknownNameError: if the system or a parameter does not exist.
+        InputError: if a value is not finite.
+        MechanismError: if the mechanism is not sound with these values.
+    """
+    return entry(name).mechanism(**parameters)

@@ -1,0 +1,66 @@
+"""What an entry of the catalogue states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import final
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Parameter
+
+__all__ = ["System"]
+
+
+@final
+@dataclass(frozen=True)
+class System:
+    """A textbook system: how it is built, where it is found, and a motion worth watching.
+
+    Args:
+        title: what it is, in one line.
+        source: where it is found: author, work, page, figure or equation.
+        parameters: its parameters with typical values.
+        build: makes the mechanism from the parameters, passed by symbol, and the whole-number options.
+        start: generalized coordinates at the start of the default motion; zero where left out.
+        start_velocity: velocities at the start; zero where left out.
+        duration: of the default motion [s].
+        tags: words to find it by.
+        options: whole numbers that change its structure, e.g. the number of links.
+    """
+
+    title: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    build: Callable[..., Mechanism]
+    start: Mapping[str, float] = field(default_factory=dict)
+    start_velocity: Mapping[str, float] = field(default_factory=dict)
+    duration: float = 10.0
+    tags: tuple[str, ...] = ()
+    options: Mapping[str, int] = field(default_factory=dict)
+
+    def mechanism(self, **values: float) -> Mechanism:
+        """Build the mechanism.
+
+        Args:
+            values: value of each parameter or option to change, by name.
+
+        Raises:
+            UnknownNameError: if a name is neither a parameter nor an option.
+            InputError: if a value is not finite, or an option is no whole number of at least 1.
+            MechanismError: if the mechanism is not sound with these values.
+        """
+        known = {parameter.symbol: parameter for parameter in self.parameters}
+        for name in values:
+            if name not in known and name not in self.options:
+                raise UnknownNameError("parameter", name, [*known, *self.options])
+        arguments: dict[str, Parameter | int] = {
+            symbol: parameter.with_value(values.get(symbol, parameter.value)) for symbol, parameter in known.items()
+        }
+        for name, default in self.options.items():
+            number = values.get(name, default)
+            if number != int(number) or number < 1:
+                raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
+            arguments[name] = int(number)
+        return self.build(**arguments)

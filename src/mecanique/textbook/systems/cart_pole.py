@@ -1,0 +1,61 @@
+"""Pendulum on a cart.
+
+A cart of mass M slides along a horizontal line against a damping c and is pushed by a force F(t). A massless rod of
+length l with a particle m at its end hangs from it and swings in the vertical plane under gravity g. The generalized
+coordinates are the cart's position x and the angle q of the rod from the downward vertical, positive towards +x.
+"""
+
+from mecanique.model import (
+    Body,
+    Force,
+    Input,
+    JointDamper,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    bar,
+    box,
+    particle,
+)
+from mecanique.textbook.system import System
+
+
+def build(M: Parameter, m: Parameter, l: Parameter, c: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the cart and its pendulum."""
+    F = Input("F", 0.0, "N", "force on the cart")
+    return Mechanism(
+        name="cart_pole",
+        bodies=(
+            Body("ground"),
+            Body("cart", box(M, (0.4, 0.2, 0.2))),
+            Body("pole", bar(l), particle(m, (0, 0, -l))),
+        ),
+        joints=(
+            Prismatic("slide", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
+            Revolute("pin", "cart", "pole", axis=(0, -1, 0), coordinate="q"),
+        ),
+        forces=(
+            JointDamper("damping", "slide", c),
+            Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
+        ),
+        parameters=(M, m, l, c, g),
+        inputs=(F,),
+        gravity=(0, 0, -g),
+    )
+
+
+SYSTEM = System(
+    title="Pendulum hanging from a cart that is pushed and damped",
+    source="Tedrake, Underactuated Robotics, sect. 3.2; Goldstein, Classical Mechanics, ch. 1",
+    parameters=(
+        Parameter("M", 2.0, "kg", "mass of the cart"),
+        Parameter("m", 1.0, "kg", "mass of the particle"),
+        Parameter("l", 1.0, "m", "length of the rod"),
+        Parameter("c", 0.1, "N·s/m", "damping of the cart"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"q": 2.0},
+    tags=("pendulum", "planar", "control"),
+)
