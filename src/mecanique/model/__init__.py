@@ -24,6 +24,7 @@ from mecanique.model.joints import (
     Spherical,
     Universal,
 )
+from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input, Parameter, Record
 from mecanique.model.placement import Placement
@@ -61,6 +62,7 @@ __all__ = [
     "JointForce",
     "JointSpring",
     "Limits",
+    "Loop",
     "Mechanism",
     "Mesh",
     "Parameter",

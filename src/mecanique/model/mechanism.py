@@ -15,6 +15,7 @@ from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, evaluate, finite
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Floating, Joint, Spherical
+from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import vector
 from mecanique.model.validation import faults
@@ -32,6 +33,7 @@ class Mechanism:
         bodies: all bodies, the ground included.
         joints: a tree from the ground to every other body.
         forces: springs, dampers and loads.
+        loops: closures between bodies of the tree.
         parameters: every parameter the expressions use.
         inputs: every named signal the expressions use.
         coordinates: generalized coordinates and their map; the joints' own by default.
@@ -46,6 +48,7 @@ class Mechanism:
     bodies: tuple[Body, ...]
     joints: tuple[Joint, ...]
     forces: tuple[AnyForce, ...] = ()
+    loops: tuple[Loop, ...] = ()
     parameters: tuple[Parameter, ...] = ()
     inputs: tuple[Input, ...] = ()
     coordinates: Coordinates = field(default=Coordinates(()))
@@ -53,7 +56,7 @@ class Mechanism:
     ground: str = "ground"
 
     def __post_init__(self) -> None:
-        for name in ("bodies", "joints", "forces", "parameters", "inputs"):
+        for name in ("bodies", "joints", "forces", "loops", "parameters", "inputs"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
         driven = self.coordinates.driven

@@ -24,6 +24,7 @@ from mecanique.model.forces import (
     Torque,
 )
 from mecanique.model.joints import Floating, Joint, Planar, Prismatic, Revolute, Spherical
+from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
 
 __all__ = ["Description", "faults", "inertia_fault"]
@@ -47,6 +48,10 @@ class Description(Protocol):
     @property
     def forces(self) -> tuple[AnyForce, ...]:
         """Its forces."""
+
+    @property
+    def loops(self) -> tuple[Loop, ...]:
+        """Its closures."""
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -85,9 +90,9 @@ def faults(mechanism: Description) -> list[str]:
     """
     found = [*_names(mechanism), *_symbols(mechanism)]
     found += [*_tree(mechanism)]
-    found += [*_joints(mechanism), *_forces(mechanism)]
+    found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
     # values can be judged only when every symbol is known
-    return found or [*_bodies(mechanism), *_gravity(mechanism), *_stiffness(mechanism)]
+    return found or [*_bodies(mechanism), *_gravity(mechanism), *_constants(mechanism)]
 
 
 def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
@@ -119,6 +124,7 @@ def _names(m: Description) -> Iterator[str]:
         "body": [body.name for body in m.bodies],
         "joint": [joint.name for joint in m.joints],
         "force": [force.name for force in m.forces],
+        "loop": [loop.name for loop in m.loops],
         "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
         "coordinate": [*m.coordinates.names, *m.coordinates.driven],
     }
@@ -182,6 +188,10 @@ def _symbols(m: Description) -> Iterator[str]:
                 yield from _unknown(where, force.torque, everything)
             case JointForce():
                 yield from _unknown(where, (force.force,), everything)
+    for loop in m.loops:
+        frames = (loop.frame_a, loop.frame_b)
+        scalars = (scalar for frame in frames for scalar in (*frame.xyz, *frame.rpy))
+        yield from _unknown(f"loop {loop.name!r}", (*scalars, loop.length), constants)
     yield from _unknown("gravity", m.gravity, constants)
 
 
@@ -260,6 +270,16 @@ def _forces(m: Description) -> Iterator[str]:
                 yield f"{where}: {name!r} is no body"
 
 
+def _loops(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    for loop in m.loops:
+        for name in (loop.body_a, loop.body_b):
+            if name not in bodies:
+                yield f"loop {loop.name!r}: {name!r} is no body"
+        if loop.body_a == loop.body_b:
+            yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
+
+
 def _bodies(m: Description) -> Iterator[str]:
     for body in m.bodies:
         try:
@@ -288,8 +308,12 @@ def _gravity(m: Description) -> Iterator[str]:
             yield "gravity is not finite"
 
 
-def _stiffness(m: Description) -> Iterator[str]:
+def _constants(m: Description) -> Iterator[str]:
     """Springs and dampers that would feed energy in are refused: write a Force for those."""
+    for loop in m.loops:
+        length = float(evaluate(loop.length, m.values))
+        if loop.kind == "distance" and not (math.isfinite(length) and length > 0):
+            yield f"loop {loop.name!r}: expected a length above 0, got {length:g}"
     for force in m.forces:
         constants: dict[str, Scalar] = {}
         if isinstance(force, (Spring, JointSpring)):

@@ -1,0 +1,172 @@
+"""Loops: holonomic closures between two bodies of the tree."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.placement import Placement, vector
+
+__all__ = ["CLOSED", "Kind", "Loop"]
+
+Kind: TypeAlias = Literal["ball", "hinge", "weld", "distance", "pin", "plate"]
+
+CLOSED: dict[str, tuple[str, ...]] = {
+    "ball": ("x", "y", "z"),
+    "hinge": ("x", "y", "z", "rx", "ry"),
+    "weld": ("x", "y", "z", "rx", "ry", "rz"),
+    "distance": ("length",),
+    "pin": ("x", "y"),
+    "plate": ("x", "y", "rz"),
+}
+"""The relative motions each kind of loop closes, in the axes of frame a: along x, about x (rx), and so on."""
+
+
+@final
+@dataclass(frozen=True)
+class Loop:
+    """A holonomic closure between a frame on body a and a frame on body b.
+
+    Make one by `Loop.ball`, `Loop.hinge`, `Loop.weld`, `Loop.distance`, `Loop.pin` or `Loop.plate`.
+
+    Args:
+        name: its name.
+        kind: which relative motions it closes, see `CLOSED`.
+        body_a: name of one body.
+        frame_a: the frame on body a; a hinge turns about its z axis, a pin and a plate lie in its x-y plane.
+        body_b: name of the other body.
+        frame_b: the frame on body b.
+        length: distance of the two origins, for the kind "distance" [m].
+    """
+
+    name: str
+    kind: Kind
+    body_a: str
+    frame_a: Placement
+    body_b: str
+    frame_b: Placement
+    length: Scalar = 0.0
+
+    def __post_init__(self) -> None:
+        if self.kind not in CLOSED:
+            raise InputError(f"loop {self.name!r}: expected a kind among {', '.join(CLOSED)}, got {self.kind!r}")
+        object.__setattr__(self, "length", plain(self.length))
+
+    @property
+    def rows(self) -> int:
+        """Number of scalar constraint equations."""
+        return len(CLOSED[self.kind])
+
+    @classmethod
+    def ball(cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector) -> Loop:
+        """Keep two points together.
+
+        Args:
+            name: its name.
+            body_a: name of one body.
+            point_a: shape (3,), in the frame of body a [m].
+            body_b: name of the other body.
+            point_b: shape (3,), in the frame of body b [m].
+        """
+        return cls(name, "ball", body_a, _frame(point_a), body_b, _frame(point_b))
+
+    @classmethod
+    def hinge(
+        cls,
+        name: str,
+        body_a: str,
+        point_a: Vector,
+        body_b: str,
+        point_b: Vector,
+        axis_a: Vector,
+        axis_b: Vector | None = None,
+    ) -> Loop:
+        """Keep two points together and two axes parallel.
+
+        Args:
+            name: its name.
+            body_a: name of one body.
+            point_a: shape (3,), in the frame of body a [m].
+            body_b: name of the other body.
+            point_b: shape (3,), in the frame of body b [m].
+            axis_a: shape (3,), numbers, in the frame of body a.
+            axis_b: shape (3,), numbers, in the frame of body b; as axis a by default.
+        """
+        other = axis_a if axis_b is None else axis_b
+        return cls(name, "hinge", body_a, _frame(point_a, axis_a), body_b, _frame(point_b, other))
+
+    @classmethod
+    def weld(cls, name: str, body_a: str, frame_a: Placement, body_b: str, frame_b: Placement) -> Loop:
+        """Keep two frames together.
+
+        Args:
+            name: its name.
+            body_a: name of one body.
+            frame_a: in body a.
+            body_b: name of the other body.
+            frame_b: in body b.
+        """
+        return cls(name, "weld", body_a, frame_a, body_b, frame_b)
+
+    @classmethod
+    def distance(cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, length: Scalar) -> Loop:
+        """Keep two points at a distance: a rigid massless rod with a ball at each end.
+
+        Args:
+            name: its name.
+            body_a: name of one body.
+            point_a: shape (3,), in the frame of body a [m].
+            body_b: name of the other body.
+            point_b: shape (3,), in the frame of body b [m].
+            length: the distance, greater than zero [m].
+        """
+        return cls(name, "distance", body_a, _frame(point_a), body_b, _frame(point_b), length)
+
+    @classmethod
+    def pin(
+        cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, normal: Vector = (0.0, -1.0, 0.0)
+    ) -> Loop:
+        """Keep two points together within a plane: the planar ball, without the redundant third equation.
+
+        Args:
+            name: its name.
+            body_a: name of one body.
+            point_a: shape (3,), in the frame of body a [m].
+            body_b: name of the other body.
+            point_b: shape (3,), in the frame of body b [m].
+            normal: shape (3,), numbers, of the plane, in the frame of body a.
+        """
+        return cls(name, "pin", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+
+    @classmethod
+    def plate(
+        cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, normal: Vector = (0.0, -1.0, 0.0)
+    ) -> Loop:
+        """Keep two points together and two bodies parallel within a plane: the planar weld.
+
+        Args:
+            name: its name.
+            body_a: name of one body.
+            point_a: shape (3,), in the frame of body a [m].
+            body_b: name of the other body.
+            point_b: shape (3,), in the frame of body b [m].
+            normal: shape (3,), numbers, of the plane, in the frame of body a.
+        """
+        return cls(name, "plate", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+
+
+def _frame(point: Vector, axis: Vector | None = None) -> Placement:
+    """A frame at a point, its z along the axis by pitch then yaw."""
+    xyz = vector(point, "point of a loop")
+    if axis is None:
+        return Placement(xyz)
+    try:
+        x, y, z = (float(component) for component in axis)
+    except (TypeError, ValueError):
+        raise InputError(f"expected three numbers for the axis of a loop, got {axis!r}") from None
+    if not 0 < math.hypot(x, y, z) < math.inf:
+        raise InputError(f"expected an axis with a finite length for a loop, got {axis!r}")
+    return Placement(xyz, (0.0, math.atan2(math.hypot(x, y), z), math.atan2(y, x)))
