@@ -9,6 +9,7 @@ from typing import final
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
+from mecanique.textbook.facts import Fact
 
 __all__ = ["System"]
 
@@ -28,6 +29,7 @@ class System:
         duration: of the default motion [s].
         tags: words to find it by.
         options: whole numbers that change its structure, e.g. the number of links.
+        facts: closed-form facts that the tests hold it to.
     """
 
     title: str
@@ -39,6 +41,7 @@ class System:
     duration: float = 10.0
     tags: tuple[str, ...] = ()
     options: Mapping[str, int] = field(default_factory=dict)
+    facts: tuple[Fact, ...] = ()
 
     def mechanism(self, **values: float) -> Mechanism:
         """Build the mechanism.

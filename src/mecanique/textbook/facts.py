@@ -1,0 +1,247 @@
+"""Closed-form facts about a system: what theory states, as pure data.
+
+A fact has a statement, one line that can be read aloud, and a formula that gives the numbers. Whether a fact holds
+for the mechanism as described is found out elsewhere (`mecanique.verify.facts`), with the engine's equations.
+
+A formula is a function of `Values`: parameters, options, coordinates and time as attributes, velocities by name, so
+that `lambda s: -s.c * s["x'"] / s.m` reads like the formula it is. Conserved quantities are also evaluated at complex
+numbers, so they are written with numpy's functions, and without `abs` or comparisons.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias, final
+
+from mecanique.errors import UnknownNameError
+
+__all__ = [
+    "Acceleration",
+    "Conserved",
+    "Eigenvalues",
+    "Fact",
+    "Formula",
+    "Frequencies",
+    "KineticEnergy",
+    "MassMatrix",
+    "Period",
+    "Reaction",
+    "Solution",
+    "StabilityLimit",
+    "State",
+    "Steady",
+    "Values",
+]
+
+
+@final
+@dataclass(frozen=True)
+class Values:
+    """Numbers by name: `s.m` or `s["m"]`; a velocity is `s["q'"]`.
+
+    Args:
+        numbers: parameters, options, coordinates, velocities and t.
+    """
+
+    numbers: Mapping[str, Any]
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.numbers:
+            raise UnknownNameError("quantity of a fact", name, self.numbers)
+        return self.numbers[name]
+
+    def __getattr__(self, name: str) -> Any:
+        # names with underscores are Python's own questions, e.g. when a copy is made
+        if name.startswith("_") or name not in self.numbers:
+            raise AttributeError(f"a fact asks for {name!r}, which is no parameter, option, coordinate or t")
+        return self.numbers[name]
+
+
+Formula: TypeAlias = Callable[[Values], Any]
+"""Gives the numbers of a fact."""
+
+State: TypeAlias = "Mapping[str, float] | Callable[[Values], Mapping[str, float]]"
+"""Coordinates and velocities by name, zero where left out; numbers, or a function of the parameters."""
+
+
+@dataclass(frozen=True)
+class _Stated:
+    """What all facts have.
+
+    Args:
+        statement: the fact in one line, with its formula.
+        given: parameters and options it supposes, by symbol, e.g. {"c": 0.0}; the others may have any value.
+    """
+
+    statement: str
+    given: Mapping[str, float] = field(default_factory=dict, kw_only=True)
+
+
+@final
+@dataclass(frozen=True)
+class Acceleration(_Stated):
+    """The equations of motion solved for the accelerations, at any state.
+
+    Args:
+        formula: gives v', shape (nv,).
+    """
+
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
+class MassMatrix(_Stated):
+    """The mass matrix at any state.
+
+    Args:
+        formula: gives M, shape (nv, nv).
+    """
+
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
+class KineticEnergy(_Stated):
+    """The kinetic energy at any state.
+
+    Args:
+        formula: gives T [J].
+    """
+
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
+class Reaction(_Stated):
+    """The force in a joint at any state.
+
+    Args:
+        joint: its name.
+        formula: gives the force of the parent on the child in world axes, shape (3,) [N].
+    """
+
+    joint: str
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
+class Conserved(_Stated):
+    """Quantities that stay constant along every motion.
+
+    Args:
+        formula: gives one number or several, at any state.
+    """
+
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
+class Solution(_Stated):
+    """A motion in closed form.
+
+    Args:
+        start: the state at t = 0.
+        formula: gives coordinates and velocities by name at time t; those it leaves out are not compared.
+        until: gives the time up to which it is compared [s].
+    """
+
+    start: State
+    formula: Callable[[Values], Mapping[str, float]]
+    until: Formula
+
+
+@final
+@dataclass(frozen=True)
+class Period(_Stated):
+    """A motion that comes back to its start, and when.
+
+    Args:
+        start: the state at t = 0.
+        seconds: gives the period [s].
+        advance: how far coordinates have gone on by then, e.g. a full turn.
+    """
+
+    start: State
+    seconds: Formula
+    advance: State = field(default_factory=dict)
+
+
+@final
+@dataclass(frozen=True)
+class Frequencies(_Stated):
+    """All natural frequencies of small undamped motion about an equilibrium.
+
+    Args:
+        formula: gives ω, in any order [rad/s]; zero for a coordinate without stiffness.
+        at: the equilibrium.
+    """
+
+    formula: Formula
+    at: State = field(default_factory=dict)
+
+
+@final
+@dataclass(frozen=True)
+class Eigenvalues(_Stated):
+    """Exponents λ of small deviations e^(λ t) from an equilibrium or a steady motion.
+
+    Args:
+        formula: gives λ, complex [1/s]; not necessarily all of them.
+        at: the equilibrium or steady motion.
+    """
+
+    formula: Formula
+    at: State = field(default_factory=dict)
+
+
+@final
+@dataclass(frozen=True)
+class Steady(_Stated):
+    """A state without acceleration: an equilibrium, a steady precession.
+
+    Args:
+        at: the state.
+    """
+
+    at: State
+
+
+@final
+@dataclass(frozen=True)
+class StabilityLimit(_Stated):
+    """The value of a parameter at which an equilibrium ceases to be stable.
+
+    Args:
+        parameter: its symbol.
+        formula: gives the limit, from the other parameters.
+        stable: the side on which the equilibrium is stable, "below" or "above".
+        at: the equilibrium.
+        period: gives the period of a parametric excitation [s]; stability is then Floquet's.
+    """
+
+    parameter: str
+    formula: Formula
+    stable: str
+    at: State = field(default_factory=dict)
+    period: Formula | None = None
+
+
+Fact: TypeAlias = (
+    Acceleration
+    | MassMatrix
+    | KineticEnergy
+    | Reaction
+    | Conserved
+    | Solution
+    | Period
+    | Frequencies
+    | Eigenvalues
+    | Steady
+    | StabilityLimit
+)
