@@ -1,0 +1,36 @@
+"""In-house mechanics: equations of motion derived from the description alone, symbolically and numerically."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from mecanique.errors import UnknownNameError
+
+if TYPE_CHECKING:
+    from mecanique.derive.equations import Equations
+    from mecanique.model.mechanism import Mechanism
+
+__all__ = ["METHODS", "derive"]
+
+METHODS = {
+    "lagrange": "mecanique.derive.lagrange",
+}
+"""Module of each method; it has a function `derive_equations(mechanism)`."""
+
+
+def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
+    """Derive the equations of motion of a mechanism.
+
+    Args:
+        mechanism: any mechanism.
+        method: "lagrange" (Lagrange's equations of the second kind).
+
+    Raises:
+        UnknownNameError: if there is no such method.
+        DerivationError: if the method cannot treat the mechanism.
+    """
+    if method not in METHODS:
+        raise UnknownNameError("method", method, METHODS)
+    equations: Equations = import_module(METHODS[method]).derive_equations(mechanism)
+    return equations
