@@ -60,7 +60,7 @@ class Motions:
             M: shape (n, nu, nu).
         """
         if self.G is not None:
-            return np.asarray(np.swapaxes(self.G, -1, -2) @ M @ self.G
+            return np.asarray(np.swapaxes(self.G, -1, -2) @ M @ self.G)
         out = np.empty_like(M)
         out[:, self.order[:, None], self.order[None, :]] = M
         return out
