@@ -1,0 +1,143 @@
+"""The words of URDF that the format itself does not define, in one table, for writer and reader alike.
+
+Tags of the `drake:` namespace are those of Drake's multibody parser (Drake documentation, "Parsing Models for
+Multibody", section URDF); other programs ignore them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal, final
+
+__all__ = [
+    "ACTUATOR_GEAR",
+    "ACTUATOR_INERTIA",
+    "BALL_CONSTRAINT",
+    "BUSHING",
+    "DISTANCE_CONSTRAINT",
+    "DRAKE_JOINT",
+    "DRAKE_NAMESPACE",
+    "EXTENSIONS",
+    "SPRING_DAMPER",
+    "UNBOUNDED",
+    "WORLD",
+    "Child",
+    "Extension",
+]
+
+DRAKE_NAMESPACE = "http://drake.mit.edu"
+"""What the prefix `drake:` is declared as; Drake itself matches the prefix by its letters."""
+
+WORLD = "world"
+"""The link that Drake and others take for the inertial frame."""
+
+UNBOUNDED = 1e9
+"""Written where the format demands a limit and there is none; a limit this large or larger is read as none."""
+
+DRAKE_JOINT = "drake:joint"
+"""Like `joint`, for the types that URDF lacks, e.g. `type="ball"`; programs without it do not see the joint."""
+
+ACTUATOR_INERTIA = "drake:rotor_inertia"
+"""Below robot/transmission/actuator: inertia of the rotor before the gear [kg·m² or kg]."""
+
+ACTUATOR_GEAR = "drake:gear_ratio"
+"""Below robot/transmission/actuator: the rotor seen at the joint weighs ratio² times its inertia."""
+
+
+@final
+@dataclass(frozen=True)
+class Child:
+    """One child element of an extension.
+
+    Args:
+        tag: its name.
+        attribute: where its content stands: `name` of a link or frame, or `value`.
+        count: how many numbers the value holds; 0 for a name.
+        meaning: what it says.
+    """
+
+    tag: str
+    attribute: Literal["name", "value"]
+    count: int
+    meaning: str
+
+
+@final
+@dataclass(frozen=True)
+class Extension:
+    """An element below `robot` that URDF does not define.
+
+    Args:
+        tag: its name.
+        meaning: what it adds to the model.
+        children: its children by role, in the order in which they are written; all are required.
+    """
+
+    tag: str
+    meaning: str
+    children: Mapping[str, Child]
+
+
+def _link(tag: str, meaning: str) -> Child:
+    return Child(tag, "name", 0, meaning)
+
+
+def _numbers(tag: str, count: int, meaning: str) -> Child:
+    return Child(tag, "value", count, meaning)
+
+
+def _two_points(prefix: str) -> dict[str, Child]:
+    return {
+        "body_a": _link(f"{prefix}_body_A", "link A"),
+        "point_a": _numbers(f"{prefix}_p_AP", 3, "point P of link A, in its frame [m]"),
+        "body_b": _link(f"{prefix}_body_B", "link B"),
+        "point_b": _numbers(f"{prefix}_p_BQ", 3, "point Q of link B, in its frame [m]"),
+    }
+
+
+SPRING_DAMPER = Extension(
+    "drake:linear_spring_damper",
+    "pulls P and Q together with k (length − free length) + c d(length)/dt",
+    {
+        **_two_points("drake:linear_spring_damper"),
+        "free_length": _numbers("drake:linear_spring_damper_free_length", 1, "length without force, above zero [m]"),
+        "stiffness": _numbers("drake:linear_spring_damper_stiffness", 1, "k, not negative [N/m]"),
+        "damping": _numbers("drake:linear_spring_damper_damping", 1, "c, not negative [N·s/m]"),
+    },
+)
+
+BUSHING = Extension(
+    "drake:linear_bushing_rpy",
+    "torques against roll, pitch and yaw and forces against the displacements of frame C in frame A",
+    {
+        "frame_a": _link("drake:bushing_frameA", "frame A"),
+        "frame_c": _link("drake:bushing_frameC", "frame C"),
+        "torque_stiffness": _numbers("drake:bushing_torque_stiffness", 3, "about x, y, z [N·m/rad]"),
+        "torque_damping": _numbers("drake:bushing_torque_damping", 3, "about x, y, z [N·m·s/rad]"),
+        "force_stiffness": _numbers("drake:bushing_force_stiffness", 3, "along x, y, z [N/m]"),
+        "force_damping": _numbers("drake:bushing_force_damping", 3, "along x, y, z [N·s/m]"),
+    },
+)
+
+BALL_CONSTRAINT = Extension(
+    "drake:ball_constraint",
+    "keeps P and Q together",
+    _two_points("drake:ball_constraint"),
+)
+
+DISTANCE_CONSTRAINT = Extension(
+    "drake:distance_constraint",
+    "keeps the distance from P to Q, by a stiff spring and a damper",
+    {
+        **_two_points("drake:distance_constraint"),
+        "distance": _numbers("drake:distance_constraint_distance", 1, "kept distance, above zero [m]"),
+        "stiffness": _numbers("drake:distance_constraint_stiffness", 1, "above zero [N/m]"),
+        "damping": _numbers("drake:distance_constraint_damping", 1, "not negative [N·s/m]"),
+    },
+)
+
+EXTENSIONS: Mapping[str, Extension] = {
+    extension.tag: extension for extension in (SPRING_DAMPER, BUSHING, BALL_CONSTRAINT, DISTANCE_CONSTRAINT)
+}
+"""Every extension by its tag."""

@@ -1,0 +1,126 @@
+"""XML text for people: indented, numbers exact, hostile names harmless."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+from xml.sax.saxutils import quoteattr
+
+from mecanique.errors import UrdfError
+
+__all__ = ["Comment", "Node", "Tag", "number", "numbers", "text"]
+
+
+@final
+@dataclass(frozen=True)
+class Comment:
+    """A remark.
+
+    Args:
+        lines: what it says.
+    """
+
+    lines: Sequence[str]
+
+    def __init__(self, *lines: str) -> None:
+        object.__setattr__(self, "lines", lines)
+
+
+@final
+@dataclass(frozen=True)
+class Tag:
+    """An element.
+
+    Args:
+        tag: its name.
+        children: what stands inside.
+        content: text inside, instead of children.
+        attributes: name -> text.
+    """
+
+    tag: str
+    children: Sequence[Node]
+    content: str
+    attributes: dict[str, str]
+
+    def __init__(self, tag: str, /, *children: Node, content: str = "", **attributes: str) -> None:
+        object.__setattr__(self, "tag", tag)
+        object.__setattr__(self, "attributes", attributes)
+        object.__setattr__(self, "children", children)
+        object.__setattr__(self, "content", content)
+
+
+Node: TypeAlias = Tag | Comment
+
+
+def text(root: Tag) -> str:
+    """Return the XML document, ending with a newline.
+
+    Args:
+        root: its outermost element.
+    """
+    return "\n".join(['<?xml version="1.0"?>', *_lines(root, "")]) + "\n"
+
+
+def number(value: float, what: str) -> str:
+    """Return a number so that reading it gives the same number again.
+
+    Args:
+        value: the number.
+        what: what it is, for the message.
+
+    Raises:
+        UrdfError: if it is not finite.
+    """
+    value = float(value)
+    if not math.isfinite(value):
+        raise UrdfError(f"expected a finite number for {what}, got {value}; a URDF cannot hold it")
+    # a zero has no sign in mechanics
+    exact = repr(value if value else 0.0).removesuffix(".0")
+    short = f"{value:.6g}"
+    return short if float(short) == value and len(short) < len(exact) else exact
+
+
+def numbers(values: Iterable[float], what: str) -> str:
+    """Return several numbers with spaces between them.
+
+    Args:
+        values: the numbers.
+        what: what they are, for the message.
+
+    Raises:
+        UrdfError: if one of them is not finite.
+    """
+    return " ".join(number(value, what) for value in values)
+
+
+def _lines(node: Node, indent: str) -> Iterable[str]:
+    if isinstance(node, Comment):
+        first, *rest = [_harmless(line) for line in node.lines] or [""]
+        yield f"{indent}<!-- {first}" + ("" if rest else " -->")
+        for line in rest:
+            yield f"{indent}     {line}"
+        if rest:
+            yield f"{indent}-->"
+        return
+    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in node.attributes.items())
+    head = f"{indent}<{node.tag}{attributes}"
+    if node.content:
+        yield f"{head}>{node.content}</{node.tag}>"
+    elif not node.children:
+        yield f"{head}/>"
+    else:
+        yield f"{head}>"
+        for child in node.children:
+            yield from _lines(child, indent + "  ")
+        yield f"{indent}</{node.tag}>"
+
+
+def _harmless(line: str) -> str:
+    """A comment may hold no two hyphens in a row and no control characters."""
+    line = "".join(letter if letter.isprintable() else " " for letter in line)
+    while "--" in line:
+        line = line.replace("--", "- -")
+    return f"{line} " if line.endswith("-") else line
