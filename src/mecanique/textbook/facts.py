@@ -25,6 +25,7 @@ __all__ = [
     "Frequencies",
     "KineticEnergy",
     "MassMatrix",
+    "Number",
     "Period",
     "Reaction",
     "Solution",
@@ -33,6 +34,9 @@ __all__ = [
     "Steady",
     "Values",
 ]
+
+Number: TypeAlias = Any
+"""A float; a complex number where a conserved quantity is differentiated."""
 
 
 @final
@@ -44,14 +48,14 @@ class Values:
         numbers: parameters, options, coordinates, velocities and t.
     """
 
-    numbers: Mapping[str, Any]
+    numbers: Mapping[str, Number]
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> Number:
         if name not in self.numbers:
             raise UnknownNameError("quantity of a fact", name, self.numbers)
         return self.numbers[name]
 
-    def __getattr__(self, name: str) -> Any:
+    def __getattr__(self, name: str) -> Number:
         # names with underscores are Python's own questions, e.g. when a copy is made
         if name.startswith("_") or name not in self.numbers:
             raise AttributeError(f"a fact asks for {name!r}, which is no parameter, option, coordinate or t")

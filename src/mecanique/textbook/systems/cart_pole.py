@@ -5,6 +5,8 @@ length l with a particle m at its end hangs from it and swings in the vertical p
 coordinates are the cart's position x and the angle q of the rod from the downward vertical, positive towards +x.
 """
 
+from numpy import cos, sin, sqrt
+
 from mecanique.model import (
     Body,
     Force,
@@ -18,6 +20,7 @@ from mecanique.model import (
     box,
     particle,
 )
+from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassMatrix, Values
 from mecanique.textbook.system import System
 
 
@@ -45,6 +48,13 @@ def build(M: Parameter, m: Parameter, l: Parameter, c: Parameter, g: Parameter) 
     )
 
 
+def acceleration(s: Values) -> tuple[float, float]:
+    """Return x'' and q'' (Tedrake, eqs. of the cart-pole, without input and with damping c)."""
+    push = s.m * sin(s.q) * (s.l * s["q'"] ** 2 + s.g * cos(s.q)) - s.c * s["x'"]
+    x = push / (s.M + s.m * sin(s.q) ** 2)
+    return x, -(x * cos(s.q) + s.g * sin(s.q)) / s.l
+
+
 SYSTEM = System(
     title="Pendulum hanging from a cart that is pushed and damped",
     source="Tedrake, Underactuated Robotics, sect. 3.2; Goldstein, Classical Mechanics, ch. 1",
@@ -58,4 +68,18 @@ SYSTEM = System(
     build=build,
     start={"q": 2.0},
     tags=("pendulum", "planar", "control"),
+    facts=(
+        Acceleration(
+            "(M + m sin²(q)) x'' = m sin(q) (l q'² + g cos(q)) - c x' and l q'' = -x'' cos(q) - g sin(q)", acceleration
+        ),
+        MassMatrix(
+            "M = [[M + m, m l cos(q)], [m l cos(q), m l²]]",
+            lambda s: [[s.M + s.m, s.m * s.l * cos(s.q)], [s.m * s.l * cos(s.q), s.m * s.l**2]],
+        ),
+        Frequencies("ω = 0 and sqrt((1 + m/M) g / l), hanging", lambda s: [0, sqrt((1 + s.m / s.M) * s.g / s.l)]),
+        Conserved(
+            "(M + m) x' + m l q' cos(q) + c x, the momentum and what the damping took",
+            lambda s: (s.M + s.m) * s["x'"] + s.m * s.l * s["q'"] * cos(s.q) + s.c * s.x,
+        ),
+    ),
 )

@@ -5,7 +5,10 @@ gravity g. The generalized coordinates q1 and q2 are the angles of the rods from
 towards +x; the second joint turns by q2 − q1.
 """
 
+from numpy import cos, sqrt
+
 from mecanique.model import Body, Coordinates, Mechanism, Parameter, Placement, Revolute, coordinate, rod
+from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number, Values
 from mecanique.textbook.system import System
 
 
@@ -25,6 +28,25 @@ def build(m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, g: Paramet
     )
 
 
+def mass_matrix(s: Values) -> list[list[Number]]:
+    """Return M: each rod's moment of inertia about its own pin, the lower rod's mass carried by the upper."""
+    off = s.m2 * s.l1 * s.l2 / 2 * cos(s.q1 - s.q2)
+    return [[(s.m1 / 3 + s.m2) * s.l1**2, off], [off, s.m2 * s.l2**2 / 3]]
+
+
+def energy(s: Values) -> Number:
+    """Return T + V, with V zero where all masses are at the height of the pin."""
+    (a, b), (_, d) = mass_matrix(s)
+    T = (a * s["q1'"] ** 2 + 2 * b * s["q1'"] * s["q2'"] + d * s["q2'"] ** 2) / 2
+    return T - (s.m1 / 2 + s.m2) * s.g * s.l1 * cos(s.q1) - s.m2 * s.g * s.l2 / 2 * cos(s.q2)
+
+
+def spin(s: Values) -> Number:
+    """Return the angular momentum about the upper pin."""
+    (a, b), (_, d) = mass_matrix(s)
+    return (a + b) * s["q1'"] + (b + d) * s["q2'"]
+
+
 SYSTEM = System(
     title="Two uniform rods, one hanging from the other",
     source="Goldstein, Classical Mechanics, ch. 1, ex. 22 (point masses); Levien & Tan, Am. J. Phys. 61 (1993) 1038",
@@ -38,4 +60,16 @@ SYSTEM = System(
     build=build,
     start={"q1": 2.0, "q2": 1.5},
     tags=("pendulum", "planar", "chaos"),
+    facts=(
+        MassMatrix(
+            "M = [[(m1/3 + m2) l1², m2 l1 l2 cos(q1 - q2) / 2], [m2 l1 l2 cos(q1 - q2) / 2, m2 l2² / 3]]", mass_matrix
+        ),
+        Frequencies(
+            "equal rods: ω² = 3 (1 ± 2 / sqrt(7)) g / l",
+            lambda s: [sqrt(3 * (1 + sign * 2 / sqrt(7)) * s.g / s.l1) for sign in (-1, 1)],
+            given={"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 1.0},
+        ),
+        Conserved("the energy T - (m1/2 + m2) g l1 cos(q1) - m2 g l2 cos(q2) / 2", energy),
+        Conserved("without gravity, the angular momentum about the upper pin", spin, given={"g": 0.0}),
+    ),
 )

@@ -4,7 +4,10 @@ A homogeneous rod of mass m and length l hangs from a pin at its upper end and s
 gravity g. The generalized coordinate q is the angle from the downward vertical, positive towards +x.
 """
 
+from numpy import cos, sin, sqrt
+
 from mecanique.model import Body, Mechanism, Parameter, Revolute, rod
+from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Period, Reaction, Values
 from mecanique.textbook.system import System
 
 
@@ -19,6 +22,21 @@ def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 
     )
 
 
+def reaction(s: Values) -> tuple[float, float, float]:
+    """Return the pin's force on the rod in world axes: R_n towards the pin, R_t across (chapter 1, eqs. 1.23, 1.24)."""
+    qdd = -3 * s.g / (2 * s.l) * sin(s.q)
+    Rn = s.m * s.g * cos(s.q) + s.m * s.l * s["q'"] ** 2 / 2
+    Rt = s.m * s.g * sin(s.q) + s.m * s.l * qdd / 2
+    return Rt * cos(s.q) - Rn * sin(s.q), 0.0, Rt * sin(s.q) + Rn * cos(s.q)
+
+
+def period(s: Values) -> float:
+    """Return the period of swings of amplitude 2 rad, by the complete elliptic integral of the first kind."""
+    from scipy.special import ellipk
+
+    return float(4 * sqrt(2 * s.l / (3 * s.g)) * ellipk(sin(1.0) ** 2))
+
+
 SYSTEM = System(
     title="Homogeneous rod, pinned at one end, under gravity",
     source="Fundamentals of Dynamics, ch. 1, Figure 1.4, eqs. 1.14-1.26",
@@ -30,4 +48,14 @@ SYSTEM = System(
     build=build,
     start={"q": 2.0},
     tags=("chapter", "pendulum", "planar"),
+    facts=(
+        Acceleration("q'' = -3 g sin(q) / (2 l)", lambda s: [-3 * s.g / (2 * s.l) * sin(s.q)]),
+        KineticEnergy("T = m l² q'² / 6", lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6),
+        Conserved(
+            "the energy m l² q'² / 6 - m g l cos(q) / 2",
+            lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6 - s.m * s.g * s.l * cos(s.q) / 2,
+        ),
+        Reaction("R_n = m g cos(q) + m l q'² / 2 and R_t = m g sin(q) + m l q'' / 2", "pin", reaction),
+        Period("swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)", {"q": 2.0}, period),
+    ),
 )

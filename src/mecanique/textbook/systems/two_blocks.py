@@ -5,7 +5,10 @@ second to the first, and a force F(t) acts on the second. The generalized coordi
 of the blocks from where both springs are free, positive away from the wall.
 """
 
+import numpy as np
+
 from mecanique.model import Body, Force, Input, Mechanism, Parameter, Placement, Prismatic, Spring, box, time
+from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, Solution, Values
 from mecanique.textbook.system import System
 
 
@@ -38,6 +41,25 @@ def build(
     )
 
 
+def frequencies(s: Values) -> tuple[float, float]:
+    """Return both roots of ω⁴ m1 m2 - ω² (m1 k2 + m2 (k1 + k2)) + k1 k2 = 0."""
+    b = s.m1 * s.k2 + s.m2 * (s.k1 + s.k2)
+    root = np.sqrt(b**2 - 4 * s.m1 * s.m2 * s.k1 * s.k2)
+    return np.sqrt((b - root) / (2 * s.m1 * s.m2)), np.sqrt((b + root) / (2 * s.m1 * s.m2))
+
+
+def amplitudes(s: Values) -> tuple[float, float]:
+    """Return the amplitudes of the forced motion at the force's frequency, by Cramer's rule."""
+    d1, d2 = s.k1 + s.k2 - s.m1 * s.W**2, s.k2 - s.m2 * s.W**2
+    return s.k2 * s.F0 / (d1 * d2 - s.k2**2), d1 * s.F0 / (d1 * d2 - s.k2**2)
+
+
+def forced(s: Values) -> dict[str, float]:
+    """Return the forced motion."""
+    Q1, Q2 = amplitudes(s)
+    return {"q1": Q1 * np.cos(s.W * s.t), "q2": Q2 * np.cos(s.W * s.t)}
+
+
 SYSTEM = System(
     title="Two blocks on a line, two springs and a force",
     source="Fundamentals of Dynamics, ch. 1, Example 1.1, Figure 1.8",
@@ -53,4 +75,25 @@ SYSTEM = System(
     build=build,
     start={"q1": 0.2, "q2": -0.1},
     tags=("chapter", "planar", "spring", "linear"),
+    facts=(
+        Acceleration(
+            "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0 and m2 q2'' - k2 q1 + k2 q2 = F0 cos(W t)",
+            lambda s: [
+                (-(s.k1 + s.k2) * s.q1 + s.k2 * s.q2) / s.m1,
+                (s.k2 * s.q1 - s.k2 * s.q2 + s.F0 * np.cos(s.W * s.t)) / s.m2,
+            ],
+        ),
+        Frequencies("ω⁴ m1 m2 - ω² (m1 k2 + m2 (k1 + k2)) + k1 k2 = 0", frequencies),
+        Solution(
+            "the forced motion is (Q1, Q2) cos(W t), Q1 = k2 F0 / D, Q2 = (k1 + k2 - m1 W²) F0 / D, D = det(K - W² M)",
+            lambda s: dict(zip(("q1", "q2"), amplitudes(s), strict=True)),
+            forced,
+            until=lambda s: 3.0,
+        ),
+        Conserved(
+            "without the force, the energy (m1 q1'² + m2 q2'² + k1 q1² + k2 (q2 - q1)²) / 2",
+            lambda s: (s.m1 * s["q1'"] ** 2 + s.m2 * s["q2'"] ** 2 + s.k1 * s.q1**2 + s.k2 * (s.q2 - s.q1) ** 2) / 2,
+            given={"F0": 0.0},
+        ),
+    ),
 )

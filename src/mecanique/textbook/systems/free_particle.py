@@ -1,0 +1,61 @@
+"""Free particle.
+
+A particle m is thrown and falls freely under gravity g; nothing constrains it, so it has three degrees of freedom.
+The generalized coordinates are its rectangular coordinates x, y, z, with z upwards.
+"""
+
+from mecanique.model import Body, Mechanism, Parameter, Prismatic, particle
+from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Solution, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, g: Parameter) -> Mechanism:
+    """Return the particle, carried along x, y and z in turn."""
+    return Mechanism(
+        name="free_particle",
+        bodies=(Body("ground"), Body("along_x"), Body("along_y"), Body("particle", particle(m))),
+        joints=(
+            Prismatic("x", "ground", "along_x", axis=(1, 0, 0)),
+            Prismatic("y", "along_x", "along_y", axis=(0, 1, 0)),
+            Prismatic("z", "along_y", "particle", axis=(0, 0, 1)),
+        ),
+        parameters=(m, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def flight(s: Values) -> dict[str, float]:
+    """Return the parabola of the throw."""
+    return {"x": 1.0 + 3.0 * s.t, "y": 2.0 * s.t, "z": 4.0 * s.t - s.g * s.t**2 / 2, "z'": 4.0 - s.g * s.t}
+
+
+SYSTEM = System(
+    title="Particle free in space, thrown under gravity",
+    source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.1",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the particle"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"x": 2.0, "y": 1.0, "z": 9.81},
+    duration=2.0,
+    tags=("chapter", "particle", "spatial", "free", "linear"),
+    facts=(
+        Acceleration("m (x'', y'', z'') = (0, 0, -m g)", lambda s: [0, 0, -s.g]),
+        MassMatrix("M = m times the unit matrix", lambda s: [[s.m, 0, 0], [0, s.m, 0], [0, 0, s.m]]),
+        Solution(
+            "r = r0 + v0 t - g t² e_z / 2",
+            {"x": 1.0, "x'": 3.0, "y'": 2.0, "z'": 4.0},
+            flight,
+            until=lambda s: 1.0,
+        ),
+        Conserved(
+            "m x', m y' and the energy m (x'² + y'² + z'²) / 2 + m g z",
+            lambda s: [
+                s.m * s["x'"],
+                s.m * s["y'"],
+                s.m * (s["x'"] ** 2 + s["y'"] ** 2 + s["z'"] ** 2) / 2 + s.m * s.g * s.z,
+            ],
+        ),
+    ),
+)

@@ -1,0 +1,66 @@
+"""Free planar body.
+
+A homogeneous rectangular plate of mass m and sides a and b is thrown in its own, vertical plane under gravity g: at
+most three degrees of freedom are possible in planar motion. The generalized coordinates are x and z of the center of
+mass and the angle theta of the plate, positive from x towards z.
+"""
+
+from mecanique.model import Body, Mechanism, Parameter, Planar, plate
+from mecanique.textbook.facts import Acceleration, KineticEnergy, MassMatrix, Number, Solution, Values
+from mecanique.textbook.system import System
+
+QUARTER = 1.5707963267948966
+
+
+def build(m: Parameter, a: Parameter, b: Parameter, g: Parameter) -> Mechanism:
+    """Return the plate, turned into the x-z plane."""
+    return Mechanism(
+        name="free_planar_body",
+        bodies=(Body("ground"), Body("plate", plate(m, (a, b)).at(rpy=(QUARTER, 0, 0)))),
+        joints=(Planar("plane", "ground", "plate", axis=(0, -1, 0), names=("x", "z", "theta")),),
+        parameters=(m, a, b, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def inertia(s: Values) -> Number:
+    """Return the plate's moment of inertia about its normal through the center."""
+    return s.m * (s.a**2 + s.b**2) / 12
+
+
+def flight(s: Values) -> dict[str, float]:
+    """Return the throw: a parabola and a steady turn."""
+    return {"x": 2.0 * s.t, "z": 5.0 * s.t - s.g * s.t**2 / 2, "theta": 0.5 + 3.0 * s.t, "theta'": 3.0}
+
+
+SYSTEM = System(
+    title="Plate thrown in its own vertical plane",
+    source="Fundamentals of Dynamics, ch. 1, Figure 1.2, eqs. 1.13 and 1.32",
+    parameters=(
+        Parameter("m", 2.0, "kg", "mass of the plate"),
+        Parameter("a", 0.6, "m", "side along the body's x axis"),
+        Parameter("b", 0.4, "m", "side along the body's z axis"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"x": 1.5, "z": 9.81, "theta": 6.0},
+    duration=2.0,
+    tags=("chapter", "planar", "free", "linear"),
+    facts=(
+        Acceleration("x'' = 0, z'' = -g, theta'' = 0", lambda s: [0, -s.g, 0]),
+        MassMatrix(
+            "M = diag(m, m, I), I = m (a² + b²) / 12",
+            lambda s: [[s.m, 0, 0], [0, s.m, 0], [0, 0, inertia(s)]],
+        ),
+        KineticEnergy(
+            "T = m v² / 2 + I theta'² / 2",
+            lambda s: s.m * (s["x'"] ** 2 + s["z'"] ** 2) / 2 + inertia(s) * s["theta'"] ** 2 / 2,
+        ),
+        Solution(
+            "a parabola and a steady turn",
+            {"theta": 0.5, "x'": 2.0, "z'": 5.0, "theta'": 3.0},
+            flight,
+            until=lambda s: 1.0,
+        ),
+    ),
+)

@@ -1,0 +1,102 @@
+"""Pendulum of n links.
+
+n equal particles m hang one below the other by massless rods of length l from a fixed pin and swing in one vertical
+plane under gravity g. The generalized coordinates q1 … qn are the angles of the rods from the downward vertical,
+positive towards +x; each joint turns by the difference of two of them.
+"""
+
+import numpy as np
+
+from mecanique.model import Body, Coordinates, Mechanism, Parameter, Placement, Revolute, bar, coordinate, particle
+from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassMatrix, Number, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the pendulum of n links."""
+    links = range(1, n + 1)
+    return Mechanism(
+        name="n_link_pendulum",
+        bodies=(Body("ground"), *(Body(f"link{i}", bar(l), particle(m, (0, 0, -l))) for i in links)),
+        joints=(
+            Revolute("pin1", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
+            *(
+                Revolute(
+                    f"pin{i}",
+                    f"link{i - 1}",
+                    f"link{i}",
+                    axis=(0, -1, 0),
+                    origin=Placement((0, 0, -l)),
+                    coordinate=f"theta{i}",
+                )
+                for i in links[1:]
+            ),
+        ),
+        coordinates=Coordinates(
+            tuple(f"q{i}" for i in links),
+            {f"theta{i}": coordinate(f"q{i}") - coordinate(f"q{i - 1}") for i in links[1:]},
+        ),
+        parameters=(m, l, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def angles(s: Values) -> tuple[Number, Number]:
+    """Return q and q', shape (n,) each."""
+    links = range(1, s.n + 1)
+    return np.array([s[f"q{i}"] for i in links]), np.array([s[f"q{i}'"] for i in links])
+
+
+def carried(s: Values) -> Number:
+    """Return the number of particles that rods i and j both carry, n + 1 - max(i, j), shape (n, n)."""
+    i = np.arange(1, s.n + 1)
+    return s.n + 1 - np.maximum.outer(i, i)
+
+
+def mass_matrix(s: Values) -> Number:
+    """Return M, entry by entry m l² (n + 1 - max(i, j)) cos(qi - qj)."""
+    q, _ = angles(s)
+    return s.m * s.l**2 * carried(s) * np.cos(np.subtract.outer(q, q))
+
+
+def acceleration(s: Values) -> Number:
+    """Return q'' from M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0."""
+    q, v = angles(s)
+    turning = s.m * s.l**2 * (carried(s) * np.sin(np.subtract.outer(q, q))) @ v**2
+    return np.linalg.solve(mass_matrix(s), -turning - s.m * s.g * s.l * np.diag(carried(s)) * np.sin(q))
+
+
+def energy(s: Values) -> Number:
+    """Return T + V, with V zero where all particles are at the height of the pin."""
+    q, v = angles(s)
+    return v @ mass_matrix(s) @ v / 2 - s.m * s.g * s.l * np.diag(carried(s)) @ np.cos(q)
+
+
+def frequencies(s: Values) -> Number:
+    """Return the roots of Laguerre's polynomial, as frequencies."""
+    from scipy.special import roots_laguerre
+
+    return np.sqrt(s.g / s.l * roots_laguerre(s.n)[0])
+
+
+SYSTEM = System(
+    title="Particles hanging one from another by n massless rods",
+    source="D. Bernoulli, 1738; Gantmacher & Krein, Oscillation Matrices, ch. III; Goldstein, ch. 1, ex. 22 (n = 2)",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of each particle"),
+        Parameter("l", 0.5, "m", "length of each rod"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    options={"n": 4},
+    build=build,
+    start={"q1": 1.5, "q2": 1.5, "q3": 1.5, "q4": 1.5},
+    tags=("pendulum", "planar", "chain", "chaos"),
+    facts=(
+        MassMatrix("M_ij = m l² (n + 1 - max(i, j)) cos(qi - qj)", mass_matrix),
+        Acceleration(
+            "Σ_j M_ij qj'' + m l² (n + 1 - max(i, j)) sin(qi - qj) qj'² = -(n + 1 - i) m g l sin(qi)", acceleration
+        ),
+        Frequencies("ω² = g x / l for the n roots x of Laguerre's polynomial L_n", frequencies),
+        Conserved("the energy v·M v / 2 - m g l Σ (n + 1 - i) cos(qi)", energy),
+    ),
+)

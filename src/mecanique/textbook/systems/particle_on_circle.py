@@ -1,0 +1,54 @@
+"""Particle on a circle, located by an angle.
+
+A particle m moves without friction on a fixed horizontal circle of radius R. Two constraints, z = 0 and
+x² + y² = R², leave one degree of freedom. The generalized coordinate theta is the angle from the x axis to the
+particle's radius, positive towards the y axis; it reaches every point of the circle.
+"""
+
+from numpy import cos, sin
+
+from mecanique.model import Body, Mechanism, Parameter, Revolute, bar, particle
+from mecanique.textbook.facts import Acceleration, KineticEnergy, Period, Reaction, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
+    """Return the particle, held by a massless spoke."""
+    return Mechanism(
+        name="particle_on_circle",
+        bodies=(Body("ground"), Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0)))),
+        joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
+        parameters=(m, R, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def constraint(s: Values) -> tuple[float, float, float]:
+    """Return the force that keeps the particle on the circle: towards the center, and against its weight."""
+    C = s.m * s.R * s["theta'"] ** 2
+    return -C * cos(s.theta), -C * sin(s.theta), s.m * s.g
+
+
+SYSTEM = System(
+    title="Particle on a horizontal circle, by its angle",
+    source="Fundamentals of Dynamics, ch. 1, Figure 1.1",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the particle"),
+        Parameter("R", 1.0, "m", "radius of the circle"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"theta": 1.0},
+    tags=("chapter", "particle", "planar"),
+    facts=(
+        Acceleration("theta'' = 0", lambda s: [0]),
+        KineticEnergy("T = m R² theta'² / 2", lambda s: s.m * s.R**2 * s["theta'"] ** 2 / 2),
+        Reaction("m R theta'² towards the center and m g upwards", "center", constraint),
+        Period(
+            "once around in 2 pi / theta'",
+            {"theta'": 2.0},
+            lambda s: 3.141592653589793,
+            advance={"theta": 6.283185307179586},
+        ),
+    ),
+)

@@ -1,0 +1,59 @@
+"""Particle on a circle, located by its abscissa.
+
+The same particle m on the same horizontal circle of radius R as in `particle_on_circle`, with its rectangular
+coordinate x as generalized coordinate: y = +sqrt(R² - x²), so that theta = acos(x/R). The coordinate serves on the
+half y > 0 only; at x = ±R, where the circle turns back, its mass matrix grows without bound.
+"""
+
+from numpy import arccos, cos, sin, sqrt
+
+from mecanique.model import Body, Coordinates, Mechanism, Parameter, Revolute, bar, coordinate, particle
+from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Solution, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
+    """Return the particle, held by a massless spoke whose angle follows x."""
+    from sympy import acos
+
+    return Mechanism(
+        name="particle_on_circle_x",
+        bodies=(Body("ground"), Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0)))),
+        joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
+        coordinates=Coordinates(("x",), {"theta": acos(coordinate("x") / R)}),
+        parameters=(m, R, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def around(s: Values) -> dict[str, float]:
+    """Return the motion that starts at x = 0.8 R with theta' = 1."""
+    theta = arccos(0.8) + s.t
+    return {"x": s.R * cos(theta), "x'": -s.R * sin(theta)}
+
+
+SYSTEM = System(
+    title="Particle on a horizontal circle, by its abscissa",
+    source="Fundamentals of Dynamics, ch. 1, Figure 1.1",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the particle"),
+        Parameter("R", 1.0, "m", "radius of the circle"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"x": 0.8},
+    start_velocity={"x": -0.6},
+    duration=2.4,
+    tags=("chapter", "particle", "planar", "chart"),
+    facts=(
+        Acceleration("x'' = -x x'² / (R² - x²)", lambda s: [-s.x * s["x'"] ** 2 / (s.R**2 - s.x**2)]),
+        MassMatrix("M = m R² / (R² - x²)", lambda s: [[s.m * s.R**2 / (s.R**2 - s.x**2)]]),
+        Conserved("theta' = -x' / sqrt(R² - x²)", lambda s: -s["x'"] / sqrt(s.R**2 - s.x**2)),
+        Solution(
+            "x = R cos(theta0 + theta' t), the same motion as by the angle",
+            lambda s: {"x": 0.8 * s.R, "x'": -0.6 * s.R},
+            around,
+            until=lambda s: 2.0,
+        ),
+    ),
+)

@@ -1,0 +1,69 @@
+"""Simple pendulum.
+
+A particle m hangs from a fixed pin by a massless rod of length l and swings in a vertical plane under gravity g. The
+generalized coordinate q is the angle from the downward vertical, positive towards +x.
+"""
+
+from numpy import arcsin, cos, sin, sqrt
+
+from mecanique.model import Body, Mechanism, Parameter, Revolute, bar, particle
+from mecanique.textbook.facts import Acceleration, Period, Reaction, Solution, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the pendulum."""
+    return Mechanism(
+        name="simple_pendulum",
+        bodies=(Body("ground"), Body("bob", bar(l), particle(m, (0, 0, -l)))),
+        joints=(Revolute("pin", "ground", "bob", axis=(0, -1, 0), coordinate="q"),),
+        parameters=(m, l, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def tension(s: Values) -> tuple[float, float, float]:
+    """Return the pin's force on the rod: the tension along it, nothing across."""
+    S = s.m * s.g * cos(s.q) + s.m * s.l * s["q'"] ** 2
+    return -S * sin(s.q), 0.0, S * cos(s.q)
+
+
+def period(s: Values) -> float:
+    """Return the period of swings of amplitude 2.5 rad, by the complete elliptic integral of the first kind."""
+    from scipy.special import ellipk
+
+    return float(4 * sqrt(s.l / s.g) * ellipk(sin(1.25) ** 2))
+
+
+def swing(s: Values) -> dict[str, float]:
+    """Return the motion through the lowest point at t = 0 with amplitude 2.5 rad, by Jacobi's functions."""
+    from scipy.special import ellipj
+
+    k, n = sin(1.25), sqrt(s.g / s.l)
+    sn, cn, _, _ = ellipj(n * s.t, k**2)
+    return {"q": 2 * arcsin(k * sn), "q'": 2 * k * n * cn}
+
+
+SYSTEM = System(
+    title="Particle on a massless rod, pinned, under gravity",
+    source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 11, problem 1; Whittaker, Analytical Dynamics, sect. 44",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the particle"),
+        Parameter("l", 1.0, "m", "length of the rod"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"q": 2.5},
+    tags=("pendulum", "planar"),
+    facts=(
+        Acceleration("q'' = -g sin(q) / l", lambda s: [-s.g / s.l * sin(s.q)]),
+        Reaction("the rod pulls with m g cos(q) + m l q'²", "pin", tension),
+        Period("swings of amplitude A last 4 sqrt(l / g) K(k), k = sin(A/2)", {"q": 2.5}, period),
+        Solution(
+            "sin(q/2) = k sn(sqrt(g/l) t, k), from the lowest point",
+            lambda s: {"q'": 2 * sin(1.25) * sqrt(s.g / s.l)},
+            swing,
+            until=lambda s: 1.5 * period(s),
+        ),
+    ),
+)
