@@ -98,15 +98,17 @@ class Mechanism:
     @cached_property
     def tree(self) -> tuple[Joint, ...]:
         """The joints, each after the one that carries its parent."""
-        order: list[Joint] = []
-        placed = {self.ground}
-        waiting = list(self.joints)
+        children: dict[str, list[Joint]] = {}
+        for joint in self.joints:
+            children.setdefault(joint.parent, []).append(joint)
+        depth = {self.ground: 0}
+        waiting = [self.ground]
         while waiting:
-            ready = [joint for joint in waiting if joint.parent in placed]
-            order.extend(ready)
-            placed.update(joint.child for joint in ready)
-            waiting = [joint for joint in waiting if joint.child not in placed]
-        return tuple(order)
+            parent = waiting.pop()
+            for joint in children.get(parent, ()):
+                depth[joint.child] = depth[parent] + 1
+                waiting.append(joint.child)
+        return tuple(sorted(self.joints, key=lambda joint: depth[joint.child]))
 
     def body(self, name: str) -> Body:
         """Return a body by name.

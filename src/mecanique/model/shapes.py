@@ -294,7 +294,7 @@ def combined(shapes: Sequence[Shape]) -> Shape:
     Args:
         shapes: pieces of one body, in its frame.
     """
-    heavy = [shape for shape in shapes if not _is_zero(shape.mass)]
+    heavy = [shape for shape in shapes if not all(map(_is_zero, (shape.mass, *shape.inertia)))]
     visuals = tuple(visual for shape in shapes for visual in shape.visuals)
     if len(heavy) == 1:
         return replace(heavy[0], visuals=visuals)
