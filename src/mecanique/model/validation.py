@@ -108,7 +108,8 @@ def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
     if mass < 0:
         return f"its mass is negative ({mass:g} kg)"
     principal = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    slack = 1e-9 * max(abs(principal))
+    # relative rounding, and moments of a body a ten-millionth of a meter wide
+    slack = 1e-9 * max(abs(principal)) + 1e-14 * mass
     if principal[0] < -slack:
         return f"its inertia has a negative principal moment ({principal[0]:g} kg·m²)"
     if principal[0] + principal[1] < principal[2] - slack:
@@ -142,10 +143,12 @@ def _names(m: Description) -> Iterator[str]:
     for name, count in Counter(joint_coordinates).items():
         if count > 1:
             yield f"coordinate {name!r} belongs to {count} joints"
+    of_joints = set(joint_coordinates)
+    of_quaternions = {name for j in m.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates}
     for name in m.coordinates.driven:
-        if name not in joint_coordinates:
+        if name not in of_joints:
             yield f"the coordinate map sets {name!r}, which is no joint coordinate"
-        elif any(name in j.coordinates for j in m.joints if isinstance(j, (Spherical, Floating))):
+        elif name in of_quaternions:
             yield f"the coordinate map sets {name!r}, but a quaternion's joint cannot be driven"
     clash = {*m.coordinates.names} & {*(p.symbol for p in m.parameters), *(i.symbol for i in m.inputs), "t"}
     for name in sorted(clash):
@@ -227,12 +230,14 @@ def _tree(m: Description) -> Iterator[str]:
             yield f"the ground {name!r} is the child of a joint"
         elif count > 1:
             yield f"body {name!r} is the child of {count} joints; close loops by a loop constraint, not by a joint"
-    reached = {m.ground}
-    while True:
-        more = {joint.child for joint in m.joints if joint.parent in reached} - reached
-        if not more:
-            break
-        reached |= more
+    children: dict[str, list[str]] = {}
+    for joint in m.joints:
+        children.setdefault(joint.parent, []).append(joint.child)
+    reached, waiting = {m.ground}, [m.ground]
+    while waiting:
+        more = [child for child in children.get(waiting.pop(), ()) if child not in reached]
+        reached.update(more)
+        waiting.extend(more)
     for name in sorted(bodies - reached):
         yield f"body {name!r} is not connected to the ground {m.ground!r}"
 
