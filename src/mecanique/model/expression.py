@@ -91,7 +91,12 @@ def plain(scalar: Scalar) -> Scalar:
     if isinstance(scalar, (bool, np.bool_, str)):
         raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}")
     if isinstance(scalar, (int, float, np.integer, np.floating)):
-        return float(scalar)
+        try:
+            return float(scalar)
+        except OverflowError:
+            raise InputError(
+                f"expected a number within the range of floats, got one of {len(str(scalar))} digits"
+            ) from None
     convert = getattr(scalar, "_sympy_", None)
     if convert is not None:
         return convert()

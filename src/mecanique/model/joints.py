@@ -164,9 +164,11 @@ class Planar(_Named):
     def directions(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
         """The plane's two axes in the joint's frame, each shape (3,)."""
         x, y, z = self.axis
-        if z < -1 + 1e-12:
+        across = x * x + y * y
+        if z < 0 and across == 0:
             return (1.0, 0.0, 0.0), (0.0, -1.0, 0.0)
-        k = 1 / (1 + z)
+        # both are the same for a unit axis; the second does not cancel near −z
+        k = 1 / (1 + z) if z > 0 else (1 - z) / across
         return (1 - k * x * x, -k * x * y, -x), (-k * x * y, 1 - k * y * y, -y)
 
 

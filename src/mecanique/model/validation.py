@@ -92,7 +92,7 @@ def faults(mechanism: Description) -> list[str]:
     found += [*_tree(mechanism)]
     found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
     # values can be judged only when every symbol is known
-    return found or [*_bodies(mechanism), *_gravity(mechanism), *_constants(mechanism)]
+    return found or [*_bodies(mechanism), *_gravity(mechanism), *_constants(mechanism), *_finite(mechanism)]
 
 
 def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
@@ -150,6 +150,12 @@ def _names(m: Description) -> Iterator[str]:
             yield f"the coordinate map sets {name!r}, which is no joint coordinate"
         elif name in of_quaternions:
             yield f"the coordinate map sets {name!r}, but a quaternion's joint cannot be driven"
+    moved = set(joint_coordinates).union(*(symbols_in(scalar) for scalar in m.coordinates.driven.values()))
+    for name in m.coordinates.names:
+        if name in m.coordinates.driven:
+            yield f"{name!r} is both a generalized coordinate and set by the coordinate map"
+        elif name not in moved:
+            yield f"coordinate {name!r} moves nothing: no joint has it, and the coordinate map does not depend on it"
     clash = {*m.coordinates.names} & {*(p.symbol for p in m.parameters), *(i.symbol for i in m.inputs), "t"}
     for name in sorted(clash):
         yield f"{name!r} is both a coordinate and a parameter, an input or time"
@@ -311,6 +317,31 @@ def _gravity(m: Description) -> Iterator[str]:
     for component in m.gravity:
         if not math.isfinite(float(evaluate(component, m.values))):
             yield "gravity is not finite"
+
+
+def _finite(m: Description) -> Iterator[str]:
+    """What is known before any motion must be finite: it would only come back as NaN."""
+    stated: list[tuple[str, Scalar]] = [(f"the map of {name!r}", s) for name, s in m.coordinates.driven.items()]
+    for loop in m.loops:
+        frames = (loop.frame_a, loop.frame_b)
+        stated += [(f"loop {loop.name!r}: its frame", s) for frame in frames for s in (*frame.xyz, *frame.rpy)]
+    for force in m.forces:
+        for field in ("point_a", "point_b", "point", "reference", "force", "torque"):
+            given = getattr(force, field, ())
+            scalars = given if isinstance(given, tuple) else (given,)
+            stated += [(f"force {force.name!r}: its {field.replace('_', ' ')}", scalar) for scalar in scalars]
+    for where in dict.fromkeys(where for where, scalar in stated if not _is_finite(scalar, m.values)):
+        yield f"{where} is not finite"
+
+
+def _is_finite(scalar: Scalar, values: dict[str, float]) -> bool:
+    if not symbols_in(scalar) <= values.keys():
+        return True
+    try:
+        with np.errstate(all="ignore"):
+            return math.isfinite(float(evaluate(scalar, values)))
+    except (ArithmeticError, TypeError):
+        return False
 
 
 def _constants(m: Description) -> Iterator[str]:
