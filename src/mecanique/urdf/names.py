@@ -1,0 +1,30 @@
+"""Names that are not taken yet."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import final
+
+__all__ = ["Names"]
+
+
+@final
+class Names:
+    """Gives each thing a name of its own.
+
+    Args:
+        taken: names not to give.
+    """
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self._taken = set(taken)
+        self._count: dict[str, int] = {}
+
+    def free(self, name: str) -> str:
+        """Return the name, or the first of name_2, name_3 … that is free; it is taken then."""
+        chosen = name
+        while chosen in self._taken:
+            self._count[name] = self._count.get(name, 1) + 1
+            chosen = f"{name}_{self._count[name]}"
+        self._taken.add(chosen)
+        return chosen

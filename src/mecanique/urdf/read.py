@@ -1,0 +1,149 @@
+"""URDF text -> mechanism.
+
+Nothing of the parsers of other programs is used, so that what they read wrongly can be found. What the equations do not
+use (collisions, dry friction, tags of other programs) is not warned about here: `mecanique.urdf.lint` tells all of it.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from typing import Literal
+
+from mecanique.errors import InputError, MechanismError
+from mecanique.model.bodies import Body
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import Scalar, Vector, coordinate
+from mecanique.model.forces import AnyForce, JointDamper
+from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import vector
+from mecanique.urdf.dialect import WORLD
+from mecanique.urdf.document import Document, Source, read_document
+from mecanique.urdf.findings import Report
+from mecanique.urdf.meshes import PackagePath
+from mecanique.urdf.names import Names
+
+__all__ = ["GRAVITY", "mechanism_of", "read_urdf"]
+
+GRAVITY = (0.0, 0.0, -9.81)
+"""Acceleration of free fall that a URDF does not state [m/s²]."""
+
+
+def read_urdf(
+    path_or_text: Source,
+    *,
+    gravity: Vector = GRAVITY,
+    root: Literal["fixed", "floating"] = "fixed",
+    package_path: PackagePath | None = None,
+) -> Mechanism:
+    """Return the mechanism that a URDF describes.
+
+    Joint coordinates bear the names of their joints. Joint damping, springs and dampers of the drake: dialect, its ball
+    and distance constraints, mimic joints and rotor inertias are read; dry friction and collisions do not enter the
+    equations. `mecanique.lint` says what is not used and what other programs read differently.
+
+    Args:
+        path_or_text: the path of a URDF file, or its text.
+        gravity: shape (3,), acceleration of free fall in world axes [m/s²].
+        root: "fixed" holds the root link in the world, "floating" lets it move freely in it.
+        package_path: folders to search for the packages of meshes, before those of ROS_PACKAGE_PATH.
+
+    Raises:
+        UrdfError: with every error found, each with its line.
+        InputError: if an argument is not what is expected.
+    """
+    if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
+        raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
+    if root not in ("fixed", "floating"):
+        raise InputError(f"expected 'fixed' or 'floating' for the root, got {root!r}")
+    document, report = read_document(path_or_text, package_path)
+    mechanism = None if document is None else mechanism_of(document, report, gravity, root)
+    report.refuse()
+    if mechanism is None:
+        raise InputError(f"expected a URDF, got {path_or_text!r}")
+    return mechanism
+
+
+def mechanism_of(
+    document: Document, report: Report, gravity: Vector = GRAVITY, root: Literal["fixed", "floating"] = "fixed"
+) -> Mechanism | None:
+    """Return the mechanism of a document; None if it has errors, which are in the report.
+
+    Args:
+        document: what the text says.
+        report: its faults so far; what the model finds is added.
+        gravity: shape (3,), acceleration of free fall in world axes [m/s²].
+        root: "fixed" or "floating".
+    """
+    if report.errors or document.root is None:
+        return None
+    bodies = [link.body() for link in document.links]
+    joints = [joint.joint() for joint in document.joints]
+    ground = document.root
+    if root == "floating":
+        ground = Names(body.name for body in bodies).free(WORLD)
+        bodies.insert(0, Body(ground))
+        name = Names(joint.name for joint in joints).free("root_joint")
+        joints.insert(0, Floating(name, ground, document.root))
+    joints = _with_own_names(joints)
+    try:
+        return Mechanism(
+            document.name,
+            tuple(bodies),
+            tuple(joints),
+            forces=_forces(document),
+            loops=tuple(document.extensions.loops),
+            coordinates=Coordinates((), _map(document, joints)),
+            gravity=vector(gravity, "gravity"),
+            ground=ground,
+        )
+    except MechanismError as error:
+        for fault in error.faults:
+            report.add("M115", document.element, "", fault)
+        return None
+
+
+def _with_own_names(joints: list[Joint]) -> list[Joint]:
+    """Give each joint coordinates of its own: a joint may be called t, or like a coordinate of another joint."""
+    names = Names(["t"])
+    named: dict[str, Joint] = {}
+    # velocities of quaternions have fixed names, so these joints choose first
+    for joint in sorted(joints, key=lambda joint: not isinstance(joint, (Floating, Spherical))):
+        if isinstance(joint, (Floating, Spherical)):
+            for velocity in joint.velocities:
+                names.free(velocity)
+        # the mark of a velocity is kept for velocities
+        own = tuple(names.free(name.replace("'", "_")) for name in joint.coordinates)
+        if own == joint.coordinates or isinstance(joint, Fixed):
+            named[joint.name] = joint
+        elif isinstance(joint, (Revolute, Prismatic)):
+            named[joint.name] = replace(joint, coordinate=own[0])
+        else:
+            named[joint.name] = replace(joint, names=own)
+    return [named[joint.name] for joint in joints]
+
+
+def _map(document: Document, joints: list[Joint]) -> tuple[tuple[str, Scalar], ...]:
+    names = {joint.name: joint.coordinates[0] for joint in joints if joint.coordinates}
+    return tuple(
+        (names[name], _linear(follower.multiplier, names[follower.leader], follower.offset))
+        for name, follower in document.mimics.items()
+    )
+
+
+def _linear(multiplier: float, name: str, offset: float) -> Scalar:
+    if multiplier == 0:
+        return offset
+    term = coordinate(name) if multiplier == 1 else multiplier * coordinate(name)
+    return term + offset if offset else term
+
+
+def _forces(document: Document) -> tuple[AnyForce, ...]:
+    names = Names(force.name for force in document.extensions.forces)
+    dampers = [
+        JointDamper(names.free(f"{joint.name}_damper"), joint.name, joint.damping)
+        for joint in document.joints
+        if joint.damping
+    ]
+    return (*document.extensions.forces, *dampers)

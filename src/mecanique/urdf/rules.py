@@ -1,0 +1,336 @@
+"""The rules of the linter in one table: what each code means, why it matters and how to mend it.
+
+An "error" is what `read_urdf` refuses. A "warning" is likely a mistake, or says that something which moves the
+mechanism is left out. An "info" says that other programs read the same text differently, or what is not used.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+__all__ = ["RULES", "Rule", "Severity"]
+
+Severity: TypeAlias = Literal["error", "warning", "info"]
+
+
+@final
+@dataclass(frozen=True)
+class Rule:
+    """A rule of the linter.
+
+    Args:
+        code: e.g. "M204"; M0 files, M1 structure, M2 masses, M3 joints, M4 mimic, M5 pictures, M6 drake: tags, M7
+            engines.
+        name: the rule in words, e.g. "triangle-inequality".
+        severity: of its findings.
+        why: why it matters.
+        remedy: how to mend what it finds.
+    """
+
+    code: str
+    name: str
+    severity: Severity
+    why: str
+    remedy: str
+
+
+_TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
+    # files and XML
+    ("M001", "unreadable-file", "error", "Nothing can be read from it.", "Give the path of a URDF file, or its text."),
+    ("M002", "malformed-xml", "error", "No XML reader can go on from there.", "Mend the XML at this line."),
+    (
+        "M003",
+        "document-type",
+        "error",
+        "Entities make a text grow without bound or read other files.",
+        "Remove the <!DOCTYPE …>; a URDF needs none.",
+    ),
+    ("M004", "too-large", "error", "It would fill the memory.", "Split the robot, or remove what is no URDF."),
+    ("M005", "not-a-robot", "error", "It is no URDF.", "Put everything into one <robot name=…> element."),
+    (
+        "M006",
+        "unexpanded-xacro",
+        "error",
+        "Macros and ${…} are no numbers; engines drop or zero what they cannot read.",
+        "Expand it first: xacro FILE.xacro > FILE.urdf.",
+    ),
+    # structure and names
+    ("M101", "no-robot-name", "error", "URDF parsers refuse the file.", "Add name=… to <robot>."),
+    ("M102", "no-links", "error", "There is nothing to move.", "Describe at least one <link>."),
+    ("M103", "missing", "error", "Engines drop the element or take a silent default.", "Write it out."),
+    (
+        "M104",
+        "bad-number",
+        "error",
+        "Pinocchio drops the whole inertial at an unreadable number, others take zero.",
+        "Write plain numbers with a decimal point, separated by spaces.",
+    ),
+    ("M105", "bad-name", "error", "Nothing can refer to it safely.", "Give it a printable name."),
+    ("M106", "duplicate-name", "error", "Which one is meant cannot be told.", "Rename one of them."),
+    ("M107", "unknown-link", "error", "The joint hangs in the air.", "Correct the name or add the link."),
+    ("M108", "self-joint", "error", "A link cannot move against itself.", "Give the joint another child."),
+    (
+        "M109",
+        "two-parents",
+        "error",
+        "URDF describes trees; a second parent would close a loop.",
+        "Keep one of the joints.",
+    ),
+    ("M110", "cycle", "error", "No link of the cycle hangs on the root; Pinocchio drops them.", "Open the cycle."),
+    (
+        "M111",
+        "disconnected",
+        "error",
+        "A URDF has one root; the rest would vanish or be refused.",
+        "Join all parts by joints to one root.",
+    ),
+    ("M112", "duplicate-element", "error", "Engines read the first or the last one.", "Keep one."),
+    ("M113", "misspelt", "warning", "What is misspelt is silently ignored by every engine.", "Correct the spelling."),
+    (
+        "M114",
+        "reserved-name",
+        "warning",
+        "The name has a meaning of its own in an engine: the link or joint may be mistaken or ignored.",
+        "Choose another name.",
+    ),
+    ("M115", "not-sound", "error", "The equations of motion would be meaningless.", "See the message."),
+    # masses
+    ("M201", "negative-mass", "error", "No body weighs less than nothing.", "Give a mass of at least 0 kg."),
+    ("M202", "negative-inertia", "error", "Kinetic energy would be negative.", "Compute the inertia again."),
+    (
+        "M203",
+        "triangle-inequality",
+        "error",
+        "No distribution of mass has these principal moments; Pinocchio takes them silently, Drake refuses.",
+        "Compute the inertia about the center of mass again, with enough digits.",
+    ),
+    (
+        "M204",
+        "inertia-without-mass",
+        "warning",
+        "A body that resists turning has mass; Drake and MuJoCo refuse it.",
+        "Give the mass, with enough digits.",
+    ),
+    (
+        "M205",
+        "point-mass",
+        "info",
+        "It does not resist turning; Pinocchio's forward dynamics fails where nothing else does.",
+        "Give the inertia about the center of mass.",
+    ),
+    (
+        "M206",
+        "massless-motion",
+        "warning",
+        "The mass matrix is singular: accelerations are undetermined, Pinocchio answers NaN, MuJoCo refuses.",
+        "Give the moving links mass, or make the joint fixed.",
+    ),
+    (
+        "M207",
+        "tiny-mass",
+        "warning",
+        "Pinocchio loses the lever of masses below 2.2e-16 kg, silently.",
+        "Use other units, or drop the mass.",
+    ),
+    (
+        "M208",
+        "inertia-units",
+        "warning",
+        "Inertias in g·mm², kg·mm² or about another point are the most common mistakes in URDF files.",
+        "Give kg·m² about the center of mass.",
+    ),
+    ("M209", "mass-units", "warning", "A mass in grams is a thousand times too heavy.", "Give the mass in kg."),
+    (
+        "M210",
+        "inertia-about-wrong-point",
+        "warning",
+        "URDF means the inertia about the center of mass, where <inertial><origin> puts it.",
+        "Give the center in <inertial><origin> and the inertia about it.",
+    ),
+    (
+        "M211",
+        "root-mass",
+        "info",
+        "With a fixed root it moves nothing, and ROS warns about it; with a floating root it counts.",
+        "Nothing, or put an empty root link before it.",
+    ),
+    # joints
+    ("M301", "unknown-joint-type", "error", "How it moves is not known.", "Use a type of URDF or of <drake:joint>."),
+    ("M302", "zero-axis", "error", "It points nowhere; Pinocchio answers NaN.", "Give the direction."),
+    ("M303", "axis-not-unit", "warning", "Every engine makes it a unit vector.", "Write a unit vector (--fix does)."),
+    ("M304", "axis-missing", "warning", "URDF means x; many people mean z.", "Write the axis (--fix writes x)."),
+    (
+        "M305",
+        "planar-axis",
+        "warning",
+        "Pinocchio and Drake ignore the axis of a planar joint and take z; mecanique takes the axis given.",
+        "Turn the joint's origin so that the normal is z.",
+    ),
+    ("M306", "inverted-limits", "error", "No position lies between them.", "Give lower ≤ upper."),
+    (
+        "M307",
+        "limit-missing",
+        "warning",
+        "URDF demands effort and velocity of revolute and prismatic joints; Pinocchio and ROS refuse the file.",
+        'Add <limit lower=… upper=… effort=… velocity=…/>, or type="continuous".',
+    ),
+    ("M308", "locked-by-limits", "warning", "Bounds left out mean 0 in URDF.", "Write lower and upper."),
+    (
+        "M309",
+        "degrees",
+        "warning",
+        "URDF means radians everywhere.",
+        "Multiply by π/180.",
+    ),
+    ("M310", "millimeters", "warning", "URDF means meters everywhere.", "Divide lengths by 1000."),
+    ("M311", "negative-damping", "error", "It would feed energy in.", "Give a damping of at least 0."),
+    (
+        "M312",
+        "damping-of-many",
+        "error",
+        "The damping of a joint with several coordinates is not modeled; equations without it would be wrong.",
+        "Remove it, or put drake: dampers between points.",
+    ),
+    (
+        "M313",
+        "friction",
+        "warning",
+        "Dry friction is left out of the equations here and in Pinocchio and Drake; MuJoCo applies it.",
+        "Set it to 0, or know that it is missing.",
+    ),
+    (
+        "M314",
+        "joint-dialect",
+        "warning",
+        "URDF readers differ on which joints stand in <joint> and which in <drake:joint>.",
+        "Use <joint> for URDF's types and <drake:joint> for ball, planar and universal.",
+    ),
+    # mimic
+    ("M401", "mimic-unknown", "error", "It follows a joint that is not there.", "Correct the name."),
+    ("M402", "mimic-cycle", "error", "The joints would follow themselves.", "Let one of them move freely."),
+    (
+        "M403",
+        "mimic-kind",
+        "error",
+        "Only joints with one coordinate can follow or be followed.",
+        "Remove the <mimic>.",
+    ),
+    (
+        "M404",
+        "mimic-read-differently",
+        "info",
+        "MuJoCo up to 3.12 drops <mimic>, Pinocchio only obeys it when asked (mimic=True); mecanique and Drake obey.",
+        "Know it when comparing.",
+    ),
+    (
+        "M405",
+        "mimic-chain",
+        "warning",
+        "Pinocchio refuses joints that mimic a mimicking joint; mecanique composes them.",
+        "Mimic the joint that moves freely.",
+    ),
+    ("M406", "mimic-constant", "warning", "With multiplier 0 the joint stands still.", "Use type fixed."),
+    (
+        "M407",
+        "mimic-fixed",
+        "warning",
+        "A fixed joint cannot follow; the <mimic> is left out.",
+        "Remove the <mimic>, or let the joint move.",
+    ),
+    # pictures
+    ("M501", "mesh-not-found", "warning", "It is not drawn.", "Add its package's folder to package_path."),
+    (
+        "M502",
+        "mesh-outside",
+        "error",
+        "A path that climbs out of its package could read any file.",
+        "Write package://PACKAGE/… without '..'.",
+    ),
+    ("M503", "no-shape", "warning", "It is not drawn.", "Use box, cylinder, sphere or mesh."),
+    ("M504", "flat-shape", "warning", "It is not drawn.", "Give positive sizes."),
+    ("M505", "unknown-material", "warning", "It is drawn in its mesh's own color or none.", "Describe the material."),
+    ("M506", "color-range", "warning", "Colors run from 0 to 1.", "Divide by 255."),
+    (
+        "M507",
+        "collision-unused",
+        "info",
+        "Contact is not modeled: bodies pass through one another; MuJoCo and Drake collide them.",
+        "Know it when comparing.",
+    ),
+    # drake: tags
+    ("M601", "unknown-drake-tag", "warning", "Neither mecanique nor Drake may know it.", "Correct the spelling."),
+    ("M602", "drake-value", "error", "The force is not what was meant.", "Give every value Drake asks for."),
+    ("M603", "drake-unknown-name", "error", "The force acts on nothing.", "Correct the name."),
+    (
+        "M604",
+        "not-modeled",
+        "error",
+        "Equations without it would be those of another mechanism.",
+        "Remove it to derive the open tree.",
+    ),
+    (
+        "M605",
+        "bushing",
+        "error",
+        "A bushing is modeled where it equals a spring and damper in one joint: its two frames coincide at the joint "
+        "and the joint's axis is one of theirs.",
+        "Place both frames at the joint, one on its parent, one on its child.",
+    ),
+    (
+        "M606",
+        "drake-only",
+        "info",
+        "Pinocchio and MuJoCo ignore all drake: tags.",
+        "Know it when comparing.",
+    ),
+    (
+        "M607",
+        "drake-namespace",
+        "warning",
+        "Strict XML readers refuse a prefix that is not declared.",
+        'Add xmlns:drake="http://drake.mit.edu" to <robot> (--fix does).',
+    ),
+    (
+        "M608",
+        "rotor",
+        "info",
+        "The rotor adds inertia × ratio² at the joint in mecanique and Drake; Pinocchio and MuJoCo ignore it.",
+        "Know it when comparing.",
+    ),
+    (
+        "M609",
+        "drake-differs",
+        "info",
+        "The same tag gives another force in Drake.",
+        "Know it when comparing.",
+    ),
+    # engines
+    (
+        "M701",
+        "too-many-coordinates",
+        "warning",
+        "Pinocchio's memory grows with the cube of the number of coordinates (8 GB at 500).",
+        "Stay below 150 coordinates to verify against Pinocchio.",
+    ),
+    ("M702", "too-deep", "warning", "Pinocchio crashes on chains of thousands of links.", "Stay below 1,000."),
+    ("M703", "not-used", "info", "It does not enter the equations of motion.", "Nothing."),
+    (
+        "M704",
+        "damping-read-differently",
+        "info",
+        "mecanique, Drake and MuJoCo apply it; Pinocchio reads it and does not.",
+        "Know it when comparing.",
+    ),
+    ("M705", "version", "warning", "Older parsers take only 1.0 and refuse the rest.", 'Write version="1.0" or none.'),
+    (
+        "M706",
+        "joint-read-differently",
+        "info",
+        "Drake leaves a floating joint's child free and refuses <joint type=planar>; MuJoCo makes planar three joints.",
+        "Know it when comparing.",
+    ),
+)
+
+RULES: dict[str, Rule] = {row[0]: Rule(*row) for row in _TABLE}
+"""Every rule by its code."""
