@@ -192,9 +192,10 @@ class Mechanism:
         return replace(self, name=self.name if name is None else name, parameters=parameters)
 
     def __repr__(self) -> str:
+        names = [*self.coordinates[:12], *(["…"] if self.nq > 12 else [])]
         return (
             f"<Mechanism {self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
-            f"{len(self.forces)} forces, q = ({', '.join(self.coordinates)})>"
+            f"{len(self.forces)} forces, q = ({', '.join(names)})>"
         )
 
     def __getstate__(self) -> dict[str, Any]:
