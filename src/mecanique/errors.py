@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from typing import Any
 
 __all__ = [
     "ClosureError",
@@ -88,7 +89,20 @@ class EngineError(MecaniqueError):
 
 
 class IntegrationError(MecaniqueError):
-    """The integration of a motion stopped before its end."""
+    """The integration of a motion stopped before its end; it carries what was done until then.
+
+    Args:
+        message: what happened, when, and what to do.
+        time: when it stopped [s], if it started at all.
+        state: positions, then velocities, where it stopped.
+        motion: the `Motion` up to there, if there is one.
+    """
+
+    def __init__(self, message: str, *, time: float | None = None, state: Any = None, motion: Any = None) -> None:
+        self.time = time
+        self.state = state
+        self.motion = motion
+        super().__init__(message)
 
 
 def _list(names: Sequence[str], most: int = 12) -> str:
