@@ -1,7 +1,166 @@
 """Every equation of motion, derived independently, checked against an engine, then set in motion."""
 
-from mecanique import textbook
-from mecanique.errors import MecaniqueError
+from __future__ import annotations
 
-__all__ = ["MecaniqueError", "textbook"]
-__version__ = "0.1.0"
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from mecanique import textbook
+from mecanique.derive import derive
+from mecanique.errors import (
+    ClosureError,
+    DerivationError,
+    EngineError,
+    InputError,
+    IntegrationError,
+    MecaniqueError,
+    MechanismError,
+    UnknownNameError,
+    UrdfError,
+)
+from mecanique.model import (
+    AnyForce,
+    Body,
+    Box,
+    Coordinates,
+    Cylinder,
+    Damper,
+    Fixed,
+    Floating,
+    Force,
+    Input,
+    Joint,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Limits,
+    Loop,
+    Mechanism,
+    Mesh,
+    Parameter,
+    Placement,
+    Planar,
+    Prismatic,
+    Record,
+    Revolute,
+    Shape,
+    Sphere,
+    Spherical,
+    Spring,
+    Torque,
+    Universal,
+    Visual,
+    ball,
+    bar,
+    box,
+    cloud,
+    cone,
+    coordinate,
+    cylinder,
+    disk,
+    massless,
+    particle,
+    plate,
+    ring,
+    rod,
+    shell,
+    time,
+    velocity,
+)
+from mecanique.verify import Verdict, verify
+
+if TYPE_CHECKING:
+    from mecanique.derive.equations import Equations
+    from mecanique.reference import Reference, Wrench
+    from mecanique.urdf import write_urdf
+
+__all__ = [
+    "AnyForce",
+    "Body",
+    "Box",
+    "ClosureError",
+    "Coordinates",
+    "Cylinder",
+    "Damper",
+    "DerivationError",
+    "EngineError",
+    "Equations",
+    "Fixed",
+    "Floating",
+    "Force",
+    "Input",
+    "InputError",
+    "IntegrationError",
+    "Joint",
+    "JointDamper",
+    "JointForce",
+    "JointSpring",
+    "Limits",
+    "Loop",
+    "MecaniqueError",
+    "Mechanism",
+    "MechanismError",
+    "Mesh",
+    "Parameter",
+    "Placement",
+    "Planar",
+    "Prismatic",
+    "Record",
+    "Reference",
+    "Revolute",
+    "Shape",
+    "Sphere",
+    "Spherical",
+    "Spring",
+    "Torque",
+    "Universal",
+    "UnknownNameError",
+    "UrdfError",
+    "Verdict",
+    "Visual",
+    "Wrench",
+    "ball",
+    "bar",
+    "box",
+    "cloud",
+    "cone",
+    "coordinate",
+    "cylinder",
+    "derive",
+    "disk",
+    "massless",
+    "particle",
+    "plate",
+    "ring",
+    "rod",
+    "shell",
+    "textbook",
+    "time",
+    "velocity",
+    "verify",
+    "write_urdf",
+]
+
+_HOMES = {
+    "Equations": "mecanique.derive.equations",
+    "Reference": "mecanique.reference",
+    "Wrench": "mecanique.reference",
+    "write_urdf": "mecanique.urdf",
+}
+"""Where the names are that are imported only when somebody asks for them."""
+
+
+def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        from importlib.metadata import version
+
+        return version("mecanique")
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})

@@ -22,6 +22,10 @@ __all__ = [
 class MecaniqueError(Exception):
     """Root of all errors mecanique raises on purpose."""
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        # an exception is otherwise copied by calling its class with the message, which loses the data on it
+        return _rebuilt, (type(self), self.args, self.__dict__)
+
 
 class InputError(MecaniqueError, ValueError):
     """An argument is not what is expected: it says what was expected and what was given."""
@@ -103,6 +107,12 @@ class IntegrationError(MecaniqueError):
         self.state = state
         self.motion = motion
         super().__init__(message)
+
+
+def _rebuilt(kind: type[MecaniqueError], args: tuple[Any, ...], data: dict[str, Any]) -> MecaniqueError:
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(data)
+    return error
 
 
 def _list(names: Sequence[str], most: int = 12) -> str:

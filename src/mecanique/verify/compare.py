@@ -1,0 +1,148 @@
+"""Evaluate every source at the same states and compare them with the engine."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError, version
+from typing import Any, Protocol, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.model.mechanism import Mechanism
+from mecanique.verify.difference import QUANTITIES, relative_difference, scaled
+from mecanique.verify.states import States, random_states
+from mecanique.verify.verdict import Row, Verdict
+
+__all__ = ["TOLERANCE", "Dynamics", "Values", "rows_of", "values_of", "versions"]
+
+Array = npt.NDArray[np.float64]
+Values: TypeAlias = Mapping[str, Array]
+"""What one source gives at all states: quantity -> shape (n, …)."""
+
+TOLERANCE = 1e-9
+"""Largest relative difference that counts as agreement."""
+
+
+class Dynamics(Protocol):
+    """What a source of equations of motion answers at one or several states."""
+
+    def mass_matrix(self, q: Any, t: Any = 0.0) -> Any:
+        """M."""
+
+    def bias(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Inertia forces that do not depend on accelerations, and gravity."""
+
+    def forces(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Generalized forces."""
+
+    def acceleration(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Generalized accelerations."""
+
+    def energy(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Kinetic energy, then potential energy in one or several parts."""
+
+
+def compared(mechanism: Mechanism, samples: int, seed: int) -> Verdict:
+    """Compare every form of the in-house derivation with the engine.
+
+    Args:
+        mechanism: what to verify.
+        samples: number of random states.
+        seed: of the random states.
+    """
+    from mecanique.reference import Reference
+    from mecanique.verify.sources import in_house
+
+    states = random_states(mechanism, samples, seed)
+    forms, notes = in_house(mechanism)
+    theirs = values_of(Reference(mechanism), states, batched=False)
+    rows: list[Row] = []
+    for name, form in forms.items():
+        rows += rows_of((name, "Pinocchio"), values_of(form, states, batched=True), theirs, states, mechanism)
+    return Verdict(
+        mechanism.name,
+        tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
+        len(states),
+        seed,
+        TOLERANCE,
+        mechanism.coordinates.names,
+        mechanism.velocities,
+        versions(),
+        notes,
+    )
+
+
+def values_of(source: Dynamics, states: States, *, batched: bool) -> dict[str, Array]:
+    """Evaluate a source at all states.
+
+    Args:
+        source: what gives the values.
+        states: where.
+        batched: whether the source takes all states at once; otherwise it is asked state by state.
+    """
+    if batched:
+        lots: list[tuple[Any, ...]] = [(states.q, states.v, states.t)]
+    else:
+        lots = [(q, v, float(t)) for q, v, t in zip(states.q, states.v, states.t, strict=True)]
+    found: dict[str, list[Array]] = {quantity: [] for quantity in QUANTITIES}
+    for q, v, t in lots:
+        kinetic, *potential = source.energy(q, v, t)
+        given = (
+            source.mass_matrix(q, t),
+            source.bias(q, v, t),
+            source.forces(q, v, t),
+            source.acceleration(q, v, t),
+            kinetic,
+            sum(potential[1:], potential[0]),
+        )
+        for quantity, value in zip(QUANTITIES, given, strict=True):
+            array = np.asarray(value, dtype=float)
+            found[quantity].append(array if batched else array[None])
+    return {quantity: np.concatenate(parts) for quantity, parts in found.items()}
+
+
+def rows_of(
+    names: tuple[str, str], ours: Values, theirs: Values, states: States, mechanism: Mechanism
+) -> tuple[Row, ...]:
+    """Compare two sources quantity by quantity.
+
+    Args:
+        names: of the two sources.
+        ours: values of the first.
+        theirs: values of the second; its mass matrix sets the scale.
+        states: where they were evaluated.
+        mechanism: whose values they are.
+    """
+    weight = sum(max(mechanism.evaluate(body.mass), 0.0) for body in mechanism.bodies) or 1.0
+    rows = []
+    for quantity in QUANTITIES:
+        x, y = (scaled(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs))
+        least = {"mass matrix": 1.0, "kinetic energy": weight, "potential energy": weight}.get(quantity, weight**0.5)
+        difference, remark = relative_difference(x, y, least), ""
+        if quantity == "potential energy" and difference.max() > TOLERANCE:
+            # a potential is known up to a constant only; differences decide
+            offset, middle = float(np.median(x - y)), float(np.median(y))
+            shifted = relative_difference(x - offset - middle, y - middle, least)
+            if shifted.max() <= TOLERANCE:
+                difference, remark = shifted, f"up to a constant of {offset:.6g} J, which no equation of motion sees"
+        at = int(np.argmax(difference))
+        for name, values in zip(names, (ours, theirs), strict=True):
+            bad = int(np.count_nonzero(~np.isfinite(values[quantity].reshape(len(states), -1)).all(axis=1)))
+            if bad:
+                remark = f"{name} is not finite at {bad} of {len(states)} states"
+        state = (tuple(states.q[at].tolist()), tuple(states.v[at].tolist()), float(states.t[at]))
+        rows.append(Row(quantity, names, float(difference[at]), *state, remark))
+    return tuple(rows)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what takes part, by name."""
+    found = {"python": platform.python_version()}
+    for package in ("mecanique", "pin", "numpy"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "unknown"
+    return dict(sorted(found.items()))

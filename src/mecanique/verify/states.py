@@ -1,0 +1,189 @@
+"""Random states to compare at: the same seed gives the same states."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.forces import Damper, Spring
+from mecanique.model.joints import Floating, Planar, Prismatic, Revolute, Spherical, Universal
+from mecanique.model.mechanism import Mechanism
+from mecanique.verify.possible import is_possible
+
+__all__ = ["States", "characteristic_length", "random_states"]
+
+Array = npt.NDArray[np.float64]
+
+_LENGTH = 0.4
+"""Coordinates that are lengths lie within this many characteristic lengths of zero."""
+
+_RATE = 3.0
+"""Velocities lie within this many radians, or characteristic lengths, per second of zero."""
+
+_ROUNDS = 50
+"""How often a new lot is drawn while states are impossible."""
+
+_TIME = 10.0
+"""Times lie between zero and this, for mechanisms whose equations depend on time [s]."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class States:
+    """States of a mechanism.
+
+    Args:
+        q: coordinates, shape (n, nq).
+        v: velocities, shape (n, nv).
+        t: times, shape (n,) [s].
+    """
+
+    q: Array
+    v: Array
+    t: Array
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def at(self, indices: npt.NDArray[np.intp]) -> States:
+        """Return some of the states.
+
+        Args:
+            indices: which ones.
+        """
+        return States(self.q[indices], self.v[indices], self.t[indices])
+
+
+def random_states(mechanism: Mechanism, samples: int, seed: int) -> States:
+    """Return random states: angles in (−π, π), lengths within 0.4 characteristic lengths, unit quaternions.
+
+    Args:
+        mechanism: the mechanism.
+        samples: number of states, at least 1.
+        seed: of numpy's default generator, at least 0.
+
+    Raises:
+        InputError: if `samples` or `seed` is not a whole number in its range, or no possible state is found.
+    """
+    samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
+    random = np.random.default_rng(seed)
+    found: list[States] = []
+    for _ in range(_ROUNDS):
+        candidates = _drawn(mechanism, samples, random)
+        at = np.flatnonzero(is_possible(mechanism, candidates, _lengths(mechanism)))
+        found.append(candidates.at(at[: samples - sum(map(len, found))]))
+        if sum(map(len, found)) == samples:
+            return States(*(np.concatenate([getattr(part, name) for part in found]) for name in ("q", "v", "t")))
+    raise InputError(
+        f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined and no spring or "
+        f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * samples} random ones"
+    )
+
+
+def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
+    length = characteristic_length(mechanism)
+    angular = _angles(mechanism)
+    reach = np.array([np.pi if name in angular else _LENGTH * length for name in mechanism.coordinates])
+    q = random.uniform(-reach, reach, (samples, mechanism.nq))
+    for joint in mechanism.joints:
+        if isinstance(joint, (Spherical, Floating)):
+            at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+            quaternions = random.normal(size=(samples, 4))
+            q[:, at] = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
+    v = random.uniform(-fast, fast, (samples, mechanism.nv))
+    t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
+    return States(q, v, t)
+
+
+def characteristic_length(mechanism: Mechanism) -> float:
+    """Return the median of the lengths a description states, or 1 if it states none [m].
+
+    Args:
+        mechanism: its joints' origins, centers of mass, attachment points and free lengths are looked at.
+    """
+    vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
+    vectors += [body.center for body in mechanism.bodies]
+    for force in mechanism.forces:
+        if isinstance(force, (Spring, Damper)):
+            vectors += [force.point_a, force.point_b]
+        if isinstance(force, Spring):
+            vectors.append((force.free_length,))
+    lengths = np.array([np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors])
+    lengths = lengths[lengths > 1e-6]
+    return float(np.median(lengths)) if len(lengths) else 1.0
+
+
+def whole(number: object, what: str, least: int) -> int:
+    """Return a whole number, or raise.
+
+    Args:
+        number: what was given.
+        what: its name, for the message.
+        least: the smallest that will do.
+
+    Raises:
+        InputError: if it is no whole number or too small.
+    """
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
+        raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
+    return int(number)
+
+
+def _lengths(mechanism: Mechanism) -> npt.NDArray[np.bool_]:
+    """Which coordinates are lengths, shape (nq,)."""
+    quaternions = {
+        name for j in mechanism.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates[-4:]
+    }
+    other = _angles(mechanism) | quaternions
+    return np.array([name not in other for name in mechanism.coordinates], dtype=bool)
+
+
+def _angles(mechanism: Mechanism) -> set[str]:
+    """Coordinates that are angles and velocities that are angular."""
+    angular: set[str] = set()
+    driven = mechanism.coordinates.driven
+    for joint in mechanism.joints:
+        turning: tuple[str, ...] = ()
+        match joint:
+            case Revolute() | Universal():
+                turning = joint.coordinates
+            case Planar():
+                turning = joint.coordinates[2:]
+            case Spherical() | Floating():
+                angular.update(joint.velocities[-3:])
+        for name in turning:
+            angular.update(symbols_in(driven[name]) if name in driven else (name,))
+        if isinstance(joint, (Prismatic, Planar)):
+            # a slide that follows a crank: l cos(q)
+            for name in joint.coordinates:
+                angular.update(_inside_sine(plain(driven.get(name, 0.0))))
+    angular &= set(mechanism.coordinates) | set(mechanism.velocities)
+    return angular | {f"{name}'" for name in angular}
+
+
+def _inside_sine(expression: Any) -> set[str]:
+    if isinstance(expression, float):
+        return set()
+    found: set[str] = set()
+    for part in expression.args:
+        found |= _inside_sine(part)
+    if type(expression).__name__ in {"sin", "cos", "tan"}:
+        found |= symbols_in(expression)
+    return found
+
+
+def _depends_on_time(mechanism: Mechanism) -> bool:
+    if mechanism.inputs:
+        return True
+    scalars = list(mechanism.coordinates.driven.values())
+    for force in mechanism.forces:
+        for field in ("force", "torque"):
+            given = getattr(force, field, ())
+            scalars.extend(given if isinstance(given, tuple) else (given,))
+    return any("t" in symbols_in(scalar) for scalar in scalars)
