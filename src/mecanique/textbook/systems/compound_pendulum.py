@@ -1,7 +1,7 @@
 """Compound pendulum.
 
-The pendulum of a clock: a homogeneous rod of mass m1 and length l, pinned at its upper end, carries at its lower end a
-homogeneous disk of mass m2 and radius r, fixed by its center and upright in the plane of the swing. It swings under
+The pendulum of a clock: a homogeneous rod of mass m1 and length l, pinned at its upper end, carries at its lower end
+a homogeneous disk of mass m2 and radius r, fixed by its center and upright in the plane of the swing. It swings under
 gravity g. The generalized coordinate q is the angle from the downward vertical, positive towards +x.
 """
 

@@ -1,9 +1,9 @@
 """Coupled pendulums.
 
-Two equal pendulums, particles m on massless rods of length l, hang from pins a distance d apart on a horizontal line. A
-spring of stiffness k and free length d joins the rods at the distance a below the pins. They swing in one vertical
-plane under gravity g. The generalized coordinates q1 and q2 are the angles from the downward vertical, positive towards
-+x. Energy goes to and fro between the pendulums.
+Two equal pendulums, particles m on massless rods of length l, hang from pins a distance d apart on a horizontal line.
+A spring of stiffness k and free length d joins the rods at the distance a below the pins. They swing in one vertical
+plane under gravity g. The generalized coordinates q1 and q2 are the angles from the downward vertical, positive
+towards +x. Energy goes to and fro between the pendulums.
 """
 
 from numpy import cos, sin, sqrt

@@ -1,9 +1,9 @@
 """Two particles joined by a rigid rod.
 
 Particles m1 and m2 are kept at the distance l by a massless rod and thrown under gravity g. Six rectangular
-coordinates with one constraint leave N = 3·2 − 1 = 5 degrees of freedom. The generalized coordinates are x, y, z of the
-center of mass, the azimuth phi of the rod about the vertical, from the x axis, and its angle theta from the upward
-vertical (phi has no meaning while the rod is vertical). The rod points from m1 to m2.
+coordinates with one constraint leave N = 3·2 − 1 = 5 degrees of freedom. The generalized coordinates are x, y, z of
+the center of mass, the azimuth phi of the rod about the vertical, from the x axis, and its angle theta from the
+upward vertical (phi has no meaning while the rod is vertical). The rod points from m1 to m2.
 """
 
 from numpy import cos, sin, tan

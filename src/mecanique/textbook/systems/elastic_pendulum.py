@@ -2,8 +2,8 @@
 
 A particle m hangs from a fixed pin by a spring of stiffness k and free length l0 and swings in a vertical plane under
 gravity g. The generalized coordinates are the spring's length r, which must stay positive, and the angle theta of the
-spring from the downward vertical, positive towards +x. Where k = 3 m g / l0, swinging and bouncing are in 1:2 resonance
-and energy wanders from one to the other and back.
+spring from the downward vertical, positive towards +x. Where k = 3 m g / l0, swinging and bouncing are in 1:2
+resonance and energy wanders from one to the other and back.
 """
 
 from numpy import cos, sin, sqrt

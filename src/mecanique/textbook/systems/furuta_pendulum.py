@@ -2,8 +2,8 @@
 
 A homogeneous arm of mass M and length r turns in a horizontal plane about a fixed vertical axis at one end; a torque
 tau(t) drives it. From its other end a particle m hangs by a massless rod of length l and swings across the arm under
-gravity g. The generalized coordinates are the angle alpha of the arm from the x axis, positive towards y, and the angle
-theta of the rod from the downward vertical, positive towards the arm's own turning.
+gravity g. The generalized coordinates are the angle alpha of the arm from the x axis, positive towards y, and the
+angle theta of the rod from the downward vertical, positive towards the arm's own turning.
 """
 
 import numpy as np

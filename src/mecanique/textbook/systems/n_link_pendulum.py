@@ -89,7 +89,7 @@ SYSTEM = System(
     ),
     options={"n": 4},
     build=build,
-    start={"q1": 1.5, "q2": 1.5, "q3": 1.5, "q4": 1.5},
+    start={"q1": 2.0},
     tags=("pendulum", "planar", "chain", "chaos"),
     facts=(
         MassMatrix("M_ij = m l² (n + 1 - max(i, j)) cos(qi - qj)", mass_matrix),

@@ -1,0 +1,88 @@
+"""Atwood's machine.
+
+Weights m1 and m2 hang from the ends of a cord without mass that runs without slip over a homogeneous pulley of mass M
+and radius R on a fixed horizontal axle, under gravity g. The generalized coordinate x is the way m1 has gone down; m2
+has gone up as far, and the pulley has turned by x / R.
+"""
+
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    Revolute,
+    box,
+    coordinate,
+    disk,
+)
+from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number, Reaction, Solution, Values
+from mecanique.textbook.system import System
+
+QUARTER = 1.5707963267948966
+
+
+def build(m1: Parameter, m2: Parameter, M: Parameter, R: Parameter, h: Parameter, g: Parameter) -> Mechanism:
+    """Return the pulley and both weights."""
+    x, size = coordinate("x"), (0.1, 0.1, 0.1)
+    return Mechanism(
+        name="atwood_machine",
+        bodies=(
+            Body("ground"),
+            Body("pulley", disk(M, R).at(rpy=(QUARTER, 0, 0))),
+            Body("weight1", box(m1, size)),
+            Body("weight2", box(m2, size)),
+        ),
+        joints=(
+            Prismatic("cord1", "ground", "weight1", axis=(0, 0, -1), origin=Placement((-R, 0, -h)), coordinate="x"),
+            Prismatic("cord2", "ground", "weight2", axis=(0, 0, -1), origin=Placement((R, 0, -h)), coordinate="x2"),
+            Revolute("axle", "ground", "pulley", axis=(0, -1, 0), coordinate="turn"),
+        ),
+        coordinates=Coordinates(("x",), {"x2": -x, "turn": x / R}),
+        parameters=(m1, m2, M, R, h, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def inertia(s: Values) -> Number:
+    """Return the mass the weights' difference has to move."""
+    return s.m1 + s.m2 + s.M / 2
+
+
+def fall(s: Values) -> Number:
+    """Return the acceleration."""
+    return (s.m1 - s.m2) * s.g / inertia(s)
+
+
+SYSTEM = System(
+    title="Two weights on a cord over a pulley",
+    source="Atwood, A Treatise on the Rectilinear Motion, 1784; Goldstein, Classical Mechanics, sect. 1.6",
+    parameters=(
+        Parameter("m1", 1.2, "kg", "mass of one weight"),
+        Parameter("m2", 1.0, "kg", "mass of the other weight"),
+        Parameter("M", 0.4, "kg", "mass of the pulley"),
+        Parameter("R", 0.2, "m", "radius of the pulley"),
+        Parameter("h", 1.0, "m", "depth of both weights below the axle at x = 0"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"x": -0.6},
+    duration=1.7,
+    tags=("pulley", "planar", "linear", "mimic"),
+    facts=(
+        Acceleration("x'' = (m1 - m2) g / (m1 + m2 + M / 2)", lambda s: [fall(s)]),
+        MassMatrix("M = m1 + m2 + M / 2", lambda s: [[inertia(s)]]),
+        Solution(
+            "from rest, x = x0 + x'' t² / 2",
+            {"x": -0.5},
+            lambda s: {"x": -0.5 + fall(s) * s.t**2 / 2, "x'": fall(s) * s.t},
+            until=lambda s: 1.0,
+        ),
+        Reaction("the cord pulls m1 up with m1 (g - x'')", "cord1", lambda s: [0, 0, s.m1 * (s.g - fall(s))]),
+        Conserved(
+            "the energy (m1 + m2 + M / 2) x'² / 2 - (m1 - m2) g x",
+            lambda s: inertia(s) * s["x'"] ** 2 / 2 - (s.m1 - s.m2) * s.g * s.x,
+        ),
+    ),
+)

@@ -1,0 +1,104 @@
+"""Free rigid body.
+
+A homogeneous cylinder of mass m, radius r and length l, along its z axis, is thrown spinning, under gravity g. Its
+six degrees of freedom are the position x, y, z of the center and the attitude, a unit quaternion (qx, qy, qz, qw),
+which has no singular direction; the velocities are those of the center and of the turning, in the body's own axes.
+"""
+
+import numpy as np
+
+from mecanique.model import Body, Floating, Mechanism, Parameter, cylinder
+from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Solution, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the cylinder."""
+    return Mechanism(
+        name="free_rigid_body",
+        bodies=(Body("ground"), Body("cylinder", cylinder(m, r, l))),
+        joints=(Floating("free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")),),
+        parameters=(m, r, l, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def inertia(s: Values) -> Number:
+    """Return the principal moments of inertia, shape (3,)."""
+    across = s.m * (3 * s.r**2 + s.l**2) / 12
+    return np.array([across, across, s.m * s.r**2 / 2])
+
+
+def velocities(s: Values) -> tuple[Number, Number]:
+    """Return the velocity of the center and the angular velocity in the body's axes, shape (3,) each."""
+    return np.array([s[f"free_v{axis}"] for axis in "xyz"]), np.array([s[f"free_w{axis}"] for axis in "xyz"])
+
+
+def turned(s: Values, u: Number) -> Number:
+    """Return a vector given in the body's axes in world axes."""
+    r = np.array([s.qx, s.qy, s.qz])
+    return u + 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
+
+
+def turned_back(s: Values, u: Number) -> Number:
+    """Return a vector given in world axes in the body's axes."""
+    r = np.array([s.qx, s.qy, s.qz])
+    return u - 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
+
+
+def acceleration(s: Values) -> Number:
+    """Return the rates of both velocities: free fall seen in turning axes, and Euler's equations."""
+    v, w = velocities(s)
+    fall = turned_back(s, np.array([0, 0, -s.g])) - np.cross(w, v)
+    return np.concatenate((fall, np.cross(inertia(s) * w, w) / inertia(s)))
+
+
+def constants(s: Values) -> Number:
+    """Return the angular momentum about the center, the horizontal momentum and the energy."""
+    v, w = velocities(s)
+    T = (s.m * v @ v + w @ (inertia(s) * w)) / 2
+    return np.concatenate((turned(s, inertia(s) * w), s.m * turned(s, v)[:2], [T + s.m * s.g * s.z]))
+
+
+def throw(s: Values) -> dict[str, float]:
+    """Return the parabola of the center and the turning of the angular velocity about the body's axis."""
+    A, _, C = inertia(s)
+    turn = (C - A) / A * 8.0 * s.t
+    return {
+        "x": 1.0 * s.t,
+        "y": 0.0,
+        "z": 5.0 * s.t - s.g * s.t**2 / 2,
+        "free_wx": 2.0 * np.cos(turn),
+        "free_wy": 2.0 * np.sin(turn),
+        "free_wz": 8.0,
+    }
+
+
+SYSTEM = System(
+    title="Cylinder thrown spinning, free in space",
+    source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.31; Landau & Lifshitz, Mechanics, sect. 33 and 36",
+    parameters=(
+        Parameter("m", 2.0, "kg", "mass of the cylinder"),
+        Parameter("r", 0.2, "m", "radius of the cylinder"),
+        Parameter("l", 0.8, "m", "length of the cylinder"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start_velocity={"free_vx": 1.0, "free_vz": 9.81, "free_wx": 4.0, "free_wz": 6.0},
+    duration=2.0,
+    tags=("chapter", "spatial", "free", "quaternion"),
+    facts=(
+        Acceleration("v' = R^T g - w × v and I w' = (I w) × w in the body's axes", acceleration),
+        KineticEnergy(
+            "T = m v² / 2 + w·I w / 2",
+            lambda s: sum(s.m * v**2 / 2 + i * w**2 / 2 for v, w, i in zip(*velocities(s), inertia(s), strict=True)),
+        ),
+        Conserved("the angular momentum R I w, the horizontal momentum and the energy", constants),
+        Solution(
+            "the center flies a parabola, and w turns about the body's axis at (C - A) w_z / A",
+            {"free_vx": 1.0, "free_vz": 5.0, "free_wx": 2.0, "free_wz": 8.0},
+            throw,
+            until=lambda s: 1.0,
+        ),
+    ),
+)

@@ -1,0 +1,116 @@
+"""Heavy symmetric top.
+
+A homogeneous cone of mass m, base radius r and height h spins about its axis while its apex stays at a fixed point,
+under gravity g. The generalized coordinates are Euler's angles: the precession phi about the upward vertical, the
+nutation theta of the axis from the upward vertical, and the spin psi about the axis (phi and psi cannot be told apart
+while the axis is vertical).
+"""
+
+from numpy import cos, sin, sqrt
+
+from mecanique.model import Body, Mechanism, Parameter, Revolute, cone
+from mecanique.textbook.facts import Conserved, Eigenvalues, MassMatrix, Number, Steady, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, r: Parameter, h: Parameter, g: Parameter) -> Mechanism:
+    """Return the top, carried by two frames without mass."""
+    return Mechanism(
+        name="heavy_top",
+        bodies=(Body("ground"), Body("precessing"), Body("tilted"), Body("top", cone(m, r, h))),
+        joints=(
+            Revolute("phi", "ground", "precessing", axis=(0, 0, 1)),
+            Revolute("theta", "precessing", "tilted", axis=(1, 0, 0)),
+            Revolute("psi", "tilted", "top", axis=(0, 0, 1)),
+        ),
+        parameters=(m, r, h, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def inertias(s: Values) -> tuple[Number, Number, Number]:
+    """Return the moments of inertia about the apex, A across and C along the axis, and the static moment."""
+    A = 3 * s.m * (s.r**2 + 4 * s.h**2) / 20
+    return A, 3 * s.m * s.r**2 / 10, 3 * s.m * s.h / 4
+
+
+def momenta(s: Values) -> tuple[Number, Number]:
+    """Return the angular momenta about the vertical and about the axis (Goldstein, eqs. 5.52, 5.53)."""
+    A, C, _ = inertias(s)
+    axial = C * (s["psi'"] + s["phi'"] * cos(s.theta))
+    return A * s["phi'"] * sin(s.theta) ** 2 + axial * cos(s.theta), axial
+
+
+def energy(s: Values) -> Number:
+    """Return T + V."""
+    A, C, S = inertias(s)
+    T = A * (s["theta'"] ** 2 + (s["phi'"] * sin(s.theta)) ** 2) + C * (s["psi'"] + s["phi'"] * cos(s.theta)) ** 2
+    return T / 2 + S * s.g * cos(s.theta)
+
+
+def mass_matrix(s: Values) -> list[list[Number]]:
+    """Return M for (phi, theta, psi)."""
+    A, C, _ = inertias(s)
+    c = cos(s.theta)
+    return [[A * sin(s.theta) ** 2 + C * c**2, 0, C * c], [0, A, 0], [C * c, 0, C]]
+
+
+TILT, SPIN = 0.6, 80.0
+"""Nutation angle [rad] and axial rate [rad/s] of the steady precessions."""
+
+
+def rate(s: Values, sign: int) -> Number:
+    """Return the slow (−1) or fast (+1) rate of steady precession."""
+    A, C, S = inertias(s)
+    return (C * SPIN + sign * sqrt((C * SPIN) ** 2 - 4 * A * S * s.g * cos(TILT))) / (2 * A * cos(TILT))
+
+
+def precession(s: Values, sign: int) -> dict[str, float]:
+    """Return the state of steady precession."""
+    return {"theta": TILT, "phi'": rate(s, sign), "psi'": SPIN - rate(s, sign) * cos(TILT)}
+
+
+def nutation(s: Values) -> Number:
+    """Return the frequency of small nutation about the slow precession, from the effective potential's curvature."""
+    A, C, _ = inertias(s)
+    u = rate(s, -1)
+    return sqrt((u * sin(TILT)) ** 2 + (C * SPIN / A - 2 * u * cos(TILT)) ** 2)
+
+
+SYSTEM = System(
+    title="Spinning cone on its apex under gravity",
+    source="Goldstein, Classical Mechanics, 3rd ed., sect. 5.7; Landau & Lifshitz, Mechanics, sect. 35, problem 1",
+    parameters=(
+        Parameter("m", 2.0, "kg", "mass of the cone"),
+        Parameter("r", 0.3, "m", "radius of the base"),
+        Parameter("h", 0.3, "m", "height of the cone"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"theta": 0.6},
+    start_velocity={"psi": 50.0},
+    duration=6.0,
+    tags=("top", "spatial"),
+    facts=(
+        MassMatrix(
+            "M_phi,phi = A sin²(theta) + C cos²(theta), M_phi,psi = C cos(theta), M_theta,theta = A, M_psi,psi = C, "
+            "A = 3 m (r² + 4 h²) / 20, C = 3 m r² / 10",
+            mass_matrix,
+        ),
+        Conserved("p_phi = A phi' sin²(theta) + p_psi cos(theta) and p_psi = C (psi' + phi' cos(theta))", momenta),
+        Conserved("the energy, with V = 3 m g h cos(theta) / 4", energy),
+        Steady(
+            "slow precession phi' = (p - sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta)), p = p_psi",
+            lambda s: precession(s, -1),
+        ),
+        Steady(
+            "fast precession phi' = (p + sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta))",
+            lambda s: precession(s, 1),
+        ),
+        Eigenvalues(
+            "the slow precession nutates with ω² = phi'² sin²(theta) + (p / A - 2 phi' cos(theta))²",
+            lambda s: [1j * nutation(s), -1j * nutation(s)],
+            at=lambda s: precession(s, -1),
+        ),
+    ),
+)

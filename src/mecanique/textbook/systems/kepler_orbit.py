@@ -1,0 +1,98 @@
+"""Planet in a central field (Kepler).
+
+A planet, a particle of mass m, moves about a fixed sun that attracts it with the force mu m / r² towards the center;
+mu is the gravitational constant times the mass of the sun, here of a sun fit for a table. The generalized coordinates
+are the distance r from the sun, which must stay positive, and the angle phi of the planet's radius from the x axis in
+the plane of the orbit, x-y.
+"""
+
+from numpy import cos, pi, sin, sqrt
+
+from mecanique.model import (
+    Body,
+    Force,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    Sphere,
+    Visual,
+    coordinate,
+    massless,
+    particle,
+)
+from mecanique.textbook.facts import Acceleration, Conserved, Eigenvalues, Number, Period, Steady, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, mu: Parameter) -> Mechanism:
+    """Return the planet on a massless radius that turns."""
+    sun = massless(Visual(Sphere(0.1), rgba=(0.9, 0.7, 0.0, 1.0)))
+    return Mechanism(
+        name="kepler_orbit",
+        bodies=(Body("ground", sun), Body("radius"), Body("planet", particle(m))),
+        joints=(
+            Revolute("phi", "ground", "radius", axis=(0, 0, 1)),
+            Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
+        ),
+        forces=(Force("attraction", "planet", (0, 0, 0), (-mu * m / coordinate("r") ** 2, 0, 0), axes="radius"),),
+        parameters=(m, mu),
+        gravity=(0, 0, 0),
+    )
+
+
+def constants(s: Values) -> tuple[Number, Number]:
+    """Return angular momentum and energy, per mass."""
+    return s.r**2 * s["phi'"], (s["r'"] ** 2 + (s.r * s["phi'"]) ** 2) / 2 - s.mu / s.r
+
+
+def axis(s: Values) -> tuple[Number, Number]:
+    """Return the eccentricity vector v × h / mu - r / |r|, which points to the perihelion."""
+    h = s.r**2 * s["phi'"]
+    along, across = s.r * s["phi'"] * h / s.mu - 1, -s["r'"] * h / s.mu
+    return along * cos(s.phi) - across * sin(s.phi), along * sin(s.phi) + across * cos(s.phi)
+
+
+def perihelion(s: Values) -> dict[str, float]:
+    """Return the perihelion r = 1 of the orbit with eccentricity 0.6."""
+    return {"r": 1.0, "phi'": sqrt(1.6 * s.mu)}
+
+
+def circle(s: Values) -> dict[str, float]:
+    """Return the circular orbit r = 1.5."""
+    return {"r": 1.5, "phi'": sqrt(s.mu / 1.5**3)}
+
+
+SYSTEM = System(
+    title="Planet on its ellipse about a fixed sun",
+    source="Newton, Principia, 1687, book I, sect. III; Goldstein, Classical Mechanics, 3rd ed., sect. 3.7-3.9",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the planet"),
+        Parameter("mu", 10.0, "m³/s²", "gravitational parameter of the sun"),
+    ),
+    build=build,
+    start={"r": 1.0},
+    start_velocity={"phi": 4.0},
+    duration=15.7,
+    tags=("planar", "central field", "particle"),
+    facts=(
+        Acceleration(
+            "r'' = r phi'² - mu / r², phi'' = -2 r' phi' / r",
+            lambda s: [-2 * s["r'"] * s["phi'"] / s.r, s.r * s["phi'"] ** 2 - s.mu / s.r**2],
+        ),
+        Conserved("r² phi' and the energy v² / 2 - mu / r, per mass", constants),
+        Conserved("the eccentricity vector v × (r × v) / mu - r / |r|: the ellipse stays where it is", axis),
+        Period(
+            "Kepler's third law, T = 2 pi sqrt(a³ / mu), a = 2.5 from the perihelion 1 with eccentricity 0.6",
+            perihelion,
+            lambda s: 2 * pi * sqrt(2.5**3 / s.mu),
+            advance={"phi": 2 * pi},
+        ),
+        Steady("a circle with phi'² = mu / r³", circle),
+        Eigenvalues(
+            "near a circle r swings with ω = phi', once per revolution",
+            lambda s: [sign * 1j * sqrt(s.mu / 1.5**3) for sign in (1, -1)],
+            at=circle,
+        ),
+    ),
+)

@@ -1,0 +1,126 @@
+"""Shear building of n storeys.
+
+n equal rigid floor plates of mass m, each h above the one below, may only shift horizontally along x. The columns of
+each storey resist the shift of one floor against the next with stiffness k and damping c. The ground shakes with the
+acceleration ag(t), which acts on every floor as the force −m ag. The generalized coordinates u1 … un are the
+displacements of the floors relative to the ground, positive towards +x.
+"""
+
+import numpy as np
+
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Force,
+    Input,
+    JointDamper,
+    JointSpring,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    coordinate,
+    plate,
+    time,
+)
+from mecanique.textbook.facts import Acceleration, Eigenvalues, Frequencies, MassMatrix, Number, Reaction, Values
+from mecanique.textbook.system import System
+
+
+def build(
+    m: Parameter, k: Parameter, c: Parameter, h: Parameter, A: Parameter, W: Parameter, g: Parameter, n: int
+) -> Mechanism:
+    """Return the building; each floor slides on the one below by its drift."""
+    from sympy import sin
+
+    ag = Input("ag", A * sin(W * time()), "m/s²", "acceleration of the ground")
+    floors = range(1, n + 1)
+    names = {0: "ground", **{i: f"floor{i}" for i in floors}}
+    u = {0: 0, **{i: coordinate(f"u{i}") for i in floors}}
+    return Mechanism(
+        name="shear_building",
+        bodies=(Body("ground"), *(Body(names[i], plate(m, (2 * h, 2 * h), thickness=h / 20)) for i in floors)),
+        joints=tuple(
+            Prismatic(
+                f"storey{i}",
+                names[i - 1],
+                names[i],
+                axis=(1, 0, 0),
+                origin=Placement((0, 0, h)),
+                coordinate="u1" if i == 1 else f"drift{i}",
+            )
+            for i in floors
+        ),
+        forces=(
+            *(JointSpring(f"columns{i}", f"storey{i}", k) for i in floors),
+            *(JointDamper(f"damping{i}", f"storey{i}", c) for i in floors),
+            *(Force(f"quake{i}", names[i], (0, 0, 0), force=(-m * ag, 0, 0)) for i in floors),
+        ),
+        coordinates=Coordinates(tuple(f"u{i}" for i in floors), {f"drift{i}": u[i] - u[i - 1] for i in floors[1:]}),
+        parameters=(m, k, c, h, A, W, g),
+        inputs=(ag,),
+        gravity=(0, 0, -g),
+    )
+
+
+def motion(s: Values) -> tuple[Number, Number]:
+    """Return u and u', shape (n,) each."""
+    floors = range(1, s.n + 1)
+    return np.array([s[f"u{i}"] for i in floors]), np.array([s[f"u{i}'"] for i in floors])
+
+
+def stencil(n: int) -> Number:
+    """Return the tridiagonal matrix 2, −1 with 1 at the top floor, shape (n, n)."""
+    matrix = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    matrix[-1, -1] = 1.0
+    return matrix
+
+
+def acceleration(s: Values) -> Number:
+    """Return u''."""
+    u, v = motion(s)
+    return -stencil(s.n) @ (s.k * u + s.c * v) / s.m - s.A * np.sin(s.W * s.t)
+
+
+def frequencies(s: Values) -> Number:
+    """Return the natural frequencies."""
+    j = np.arange(1, s.n + 1)
+    return 2 * np.sqrt(s.k / s.m) * np.sin((2 * j - 1) * np.pi / (4 * s.n + 2))
+
+
+def roots(s: Values) -> list[complex]:
+    """Return λ of every mode: λ² + (c/k) ω² λ + ω² = 0."""
+    half = s.c / s.k * frequencies(s) ** 2 / 2
+    root = np.sqrt(half**2 - frequencies(s) ** 2 + 0j)
+    return [*(-half + root), *(-half - root)]
+
+
+def base_shear(s: Values) -> tuple[Number, Number, Number]:
+    """Return the force of the ground on the lowest floor: what accelerates all floors, and their weight."""
+    return s.m * np.sum(acceleration(s) + s.A * np.sin(s.W * s.t)), 0.0, s.n * s.m * s.g
+
+
+SYSTEM = System(
+    title="Building of n rigid floors on elastic columns, shaken",
+    source="Chopra, Dynamics of Structures, sect. 9.1 and 13.2; Clough & Penzien, Dynamics of Structures, ch. 11",
+    parameters=(
+        Parameter("m", 2.0e4, "kg", "mass of each floor"),
+        Parameter("k", 2.0e7, "N/m", "stiffness of each storey"),
+        Parameter("c", 4.0e4, "N·s/m", "damping of each storey"),
+        Parameter("h", 3.0, "m", "height of each storey"),
+        Parameter("A", 1.0, "m/s²", "amplitude of the ground's acceleration"),
+        Parameter("W", 9.0, "rad/s", "angular frequency of the ground's acceleration"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    options={"n": 5},
+    build=build,
+    duration=10.0,
+    tags=("structure", "planar", "spring", "damper", "linear", "chain", "modes"),
+    facts=(
+        MassMatrix("M = m times the unit matrix", lambda s: s.m * np.eye(s.n)),
+        Acceleration("m ui'' + c (2 ui' - u_(i-1)' - u_(i+1)') + k (2 ui - u_(i-1) - u_(i+1)) = -m ag", acceleration),
+        Frequencies("ω_j = 2 sqrt(k / m) sin((2 j - 1) pi / (4 n + 2))", frequencies),
+        Eigenvalues("free motion decays as e^(λ t), λ² + (c / k) ω_j² λ + ω_j² = 0", roots),
+        Reaction("the base shear is the sum of m (ui'' + ag), and the columns bear n m g", "storey1", base_shear),
+    ),
+)
