@@ -21,6 +21,7 @@ BELOW: dict[str, set[str]] = {
     "motion": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify"},
     "view": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify", "motion"},
     "cli": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify", "motion", "view"},
+    "__main__": {"cli"},
 }
 """What each room may import besides itself."""
 
