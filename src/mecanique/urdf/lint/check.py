@@ -1,0 +1,36 @@
+"""Lint: the reader's findings and those of every rule."""
+
+from __future__ import annotations
+
+import os
+
+from mecanique.errors import InputError
+from mecanique.urdf.document import Source, read_document
+from mecanique.urdf.findings import Finding
+from mecanique.urdf.lint import engines, masses, spelling, units
+from mecanique.urdf.meshes import PackagePath
+from mecanique.urdf.read import mechanism_of
+
+__all__ = ["lint"]
+
+
+def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tuple[Finding, ...]:
+    """Return what is wrong in a URDF, and what other programs read differently, in the order of its lines.
+
+    There are errors among the findings exactly if `read_urdf` refuses the text.
+
+    Args:
+        path_or_text: the path of a URDF file, or its text.
+        package_path: folders to search for the packages of meshes, before those of ROS_PACKAGE_PATH.
+
+    Raises:
+        InputError: if it is neither a path nor a text.
+    """
+    if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
+        raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
+    document, report = read_document(path_or_text, package_path)
+    if document is not None:
+        mechanism_of(document, report)
+        for rules in (spelling, masses, units, engines):
+            rules.check(document, report)
+    return tuple(sorted(report.findings, key=lambda finding: (finding.line, finding.code)))

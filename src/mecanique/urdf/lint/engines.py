@@ -1,0 +1,94 @@
+"""What Pinocchio, Drake and MuJoCo read differently, ignore or cannot bear."""
+
+from __future__ import annotations
+
+import math
+
+from mecanique.urdf.dialect import DRAKE_JOINT, WORLD
+from mecanique.urdf.document import Document
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.joints import SINGLE, JointText
+
+__all__ = ["check"]
+
+_MOST_VELOCITIES = 150
+_MOST_DEPTH = 1000
+_VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
+
+
+def check(document: Document, report: Report) -> None:
+    """Note what other programs make of the text.
+
+    Args:
+        document: what the text says.
+        report: where findings are noted.
+    """
+    joints = document.joints
+    _each(document, report)
+    report.together("M501", document.lost, "its mesh file is not found")
+    report.together(
+        "M507", [(link.element, link.where) for link in document.links if link.collisions], "collisions are not modeled"
+    )
+    mimics = [joint for joint in joints if joint.name in document.mimics]
+    report.together("M404", _places(mimics), "it mimics another joint")
+    damped = [joint for joint in joints if joint.damping and joint.kind in SINGLE]
+    report.together("M704", _places(damped), "damping is applied")
+    rubbing = [joint for joint in joints if joint.friction and joint.moving]
+    report.together("M313", _places(rubbing), "dry friction is left out")
+    others = [j for j in joints if j.kind == "floating" or (j.kind == "planar" and j.element.tag != DRAKE_JOINT)]
+    report.together("M706", _places(others), "its type is read differently")
+    drake = list(document.extensions.used)
+    drake += [joint.element for joint in joints if joint.element.tag == DRAKE_JOINT]
+    report.together("M606", [(element, f"<{element.tag}>") for element in drake], "only Drake and mecanique read it")
+    report.together("M608", [(element, f"<{element.tag}>") for element in document.rotors], "a rotor adds inertia")
+    _size(document, report)
+
+
+def _each(document: Document, report: Report) -> None:
+    by_name = {joint.name: joint for joint in document.joints}
+    for joint in document.joints:
+        if joint.kind == "planar":
+            length = math.hypot(*joint.axis)
+            if joint.axis[2] < (1 - 1e-9) * length:
+                report.add("M305", joint.element, joint.where, f"the normal of its plane is {_shown(joint.axis)}")
+        if joint.name in document.mimics and joint.mimic is not None:
+            leader = by_name[joint.mimic.joint]
+            if leader.mimic is not None:
+                message = f"it mimics {leader.name!r}, which mimics {leader.mimic.joint!r}"
+                report.add("M405", joint.mimic.element, joint.where, message)
+            if document.mimics[joint.name].multiplier == 0:
+                report.add("M406", joint.mimic.element, joint.where, "it mimics with the multiplier 0")
+        if joint.name in ("universe", "root_joint"):
+            report.add("M114", joint.element, joint.where, "Pinocchio has a joint of this name of its own")
+    for link in document.links:
+        if link.name == "universe":
+            report.add("M114", link.element, link.where, "Pinocchio has a frame of this name of its own")
+        elif link.name == WORLD and document.root is not None and (link.name != document.root or not link.massless):
+            report.add("M114", link.element, link.where, "Drake takes this link for the inertial frame")
+
+
+def _size(document: Document, report: Report) -> None:
+    count = sum(_VELOCITIES.get(joint.kind, 0) for joint in document.joints if joint.name not in document.mimics)
+    if count > _MOST_VELOCITIES:
+        report.add("M701", document.element, "", f"the robot has {count} velocities")
+    if document.root is None:
+        return
+    carrier = {joint.child: joint.parent for joint in document.joints}
+    depth = {document.root: 0}
+    for link in document.links:
+        chain = [link.name]
+        while chain[-1] not in depth:
+            chain.append(carrier[chain[-1]])
+        start = depth[chain[-1]]
+        depth.update({name: start + k for k, name in enumerate(reversed(chain))})
+    if max(depth.values()) > _MOST_DEPTH:
+        report.add("M702", document.element, "", f"the longest chain has {max(depth.values())} joints")
+
+
+def _places(joints: list[JointText]) -> list[tuple[Element, str]]:
+    return [(joint.element, joint.where) for joint in joints]
+
+
+def _shown(axis: tuple[float, float, float]) -> str:
+    return " ".join(f"{component:g}" for component in axis)

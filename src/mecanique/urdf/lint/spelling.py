@@ -1,0 +1,133 @@
+"""Words that nobody reads: misspelt, misplaced, or meant for other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from difflib import get_close_matches
+
+from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS
+from mecanique.urdf.document import Document
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+
+__all__ = ["check"]
+
+_JOINT = (
+    {"name", "type"},
+    {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"},
+)
+_WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
+    "robot": ({"name", "version"}, {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS}),
+    "link": ({"name"}, {"inertial", "visual", "collision"}),
+    "joint": _JOINT,
+    "drake:joint": _JOINT,
+    "inertial": ((), {"origin", "mass", "inertia"}),
+    "visual": ({"name"}, {"origin", "geometry", "material"}),
+    "collision": ({"name"}, {"origin", "geometry"}),
+    "geometry": ((), {"box", "cylinder", "sphere", "mesh"}),
+    "material": ({"name"}, {"color", "texture"}),
+    "origin": ({"xyz", "rpy"}, ()),
+    "mass": ({"value"}, ()),
+    "inertia": ({"ixx", "ixy", "ixz", "iyy", "iyz", "izz"}, ()),
+    "box": ({"size"}, ()),
+    "cylinder": ({"radius", "length"}, ()),
+    "sphere": ({"radius"}, ()),
+    "mesh": ({"filename", "scale"}, ()),
+    "color": ({"rgba"}, ()),
+    "axis": ({"xyz"}, ()),
+    "parent": ({"link"}, ()),
+    "child": ({"link"}, ()),
+    "limit": ({"lower", "upper", "effort", "velocity"}, ()),
+    "dynamics": ({"damping", "friction"}, ()),
+    "mimic": ({"joint", "multiplier", "offset"}, ()),
+    "frame": ({"name", "link", "xyz", "rpy"}, ()),
+}
+"""Attributes and children of each element."""
+
+_UNUSED = {"safety_controller", "calibration", "transmission", "texture"}
+_OTHERS = {"gazebo", "transmission", "ros2_control", "sensor", "mujoco", "loop_joint", "texture", "contact"}
+
+
+def check(document: Document, report: Report) -> None:
+    """Note elements and attributes that are not read, and the version and namespace of the whole.
+
+    Args:
+        document: what the text says.
+        report: where findings are noted.
+    """
+    robot = document.element
+    version = robot.attributes.get("version", "1.0")
+    if version != "1.0":
+        report.add("M705", robot, "", f"the version is {version!r}")
+    _namespace(robot, report)
+    unused: dict[str, list[tuple[Element, str]]] = {}
+    waiting = [(robot, "")]
+    while waiting:
+        element, where = waiting.pop()
+        attributes, children = _WORDS[element.tag]
+        for name in element.attributes:
+            if name not in attributes and not name.startswith(("xmlns", "drake:")):
+                _unknown(name, f"{name}=… of <{element.tag}>", attributes, element, where, report, unused)
+        for child in element.children:
+            inside = where or _place(child)
+            if child.tag in children:
+                if child.tag in _UNUSED:
+                    unused.setdefault(f"<{child.tag}>", []).append((child, inside))
+                elif child.tag in _WORDS:
+                    waiting.append((child, inside))
+            elif child.tag.startswith("drake:"):
+                if element.tag in ("robot", "joint", "drake:joint"):
+                    report.add("M601", child, inside, f"<{child.tag}> in <{element.tag}> is not known")
+            elif child.tag in _WORDS and child.tag not in _OTHERS and (element.tag, child.tag) not in _COMMON:
+                report.add("M113", child, inside, f"<{child.tag}> has no meaning in <{element.tag}>; it is ignored")
+            else:
+                what = f"<{child.tag}> in <{element.tag}>"
+                _unknown(child.tag, what, children, child, inside, report, unused)
+    for what, places in unused.items():
+        report.together("M703", places, f"{what} is not used")
+    _rotors(robot, report)
+
+
+_COMMON = {("collision", "material")}
+
+
+def _place(element: Element) -> str:
+    name = element.attributes.get("name")
+    return f"{element.tag} {name!r}" if name else f"<{element.tag}>"
+
+
+def _unknown(
+    word: str,
+    what: str,
+    known: Collection[str],
+    element: Element,
+    where: str,
+    report: Report,
+    unused: dict[str, list[tuple[Element, str]]],
+) -> None:
+    near = [] if word in _OTHERS or len(word) > 30 else get_close_matches(word.lower(), known, n=1, cutoff=0.7)
+    if near and abs(len(near[0]) - len(word)) <= 2:
+        report.add("M113", element, where, f"{what} is ignored; did you mean {near[0]!r}?")
+    else:
+        unused.setdefault(what, []).append((element, where))
+
+
+def _namespace(robot: Element, report: Report) -> None:
+    if "xmlns:drake" in robot.attributes:
+        return
+    for element in robot.walk():
+        if element.tag.startswith("drake:") or any(name.startswith("drake:") for name in element.attributes):
+            report.add("M607", element, f"<{element.tag}>", "the prefix drake: is used but not declared")
+            return
+
+
+def _rotors(robot: Element, report: Report) -> None:
+    """Rotor inertias count below robot/transmission/actuator only."""
+    for element in robot.walk():
+        if element.tag == "actuator":
+            continue
+        for child in element.children:
+            if child.tag in (ACTUATOR_INERTIA, ACTUATOR_GEAR) and element.tag not in ("joint", "drake:joint", "robot"):
+                report.add(
+                    "M601", child, f"<{element.tag}>", f"<{child.tag}> counts only in <actuator>; it is left out"
+                )

@@ -1,0 +1,136 @@
+"""Numbers that look like millimeters, grams or degrees, or like an inertia about another point."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from mecanique.model.placement import Placement
+from mecanique.model.visuals import Box, Cylinder, Sphere, Visual
+from mecanique.urdf.document import Document
+from mecanique.urdf.findings import Report
+from mecanique.urdf.links import Link
+
+__all__ = ["check"]
+
+_FAR = 20.0
+"""A distance within a robot that is likely in millimeters [m]."""
+
+_DENSE = 30_000.0
+"""A density above that of every metal [kg/m³]."""
+
+
+def check(document: Document, report: Report) -> None:
+    """Note numbers that look like other units than kg, m, s and radians.
+
+    Args:
+        document: what the text says.
+        report: where findings are noted.
+    """
+    reach: dict[str, float] = {}
+    for joint in document.joints:
+        distance = math.hypot(*joint.origin.xyz)
+        reach[joint.parent] = max(reach.get(joint.parent, 0.0), distance)
+        if distance > _FAR:
+            report.add("M310", joint.element, joint.where, f"its origin is {distance:g} m away")
+        if joint.kind == "revolute" and joint.limits is not None:
+            bounds = (joint.limits.lower, joint.limits.upper)
+            most = max((abs(bound) for bound in bounds if math.isfinite(bound)), default=0.0)
+            if 4 * math.pi < most <= 1000:
+                report.add("M309", joint.element, joint.where, f"its limits reach {most:g} radians")
+        _angles(joint.origin, joint.element.line, joint.where, report)
+    for link in document.links:
+        _angles(link.frame, link.element.line, link.where, report)
+        for visual in (*link.visuals, *link.collisions):
+            _angles(visual.placement, link.element.line, link.where, report)
+        if link.mass > 0:
+            _link(link, reach.get(link.name, 0.0), report)
+
+
+def _angles(place: Placement, line: int, where: str, report: Report) -> None:
+    most = max(abs(angle) for angle in place.rpy)
+    if most > 2 * math.pi + 0.01:
+        report.add("M309", line, where, f"an angle of its placement is {most:g} radians")
+
+
+def _link(link: Link, reach: float, report: Report) -> None:
+    center = math.hypot(*link.frame.xyz)
+    if center > _FAR:
+        report.add("M310", link.element, link.where, f"its center of mass is {center:g} m away")
+    drawn = [visual for visual in (*link.collisions, *link.visuals) if _size(visual) > 0]
+    size = max([center, reach, *(math.hypot(*v.placement.xyz) + _size(v) for v in drawn)])
+    gyration = math.sqrt(max(sum(link.inertia[:3]) / 2, 0.0) / link.mass)
+    if (size > 0 and gyration > 5 * max(size, 0.2)) or gyration > 30 or 0 < gyration < size / 300:
+        message = f"its inertia is that of its mass {gyration:.3g} m away from the center, but it is {size:.3g} m large"
+        report.add("M208", link.element, link.where, message)
+    shapes = [visual for visual in link.collisions if _size(visual) > 0]
+    if len(shapes) == len(link.collisions) == 1:
+        volume = _volume(shapes[0])
+        if link.mass > 5 and link.mass > _DENSE * volume:
+            report.add("M209", link.element, link.where, f"its density is {link.mass / volume:.3g} kg/m³")
+    shapes = shapes or [visual for visual in link.visuals if _size(visual) > 0]
+    if len(shapes) == 1:
+        _point(link, shapes[0], report)
+
+
+def _point(link: Link, shape: Visual, report: Report) -> None:
+    """Compare the inertia with that of the drawn shape about its center and about the link's origin."""
+    if any(shape.placement.rpy) or any(link.frame.rpy):
+        return
+    place = shape.placement.xyz
+    own = _inertia(shape, link.mass)
+    x, y, z = place
+    lever = [link.mass * d for d in (y * y + z * z, x * x + z * z, x * x + y * y)]
+    about_origin = [i + d for i, d in zip(own, lever, strict=True)]
+    if sum(lever) < 0.2 * sum(own) or not _near(link.inertia[:3], about_origin):
+        return
+    if not any(link.frame.xyz):
+        message = "its mass is at its origin, but its inertia is that of its shape, whose center is elsewhere"
+        report.add("M210", link.element, link.where, message)
+    elif _near(link.frame.xyz, place):
+        message = "its inertia is that of its shape about the link's origin, not about the center of mass"
+        report.add("M210", link.element, link.where, message)
+
+
+def _near(a: Sequence[float], b: Sequence[float]) -> bool:
+    largest = max(map(abs, b))
+    return all(abs(p - q) <= 0.02 * largest for p, q in zip(a, b, strict=True))
+
+
+def _size(visual: Visual) -> float:
+    """Half the largest extent of a primitive; 0 for a mesh."""
+    match visual.geometry:
+        case Box(size):
+            return math.hypot(*size) / 2
+        case Cylinder(radius, length):
+            return math.hypot(radius, length / 2)
+        case Sphere(radius):
+            return float(radius)
+        case _:
+            return 0.0
+
+
+def _volume(visual: Visual) -> float:
+    match visual.geometry:
+        case Box((a, b, c)):
+            return float(a * b * c)
+        case Cylinder(radius, length):
+            return float(math.pi * radius**2 * length)
+        case Sphere(radius):
+            return float(4 / 3 * math.pi * radius**3)
+        case _:
+            return math.inf
+
+
+def _inertia(visual: Visual, mass: float) -> list[float]:
+    """Moments of the homogeneous shape about its own center (table of `mecanique.model.shapes`)."""
+    match visual.geometry:
+        case Box((a, b, c)):
+            return [mass * s / 12 for s in (b * b + c * c, a * a + c * c, a * a + b * b)]
+        case Cylinder(radius, length):
+            across = mass * (3 * radius**2 + length**2) / 12
+            return [across, across, mass * radius**2 / 2]
+        case Sphere(radius):
+            return [2 * mass * radius**2 / 5] * 3
+        case _:
+            return [0.0] * 3

@@ -1,0 +1,82 @@
+"""The robots of the package example-robot-data, which holds URDF files and meshes but no Python code of use here."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+
+from mecanique.errors import InputError, UnknownNameError
+
+__all__ = ["robot", "robots"]
+
+_INSIDE = Path("share", "example-robot-data", "robots")
+
+
+def robots() -> tuple[str, ...]:
+    """Return the names of all robots that `robot` finds.
+
+    Raises:
+        InputError: if example-robot-data is not installed.
+    """
+    return tuple(_files())
+
+
+def robot(name: str) -> Path:
+    """Return the URDF file of a robot of example-robot-data.
+
+    Args:
+        name: its file's name without ".urdf", e.g. "panda"; with its folder where files share a name, e.g.
+            "anymal_b_simple/anymal".
+
+    Raises:
+        UnknownNameError: if there is none, with the nearest names.
+        InputError: if several have the name, with all of them, or if example-robot-data is not installed.
+    """
+    files = _files()
+    if name in files:
+        return files[name]
+    sharing = [known for known in files if known.partition("/")[2] == name]
+    if sharing:
+        raise InputError(f"several robots are called {name!r}; expected one of {', '.join(map(repr, sharing))}")
+    folder, _, stem = str(name).partition("/")
+    if stem in files and files[stem] in _folders().get(folder, ()):
+        return files[stem]
+    raise UnknownNameError("robot", name, files)
+
+
+@lru_cache(maxsize=1)
+def _folders() -> dict[str, tuple[Path, ...]]:
+    """Files of each robot's folder, by the folder's name without "_description"."""
+    found: dict[str, tuple[Path, ...]] = {}
+    for data in _data():
+        for folder in sorted(data.iterdir()):
+            files = tuple(sorted(folder.rglob("*.urdf")))
+            if files:
+                found.setdefault(folder.name.removesuffix("_description"), files)
+        if found:
+            return found
+    raise InputError("expected the package example-robot-data to be installed: pip install example-robot-data")
+
+
+@lru_cache(maxsize=1)
+def _files() -> dict[str, Path]:
+    files = [(folder, file) for folder, members in _folders().items() for file in members]
+    count = Counter(file.stem for _, file in files)
+    named = {(file.stem if count[file.stem] == 1 else f"{folder}/{file.stem}"): file for folder, file in files}
+    return dict(sorted(named.items()))
+
+
+def _data() -> Iterator[Path]:
+    """Folders that may hold the robots: of the installed package, then of the environment."""
+    try:
+        package = distribution("example-robot-data")
+        candidates = [Path(str(package.locate_file(str(Path("cmeel.prefix") / _INSIDE))))]
+    except PackageNotFoundError:
+        candidates = []
+    candidates += [Path(entry, "cmeel.prefix") / _INSIDE for entry in sys.path]
+    candidates.append(Path(sys.prefix) / _INSIDE)
+    yield from (folder for folder in candidates if folder.is_dir())
