@@ -23,7 +23,7 @@ from mecanique.model import (
     plate,
     time,
 )
-from mecanique.textbook.facts import Acceleration, Eigenvalues, Frequencies, MassMatrix, Number, Reaction, Values
+from mecanique.textbook.facts import Acceleration, Eigenvalues, Frequencies, MassMatrix, Number, Values
 from mecanique.textbook.system import System
 
 
@@ -95,11 +95,6 @@ def roots(s: Values) -> list[complex]:
     return [*(-half + root), *(-half - root)]
 
 
-def base_shear(s: Values) -> tuple[Number, Number, Number]:
-    """Return the force of the ground on the lowest floor: what accelerates all floors, and their weight."""
-    return s.m * np.sum(acceleration(s) + s.A * np.sin(s.W * s.t)), 0.0, s.n * s.m * s.g
-
-
 SYSTEM = System(
     title="Building of n rigid floors on elastic columns, shaken",
     source="Chopra, Dynamics of Structures, sect. 9.1 and 13.2; Clough & Penzien, Dynamics of Structures, ch. 11",
@@ -121,6 +116,5 @@ SYSTEM = System(
         Acceleration("m ui'' + c (2 ui' - u_(i-1)' - u_(i+1)') + k (2 ui - u_(i-1) - u_(i+1)) = -m ag", acceleration),
         Frequencies("ω_j = 2 sqrt(k / m) sin((2 j - 1) pi / (4 n + 2))", frequencies),
         Eigenvalues("free motion decays as e^(λ t), λ² + (c / k) ω_j² λ + ω_j² = 0", roots),
-        Reaction("the base shear is the sum of m (ui'' + ag), and the columns bear n m g", "storey1", base_shear),
     ),
 )
