@@ -8,18 +8,13 @@ from typing import final
 
 import numpy as np
 
-from mecanique.errors import EngineError, InputError
+from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
 from mecanique.reference.answers import Array, Energy, Momentum, PointMotion, Wrench
-from mecanique.reference.chart import Chart
-from mecanique.reference.engine import load
-from mecanique.reference.loads import Loads
-from mecanique.reference.probe import backward_error, massless_mode, random_states, reach_of
-from mecanique.reference.reactions import Reactions
-from mecanique.reference.rhs import Rhs, fast_rhs
-from mecanique.reference.sites import External
+from mecanique.reference.rhs import Rhs
 from mecanique.reference.states import Given, States, checked
+from mecanique.reference.tree import Tree
 
 __all__ = ["Reference"]
 
@@ -44,26 +39,15 @@ class Reference:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        import pinocchio as pin
-
         self.mechanism = mechanism
-        self._pin = pin
-        self._engine = load(mechanism)
-        self._chart = Chart(mechanism, self._engine)
-        self._loads = Loads(mechanism, self._engine, self._chart.index)
-        self._reactions = Reactions(mechanism, self._engine)
-        holders = self._engine.holders
-        self._body_frames = [holders[body.name].frame for body in mechanism.bodies]
-        resting = sum((holder.inertia for holder in holders.values() if not holder.joint), pin.Inertia.Zero())
-        self._moving_mass = sum(self._engine.model.inertias[k].mass for k in range(1, self._engine.model.njoints))
-        self._supported = External(self._engine.model.njoints)
-        self._resting = -resting.mass * float(self._engine.model.gravity.linear @ resting.lever)
-        self._recursive = self._probe()
+        self._tree = Tree(mechanism)
 
     @cached_property
     def version(self) -> str:
         """Version of Pinocchio."""
-        return str(self._pin.__version__)
+        import pinocchio
+
+        return str(pinocchio.__version__)
 
     def mass_matrix(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the mass matrix M, shape (nv, nv).
@@ -72,7 +56,7 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._mass(q, v, t))
+        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t))
 
     def bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the inertia forces that do not depend on accelerations, and gravity, shape (nv,).
@@ -82,7 +66,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._bias(q, v, t))
+        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.bias(q, v, t))
 
     def forces(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the generalized forces of springs, dampers, drives and loads, shape (nv,).
@@ -92,7 +76,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._forces(q, v, t))
+        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.forces(q, v, t))
 
     def acceleration(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the accelerations a, shape (nv,).
@@ -106,7 +90,7 @@ class Reference:
             EngineError: if a motion moves no mass in this state, or the mechanism has loops.
         """
         self._need_tree("accelerations")
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._acceleration(q, v, t))
+        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.acceleration(q, v, t))
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
         """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
@@ -119,7 +103,7 @@ class Reference:
         """
         return self._answer(
             checked(self.mechanism, q, v, a, t),
-            lambda q, v, a, t: self._mass(q, v, t) @ a + self._bias(q, v, t) - self._forces(q, v, t),
+            lambda q, v, a, t: self._tree.mass(q, v, t) @ a + self._tree.bias(q, v, t) - self._tree.forces(q, v, t),
         )
 
     def gravity(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -129,14 +113,7 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-
-        def one(q: Array, v: Array, a: Array, t: float) -> Array:
-            self._chart.place(q, t)
-            self._chart.at(q, v, t)
-            engine = self._engine
-            return self._reduced(self._pin.computeGeneralizedGravity(engine.model, engine.data, self._chart.p))
-
-        return self._answer(checked(self.mechanism, q, t=t), one)
+        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.gravity(q, v, t))
 
     def energy(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Energy:
         """Return kinetic energy, potential energy of gravity and of springs [J].
@@ -146,7 +123,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._energy(q, v, t))
+        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.energy(q, v, t))
         if parts.ndim == 1:
             kinetic, gravity, springs = parts.tolist()
             return Energy(kinetic, gravity, springs)
@@ -160,7 +137,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._momentum(q, v, t))
+        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t))
         return Momentum(*np.moveaxis(parts, -2, 0))
 
     def center_of_mass(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -173,9 +150,9 @@ class Reference:
         Raises:
             EngineError: if they have no mass.
         """
-        if not self._moving_mass:
+        if not self._tree.moving_mass:
             raise EngineError(f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it")
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._momentum(q, v, t)[3])[..., :3]
+        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)[3])
 
     def reactions(self, q: Given, v: Given = None, t: float | Array = 0.0) -> dict[str, Wrench]:
         """Return what each parent does to its child, by joint name: at the child's origin, world axes.
@@ -197,7 +174,7 @@ class Reference:
         names = [joint.name for joint in self.mechanism.joints]
         if not names:
             return {}
-        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._all_reactions(q, v, t))
+        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t))
         return {name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)}
 
     def poses(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -207,7 +184,7 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._poses(q, t))
+        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.poses(q, t))
 
     def point(
         self,
@@ -231,24 +208,17 @@ class Reference:
         Raises:
             UnknownNameError: if there is no such body.
         """
-        holder = self._engine.holders[self.mechanism.body(body).name]
+        name = self.mechanism.body(body).name
         try:
             local: Array = np.array([float(c) for c in vector(xyz, "a point")])
         except TypeError:
             raise InputError(f"expected three numbers for a point, got {xyz!r}") from None
         if not np.isfinite(local).all():
             raise InputError(f"expected a finite point, got {xyz!r}")
-        at = holder.placement.act(local)
-
-        def one(q: Array, v: Array, a: Array, t: float) -> Array:
-            self._move(q, v, t, a)
-            data = self._engine.data
-            pose, twist, rate = data.oMi[holder.joint], data.v[holder.joint], data.a[holder.joint]
-            velocity = twist.linear + np.cross(twist.angular, at)
-            change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
-            return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
-
-        return PointMotion(*np.moveaxis(self._answer(checked(self.mechanism, q, v, a, t), one), -2, 0))
+        parts = self._answer(
+            checked(self.mechanism, q, v, a, t), lambda q, v, a, t: self._tree.point(name, local, q, v, a, t)
+        )
+        return PointMotion(*np.moveaxis(parts, -2, 0))
 
     def rates(self, q: Given, v: Given) -> Array:
         """Return the rates q' of the coordinates, shape (nq,).
@@ -260,7 +230,7 @@ class Reference:
 
         def one(q: Array, v: Array, a: Array, t: float) -> Array:
             out: Array = np.empty(self.mechanism.nq)
-            self._chart.rates(q, v, out)
+            self._tree.chart.rates(q, v, out)
             return out
 
         return self._answer(checked(self.mechanism, q, v), one)
@@ -268,24 +238,33 @@ class Reference:
     def rhs(self) -> Rhs:
         """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,); it checks nothing and is fast.
 
-        Where the motion is not determined it gives numbers that are not finite.
+        Where the motion is not determined it gives numbers that are not finite, or raises what Python's own arithmetic
+        raises (`ArithmeticError`, `ValueError`) where a map or a force is not defined.
 
         Raises:
             EngineError: if the mechanism has loops.
         """
         self._need_tree("accelerations")
-        return fast_rhs(self.mechanism, self._engine, self._chart, self._loads, recursive=self._recursive)
+        return self._tree.rhs()
 
     def _answer(self, states: States, one: Callable[[Array, Array, Array, float], Array]) -> Array:
-        rows = [one(q, v, a, t) for q, v, a, t in zip(states.q, states.v, states.a, states.t.tolist(), strict=True)]
-        result: Array = np.array(rows) if states.many else np.asarray(rows[0])
-        if not np.isfinite(result).all():
-            at = 0 if not states.many else int(np.argmin([np.isfinite(row).all() for row in rows]))
-            raise EngineError(
-                f"mechanism {self.mechanism.name!r} has no finite answer at q = {states.q[at].tolist()}, "
-                f"v = {states.v[at].tolist()}, t = {states.t[at]:g}"
-            )
-        return result
+        rows = []
+        for q, v, a, t in zip(states.q, states.v, states.a, states.t.tolist(), strict=True):
+            reason = ""
+            try:
+                row = np.asarray(one(q, v, a, t))
+            except MecaniqueError:
+                raise
+            except (ArithmeticError, ValueError) as error:
+                # a map or a force that is not defined here, e.g. the root of a negative number
+                row, reason = np.array(np.nan), f" ({error})"
+            if not np.isfinite(row).all():
+                raise EngineError(
+                    f"mechanism {self.mechanism.name!r} has no finite answer at q = {q.tolist()}, v = {v.tolist()}, "
+                    f"t = {t:g}{reason}"
+                )
+            rows.append(row)
+        return np.array(rows) if states.many else rows[0]
 
     def _need_tree(self, what: str) -> None:
         if self.mechanism.loops:
@@ -293,139 +272,3 @@ class Reference:
                 f"mechanism {self.mechanism.name!r} has loops, and its {what} depend on them; the reference answers "
                 "for the tree alone"
             )
-
-    def _move(self, q: Array, v: Array, t: float, a: Array | None = None) -> tuple[list[float], Array, Array]:
-        """Put the engine's bodies in a state; return all coordinates, u and u'."""
-        engine, chart = self._engine, self._chart
-        values = chart.place(q, t)
-        u = chart.at(q, v, t)
-        if a is None:
-            self._pin.forwardKinematics(engine.model, engine.data, chart.p, u)
-            return values, u, u
-        rate = a if chart.identical else chart.G @ a + chart.gamma
-        self._pin.forwardKinematics(engine.model, engine.data, chart.p, u, rate)
-        return values, u, rate
-
-    def _reduced(self, forces: Array) -> Array:
-        chart = self._chart
-        return np.array(forces) if chart.identical else np.asarray(chart.G.T @ forces)
-
-    def _mass(self, q: Array, v: Array, t: float) -> Array:
-        engine, chart = self._engine, self._chart
-        chart.place(q, t)
-        chart.at(q, v, t)
-        full: Array = self._pin.crba(engine.model, engine.data, chart.p)
-        return np.array(full) if chart.identical else np.asarray(chart.G.T @ full @ chart.G)
-
-    def _bias(self, q: Array, v: Array, t: float) -> Array:
-        engine, chart = self._engine, self._chart
-        chart.place(q, t)
-        u = chart.at(q, v, t)
-        return self._reduced(self._pin.rnea(engine.model, engine.data, chart.p, u, chart.gamma))
-
-    def _forces(self, q: Array, v: Array, t: float) -> Array:
-        engine, chart, loads = self._engine, self._chart, self._loads
-        values, u, _ = self._move(q, v, t)
-        loads.check()
-        loads.update(values, q, u, v, t)
-        total: Array = loads.in_joints.copy()
-        if loads.act_on_bodies:
-            rest = np.zeros(engine.model.nv)
-            # inverse dynamics at rest and without gravity is minus what the external forces do
-            total -= self._pin.rnea(engine.weightless, engine.data, chart.p, rest, rest, loads.external.forces)
-        return self._reduced(total)
-
-    def _acceleration(self, q: Array, v: Array, t: float) -> Array:
-        if self._recursive:
-            engine, chart, loads = self._engine, self._chart, self._loads
-            values, u, _ = self._move(q, v, t)
-            loads.check()
-            loads.update(values, q, u, v, t)
-            full = self._pin.aba(engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces)
-            if np.isfinite(full).all():
-                return full.copy() if chart.identical else np.linalg.solve(chart.G, full)
-        mass = self._mass(q, v, t)
-        self._refuse_massless(mass, f" at q = {q.tolist()}")
-        right = self._forces(q, v, t) - self._bias(q, v, t)
-        return np.asarray(np.linalg.solve(mass, right))
-
-    def _energy(self, q: Array, v: Array, t: float) -> Array:
-        engine, chart = self._engine, self._chart
-        values, u, _ = self._move(q, v, t)
-        springs = self._loads.energy(values)
-        height = self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self._resting
-        # Pinocchio's own kinetic energy leaves the armature of bounded hinges and slides out
-        kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
-        return np.array([kinetic, height, springs])
-
-    def _momentum(self, q: Array, v: Array, t: float) -> Array:
-        self._move(q, v, t)
-        engine = self._engine
-        total, moment, mass = self._pin.Force.Zero(), np.zeros(3), 0.0
-        for index in range(1, engine.model.njoints):
-            pose, inertia = engine.data.oMi[index], engine.model.inertias[index]
-            total += pose.act(inertia * engine.data.v[index])
-            moment += inertia.mass * pose.act(inertia.lever)
-            mass += inertia.mass
-        center = moment / mass if mass else moment
-        return np.array([total.linear, total.angular, total.angular - np.cross(center, total.linear), center])
-
-    def _all_reactions(self, q: Array, v: Array, t: float) -> Array:
-        engine, chart, loads = self._engine, self._chart, self._loads
-        a = self._acceleration(q, v, t)
-        values, u, rate = self._move(q, v, t, a)
-        actions = loads.update(values, q, u, v, t) + loads.across_joints()
-        self._supported.set(actions)
-        self._pin.rnea(engine.model, engine.data, chart.p, u, rate, self._supported.forces)
-        found = self._reactions.read(actions)
-        return np.array([found[joint.name] for joint in self.mechanism.joints])
-
-    def _poses(self, q: Array, t: float) -> Array:
-        engine, chart = self._engine, self._chart
-        chart.place(q, t)
-        self._pin.framesForwardKinematics(engine.model, engine.data, chart.p)
-        return np.array([engine.data.oMf[frame].homogeneous for frame in self._body_frames])
-
-    def _probe(self) -> bool:
-        """Look for motions that move no mass; return whether the recursive algorithm may be used."""
-        engine, chart, loads = self._engine, self._chart, self._loads
-        square = chart.constant and chart.G.shape[0] == chart.G.shape[1] and self.mechanism.nv > 0
-        recursive = bool(square and np.linalg.cond(chart.G) < 1e6)
-        found, sound = None, False
-        for q, v, t in random_states(self.mechanism):
-            try:
-                mass = self._mass(q, v, t)
-                if not np.isfinite(mass).all():
-                    continue
-                mode = massless_mode(mass, (chart.G**2).T @ reach_of(engine.model, engine.data))
-                if mode is not None:
-                    found = mode
-                    continue
-                sound = True
-                if recursive:
-                    right = self._forces(q, v, t) - self._bias(q, v, t)
-                    values, u, _ = self._move(q, v, t)
-                    loads.update(values, q, u, v, t)
-                    full = self._pin.aba(engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces)
-                    recursive = backward_error(mass, np.linalg.solve(chart.G, full), right) < 1e-10
-            except (ArithmeticError, ValueError):
-                # a map or a force that is not defined in this random state
-                continue
-        if found is not None and not sound and not self.mechanism.loops:
-            self._refuse(found, "")
-        return recursive and sound
-
-    def _refuse_massless(self, mass: Array, where: str) -> None:
-        engine, chart = self._engine, self._chart
-        mode = massless_mode(mass, (chart.G**2).T @ reach_of(engine.model, engine.data))
-        if mode is not None:
-            self._refuse(mode, where)
-
-    def _refuse(self, mode: Array, where: str) -> None:
-        names = [name for name, part in zip(self.mechanism.velocities, mode, strict=True) if abs(part) > 1e-6]
-        joints = [joint for joint in self.mechanism.joints if set(joint.velocities) & set(names)]
-        moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
-        raise EngineError(
-            f"mechanism {self.mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass{where}, so nothing "
-            "determines it; give the body mass or inertia, or prescribe the joint by the coordinate map"
-        )
