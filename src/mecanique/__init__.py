@@ -72,7 +72,9 @@ from mecanique.verify import Verdict, verify
 if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
     from mecanique.reference import Reference, Wrench
-    from mecanique.urdf import write_urdf
+    from mecanique.urdf import read_urdf, write_urdf
+    from mecanique.urdf.lint import lint
+    from mecanique.urdf.robots import robot, robots
 
 __all__ = [
     "AnyForce",
@@ -128,10 +130,14 @@ __all__ = [
     "cylinder",
     "derive",
     "disk",
+    "lint",
     "massless",
     "particle",
     "plate",
+    "read_urdf",
     "ring",
+    "robot",
+    "robots",
     "rod",
     "shell",
     "textbook",
@@ -145,6 +151,10 @@ _HOMES = {
     "Equations": "mecanique.derive.equations",
     "Reference": "mecanique.reference",
     "Wrench": "mecanique.reference",
+    "lint": "mecanique.urdf.lint",
+    "read_urdf": "mecanique.urdf",
+    "robot": "mecanique.urdf.robots",
+    "robots": "mecanique.urdf.robots",
     "write_urdf": "mecanique.urdf",
 }
 """Where the names are that are imported only when somebody asks for them."""
