@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.derive.links import Link
 from mecanique.derive.states import States
+from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Chart", "Motions"]
@@ -107,9 +108,19 @@ class Chart:
         free = np.flatnonzero(self._order >= 0)
         u[:, free] = states.v[:, self._order[free]]
         G[:, free, self._order[free]] = 1.0
-        paths = driven_paths(states)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            paths = driven_paths(states)
         for k, name in self._driven.items():
             c = paths[name]
+            bad = ~np.isfinite(c).all(axis=(0, 1))
+            if bad.any():
+                at = ", ".join(
+                    f"{q} = {x:g}" for q, x in zip(self._mechanism.coordinates, states.q[bad][0], strict=True)
+                )
+                raise InputError(
+                    f"the coordinate map of mechanism {self._mechanism.name!r} gives no smooth {name!r} at {at}; "
+                    "expected coordinates inside its range"
+                )
             r[name], u[:, k], gamma[:, k] = c[0, 0], c[1, 0], 2 * c[2, 0]
             G[:, k] = c[0, 1:].T
         return Motions(r, u, gamma, self._order, G)

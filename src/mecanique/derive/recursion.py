@@ -2,7 +2,7 @@
 
 The kinetic energy is ½ Σ tr(Ḣ J Ḣᵀ) with poses H and mass moments J, so that Lagrange's equations read
 τ_k = Σ tr(∂H/∂q_k J Ḧᵀ); the sums over all bodies beyond a joint are collected from the tips to the ground
-(Hollerbach, IEEE Trans. SMC 10 (1980) 730, eqs. 20-26, here for quasi-velocities as well).
+(J. M. Hollerbach, IEEE Trans. Systems, Man, and Cybernetics 10 (1980) 730, here for quasi-velocities as well).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from mecanique.derive.states import States
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Recursion"]
+__all__ = ["Recursion", "solved", "stacked"]
 
 
 @final
@@ -105,14 +105,7 @@ class Recursion:
         Raises:
             DerivationError: if a motion meets no inertia.
         """
-        M, rest = self.mass_matrix(states), self.forces(states) - self.bias(states)
-        try:
-            return np.linalg.solve(M, rest[..., None])[..., 0]
-        except np.linalg.LinAlgError:
-            raise DerivationError(
-                f"mechanism {self._mechanism.name!r}: its mass matrix is singular, a motion of massless bodies "
-                "has no inertia; give them mass, or leave that coordinate out"
-            ) from None
+        return solved(self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states))
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J].
@@ -221,6 +214,26 @@ class Recursion:
         M = np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2)
         M += np.diag(self._armature)
         return M
+
+
+def solved(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Return a from M a = rest, shape (n, nv).
+
+    Args:
+        mechanism: whose equations, for the message.
+        M: shape (n, nv, nv), mass matrices.
+        rest: shape (n, nv), forces minus bias.
+
+    Raises:
+        DerivationError: if a motion meets no inertia.
+    """
+    try:
+        return np.linalg.solve(M, rest[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r}: its mass matrix is singular, a motion of massless bodies "
+            "has no inertia; give them mass, or leave that coordinate out"
+        ) from None
 
 
 def stacked(rows: list[list[Any]], n: int) -> np.ndarray:
