@@ -21,9 +21,9 @@ def size(parts: Parts) -> int:
     return sum(map(len, parts.values()))
 
 
-def check_size(parts: Parts, most: int) -> None:
-    """Refuse parts with more than `most` terms by a `DerivationError`."""
-    if size(parts) > most:
+def check_size(parts: Parts, most: int, *, canceling: bool = False) -> None:
+    """Refuse parts with more than `most` terms, or twice as many while some may cancel, by a `DerivationError`."""
+    if size(parts) > (2 * most if canceling else most):
         raise DerivationError(
             f"the closed form has more than {most} terms and would help no reader; use the numeric derivation"
         )
@@ -59,7 +59,7 @@ def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
             both = multiply(p, r)
             for trig, sign in _product_to_sum(f, g) if f and g else ((f or g, 2 if halved else 1),):
                 accumulate(parts, trig, both, sign)
-        check_size(parts, 2 * most)  # some may still cancel
+        check_size(parts, most, canceling=True)
     return parts, 2 if halved else 1
 
 
