@@ -234,7 +234,8 @@ def _relative(found: Any, expected: Any) -> float:
     """Largest difference per component, in units of the component's largest value; shape (n, …) each."""
     found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
     scale = np.max(np.abs(expected), axis=0)
-    scale = np.where(scale > 0, scale, np.max(scale) or 1.0)
+    # a component that is zero but for rounding has no scale of its own
+    scale = np.where(scale > 1e-9 * np.max(scale), scale, np.max(scale) or 1.0)
     return float(np.max(np.abs(found - expected) / scale))
 
 

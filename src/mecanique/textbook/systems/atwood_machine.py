@@ -1,8 +1,8 @@
 """Atwood's machine.
 
 Weights m1 and m2 hang from the ends of a cord without mass that runs without slip over a homogeneous pulley of mass M
-and radius R on a fixed horizontal axle, under gravity g. The generalized coordinate x is the way m1 has gone down; m2
-has gone up as far, and the pulley has turned by x / R.
+and radius R on a fixed horizontal axle, under gravity g. The generalized coordinate x is the way m1 has gone down
+from where both weights hang at the depth h below the axle; m2 has gone up as far, and the pulley has turned by x / R.
 """
 
 from mecanique.model import (

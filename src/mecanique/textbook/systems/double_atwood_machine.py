@@ -1,8 +1,9 @@
 """Double Atwood machine.
 
 A cord over a fixed pulley carries a weight m1 at one end and a second pulley at the other; a cord over that one
-carries weights m2 and m3. Cords and pulleys have no mass, and gravity g acts. The generalized coordinates are the way
-x that m1 has gone down and the way y that m2 has gone down as seen from the second pulley.
+carries weights m2 and m3. Cords and pulleys, of radius R, have no mass, and gravity g acts. The generalized
+coordinates are the way x that m1 has gone down and the way y that m2 has gone down as seen from the second pulley. At
+x = y = 0 all hang at the depth h below the pulley that carries them.
 """
 
 from mecanique.model import (

@@ -1,7 +1,7 @@
 """Particle on a circle, located by an angle.
 
-A particle m moves without friction on a fixed horizontal circle of radius R. Two constraints, z = 0 and
-x² + y² = R², leave one degree of freedom. The generalized coordinate theta is the angle from the x axis to the
+A particle m moves without friction on a fixed horizontal circle of radius R, across gravity g. Two constraints, z = 0
+and x² + y² = R², leave one degree of freedom. The generalized coordinate theta is the angle from the x axis to the
 particle's radius, positive towards the y axis; it reaches every point of the circle.
 """
 

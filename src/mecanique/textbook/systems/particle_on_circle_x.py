@@ -1,8 +1,8 @@
 """Particle on a circle, located by its abscissa.
 
-The same particle m on the same horizontal circle of radius R as in `particle_on_circle`, with its rectangular
-coordinate x as generalized coordinate: y = +sqrt(R² - x²), so that theta = acos(x/R). The coordinate serves on the
-half y > 0 only; at x = ±R, where the circle turns back, its mass matrix grows without bound.
+The same particle m on the same horizontal circle of radius R, across gravity g, as in `particle_on_circle`, with its
+rectangular coordinate x as generalized coordinate: y = +sqrt(R² - x²), so that theta = acos(x/R). The coordinate
+serves on the half y > 0 only; at x = ±R, where the circle turns back, its mass matrix grows without bound.
 """
 
 from numpy import arccos, cos, sin, sqrt

@@ -1,8 +1,8 @@
 """Rotating floor plate.
 
 A homogeneous rectangular floor plate of mass m and sides a and b lies in the horizontal plane and turns about a fixed
-vertical axis through its corner o, held by a torsional stiffness k. The generalized coordinate theta is the angle of
-side a from the x axis, positive towards y, zero where the stiffness is relaxed.
+vertical axis through its corner o, held by a torsional stiffness k; gravity g acts along the axis. The generalized
+coordinate theta is the angle of side a from the x axis, positive towards y, zero where the stiffness is relaxed.
 """
 
 from numpy import cos, sin, sqrt

@@ -2,8 +2,8 @@
 
 n equal rigid floor plates of mass m, each h above the one below, may only shift horizontally along x. The columns of
 each storey resist the shift of one floor against the next with stiffness k and damping c. The ground shakes with the
-acceleration ag(t), which acts on every floor as the force −m ag. The generalized coordinates u1 … un are the
-displacements of the floors relative to the ground, positive towards +x.
+acceleration ag(t) = A sin(W t), which acts on every floor as the force −m ag; gravity g acts along the columns. The
+generalized coordinates u1 … un are the displacements of the floors relative to the ground, positive towards +x.
 """
 
 import numpy as np

@@ -1,9 +1,10 @@
 """Swinging Atwood machine.
 
-A cord without mass over two small pulleys carries a counterweight M, which moves up and down, and a particle m, which
-may also swing in the vertical plane, under gravity g. The generalized coordinates are the length r of cord on the
-particle's side, which must stay positive, and its angle theta from the downward vertical, positive towards +x. For M
-= 3 m, and not otherwise, the motion has a second constant besides its energy.
+A cord without mass over two small pulleys at the distance d carries a counterweight M, which moves up and down at the
+depth h − r below its pulley, and a particle m, which may also swing in the vertical plane, under gravity g. The
+generalized coordinates are the length r of cord on the particle's side, which must stay positive, and its angle theta
+from the downward vertical, positive towards +x. For M = 3 m, and not otherwise, the motion has a second constant
+besides its energy.
 """
 
 from numpy import cos, sin

@@ -1,8 +1,9 @@
 """Two blocks and two springs.
 
-Two blocks slide without friction along a horizontal line. A spring k1 ties the first to a wall, a spring k2 ties the
-second to the first, and a force F(t) acts on the second. The generalized coordinates q1 and q2 are the displacements
-of the blocks from where both springs are free, positive away from the wall.
+Two blocks m1 and m2 slide without friction along a horizontal line. A spring k1 of free length a ties the first to a
+wall, a like spring k2 ties the second to the first, and a force F(t) = F0 cos(W t) acts on the second. The
+generalized coordinates q1 and q2 are the displacements of the blocks from where both springs are free, positive away
+from the wall.
 """
 
 import numpy as np
@@ -69,7 +70,7 @@ SYSTEM = System(
         Parameter("k1", 40.0, "N/m", "stiffness of the spring to the wall"),
         Parameter("k2", 20.0, "N/m", "stiffness of the spring between the blocks"),
         Parameter("a", 1.0, "m", "free length of each spring"),
-        Parameter("F0", 2.0, "N", "amplitude of the force"),
+        Parameter("F0", 1.0, "N", "amplitude of the force"),
         Parameter("W", 3.0, "rad/s", "angular frequency of the force"),
     ),
     build=build,
@@ -89,6 +90,7 @@ SYSTEM = System(
             lambda s: dict(zip(("q1", "q2"), amplitudes(s), strict=True)),
             forced,
             until=lambda s: 3.0,
+            given={"W": 5.0},
         ),
         Conserved(
             "without the force, the energy (m1 q1'² + m2 q2'² + k1 q1² + k2 (q2 - q1)²) / 2",

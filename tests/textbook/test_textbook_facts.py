@@ -1,0 +1,129 @@
+"""Every closed-form fact of every system holds to 1e-10, and a wrong fact of any kind is found out."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.textbook import entry, names
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Eigenvalues,
+    Fact,
+    Frequencies,
+    KineticEnergy,
+    MassMatrix,
+    Period,
+    Reaction,
+    Solution,
+    StabilityLimit,
+    Steady,
+    Values,
+)
+from mecanique.verify.facts import FactRow, check
+
+
+def failures(rows: tuple[FactRow, ...]) -> list[str]:
+    return [f"{row.statement}: {row.residual:.1e}" for row in rows if not row.holds]
+
+
+@pytest.mark.parametrize("name", names())
+def test_facts_hold_for_typical_values(name: str) -> None:
+    rows = check(name)
+    assert len(rows) == len(entry(name).facts) >= 2
+    assert not failures(rows)
+
+
+@pytest.mark.parametrize("name", names())
+def test_facts_hold_for_other_values(name: str) -> None:
+    random = np.random.default_rng(len(name))
+    values = {p.symbol: p.value * random.uniform(0.9, 1.1) for p in entry(name).parameters}
+    assert not failures(check(name, values, seed=1, samples=5))
+
+
+@pytest.mark.parametrize("name", [name for name in names() if entry(name).options])
+@pytest.mark.parametrize("n", [1, 2, 7])
+def test_facts_hold_for_any_number_of_links(name: str, n: int) -> None:
+    assert not failures(check(name, {"n": n}, samples=5))
+
+
+TRUE: dict[str, Fact] = {
+    "Frequencies": Frequencies("", lambda s: [math.sqrt(1.5 * s.g / s.l)]),
+    "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(1.5 * s.g / s.l)]),
+    "MassMatrix": MassMatrix("", lambda s: [[s.m * s.l**2 / 3]]),
+    "Steady": Steady("", {"q": math.pi}),
+}
+
+WRONG: dict[str, Fact] = {
+    "Acceleration": Acceleration("", lambda s: [-1.500001 * s.g / s.l * np.sin(s.q)]),
+    "MassMatrix": MassMatrix("", lambda s: [[s.m * s.l**2 / 3.000001]]),
+    "KineticEnergy": KineticEnergy("", lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6.000001),
+    "Reaction": Reaction("", "pin", lambda s: [0.0, 0.0, s.m * s.g]),
+    "Conserved": Conserved("", lambda s: s.l * s["q'"] ** 2 / 6 - s.g * np.cos(s.q) / 2.000001),
+    "Solution": Solution("", {"q": 0.1}, lambda s: {"q": 0.1 * np.cos(math.sqrt(1.5 * 9.81) * s.t)}, lambda s: 2.0),
+    "Period, linearized": Period("", {"q": 0.1}, lambda s: 2 * math.pi * math.sqrt(2 * s.l / (3 * s.g))),
+    "Frequencies": Frequencies("", lambda s: [math.sqrt(s.g / s.l)]),
+    "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(s.g / s.l)]),
+    "Steady": Steady("", {"q": 3.14159}),
+    "StabilityLimit": StabilityLimit("", "g", lambda s: 1.0, stable="above"),
+}
+
+
+@pytest.mark.parametrize("kind", TRUE)
+def test_a_true_fact_holds(kind: str) -> None:
+    assert not failures(check(replace(entry("rigid_bar_pendulum"), facts=(TRUE[kind],))))
+
+
+@pytest.mark.parametrize("kind", WRONG)
+def test_a_wrong_fact_is_found_out(kind: str) -> None:
+    (row,) = check(replace(entry("rigid_bar_pendulum"), facts=(WRONG[kind],)))
+    assert row.kind == type(WRONG[kind]).__name__
+    assert row.residual > 1e-8
+    assert not row.holds
+
+
+def test_two_periods_are_not_the_period() -> None:
+    (period,) = (fact for fact in entry("rigid_bar_pendulum").facts if isinstance(fact, Period))
+    twice = replace(period, seconds=lambda s: 2 * period.seconds(s))
+    (row,) = check(replace(entry("rigid_bar_pendulum"), facts=(twice,)))
+    assert row.residual == math.inf
+
+
+@pytest.mark.parametrize("name", ["bead_on_hoop", "kapitza_pendulum", "bar_chain"])
+def test_a_limit_of_stability_knows_its_side_and_its_value(name: str) -> None:
+    (limit,) = (fact for fact in entry(name).facts if isinstance(fact, StabilityLimit))
+    other = replace(limit, stable="above" if limit.stable == "below" else "below")
+    off = replace(limit, formula=lambda s: limit.formula(s) * 1.001)
+    rows = check(replace(entry(name), facts=(limit, other, off)))
+    assert rows[0].holds
+    assert rows[1].residual == math.inf
+    assert rows[2].residual == pytest.approx(1e-3, rel=0.1)
+
+
+def test_a_fact_may_suppose_parameters() -> None:
+    def seen(s: Values) -> list[list[float]]:
+        assert (s.m, s.l, s.g) == (3.0, 2.0, 1.0)
+        return [[4.0]]
+
+    supposing = MassMatrix("M = 4", seen, given={"m": 3.0})
+    system = replace(entry("rigid_bar_pendulum"), facts=(supposing,))
+    (row,) = check(system, {"l": 2.0, "g": 1.0, "m": 7.0})
+    assert row == FactRow(system.title, "MassMatrix", "M = 4", row.residual)
+    assert row.holds
+
+
+def test_refusals() -> None:
+    with pytest.raises(InputError, match="expected a source among reference, derive, got 'pinocchio'"):
+        check("rigid_bar_pendulum", source="pinocchio")
+    with pytest.raises(UnknownNameError, match="unknown system 'pendulum'"):
+        check("pendulum")
+    with pytest.raises(UnknownNameError, match="unknown parameter 'L'"):
+        check("rigid_bar_pendulum", {"L": 1.0})
+    body = replace(entry("tennis_racket"), facts=(Eigenvalues("", lambda s: [0.0]),))
+    with pytest.raises(InputError, match="expected a system without quaternions for eigenvalues, got 'tennis_racket'"):
+        check(body)
