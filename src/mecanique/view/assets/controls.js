@@ -1,0 +1,96 @@
+// The buttons over the picture: cameras, what is shown, which forces, one body alone.
+
+import { KINDS, colorOf } from "./arrows.js";
+
+function checkbox(text, checked, onchange, parent) {
+  const label = document.createElement("label");
+  const box = Object.assign(document.createElement("input"), { type: "checkbox", checked });
+  box.onchange = () => onchange(box.checked);
+  label.append(box, text);
+  parent.append(label);
+  return label;
+}
+
+export function wireCameras(camera, scene) {
+  const buttons = [...document.querySelectorAll("[data-camera]")];
+  for (const button of buttons) button.onclick = () => camera.look(button.dataset.camera);
+  camera.onchoice = (preset) => {
+    for (const button of buttons) button.setAttribute("aria-pressed", button.dataset.camera === preset);
+  };
+  const select = document.getElementById("follow");
+  scene.bodies.forEach((body, b) => select.append(new Option(body.name, b)));
+  select.onchange = () => camera.follow(select.value === "" ? -1 : Number(select.value));
+  return Object.fromEntries(buttons.map((button, i) => [String(i + 1), () => button.click()]));
+}
+
+// What can be switched on and off besides forces; each entry: words, whether it is on, what to do.
+export function wireShow(entries) {
+  const menu = document.getElementById("show-menu");
+  for (const [text, on, action] of entries) {
+    checkbox(text, on, action, menu);
+    action(on);
+  }
+}
+
+export function wireForces(arrows, scene, changed) {
+  const chips = document.getElementById("kinds");
+  const present = Object.keys(KINDS).filter((kind) => scene.arrows.some((arrow) => arrow.kind === kind));
+  for (const kind of present) {
+    const set = (on) => {
+      if (on) arrows.kinds.add(kind);
+      else arrows.kinds.delete(kind);
+      changed();
+    };
+    const chip = checkbox(KINDS[kind].label, arrows.kinds.has(kind), set, chips);
+    const swatch = document.createElement("i");
+    swatch.style.backgroundColor = colorOf(kind);
+    chip.insertBefore(swatch, chip.lastChild);
+  }
+  const slider = document.getElementById("arrow-scale");
+  slider.oninput = () => {
+    arrows.factor = 10 ** Number(slider.value);
+    slider.setAttribute("aria-valuetext", `${arrows.factor.toPrecision(2)} times`);
+    changed();
+  };
+  document.getElementById("forces").hidden = !present.length;
+}
+
+export function wireFreeBody(scene, choose) {
+  const select = document.getElementById("free-body");
+  const loaded = new Set(scene.arrows.map((arrow) => arrow.body));
+  scene.bodies.forEach((body, b) => loaded.has(b) && select.append(new Option(body.name, b)));
+  select.onchange = () => choose(select.value === "" ? null : Number(select.value));
+}
+
+export function wireTooltip(stage, arrows) {
+  const tip = document.getElementById("tooltip");
+  const pane = stage.pane.parentElement;
+  const hide = () => (tip.hidden = true);
+  pane.addEventListener("pointermove", (event) => {
+    if (event.buttons) return hide();
+    const box = pane.getBoundingClientRect();
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    const item = arrows.under((x / box.width) * 2 - 1, 1 - (y / box.height) * 2);
+    if (!item) return hide();
+    tip.textContent = arrows.describe(item);
+    tip.hidden = false;
+    const left = Math.min(x + 14, box.width - tip.offsetWidth - 8);
+    tip.style.transform = `translate(${Math.max(4, left)}px, ${Math.max(4, y - tip.offsetHeight - 10)}px)`;
+  });
+  pane.addEventListener("pointerleave", hide);
+}
+
+// A still of the picture goes on paper: a WebGL canvas prints blank once its frame is over.
+export function wirePrint(stage, plots) {
+  const still = document.getElementById("still");
+  const take = () => {
+    stage.viewer.render();
+    const source = stage.viewer.renderer.domElement;
+    still.width = source.width;
+    still.height = source.height;
+    still.getContext("2d").drawImage(source, 0, 0);
+    plots.draw();
+  };
+  addEventListener("beforeprint", take);
+  matchMedia("print").addEventListener("change", (event) => event.matches && take());
+}

@@ -1,0 +1,258 @@
+// Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, values as CSV.
+
+import { measure } from "./arrows.js";
+import { save } from "./tabs.js";
+
+const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
+const SVG = "http://www.w3.org/2000/svg";
+const MARGIN = { left: 52, right: 10, top: 8, bottom: 24 };
+const HEIGHT = 168;
+
+function svg(tag, attributes, parent) {
+  const element = document.createElementNS(SVG, tag);
+  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
+  parent?.append(element);
+  return element;
+}
+
+function ticks(low, high, count) {
+  const rough = (high - low) / count;
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((m) => m * power >= rough);
+  const found = [];
+  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) found.push(i * step);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  const big = Math.max(Math.abs(low), Math.abs(high));
+  const text = (x) => (big >= 1e5 || big < 1e-3 ? x.toExponential(1) : x.toFixed(digits)).replace("-", "−");
+  return found.map((x) => ({ x, text: text(Math.abs(x) < 1e-9 * step ? 0 : x) }));
+}
+
+// Everything that can be plotted: the scene's series, then each arrow's length and components.
+export function quantities(scene, layout) {
+  const list = scene.series.map((series, i) => {
+    const column = layout.series + i;
+    return { ...series, group: series.group || "Quantities", value: (data, k) => data.value(k, column) };
+  });
+  scene.arrows.forEach((arrow, i) => {
+    const column = layout.arrows + 6 * i + 3;
+    const title = arrow.unit === "N" ? "Forces" : "Moments";
+    const part = (name, value) => list.push({ name, text: name, unit: arrow.unit, group: title, shown: false, value });
+    part(`|${arrow.name}|`, (data, k) => Math.hypot(...[0, 1, 2].map((c) => data.value(k, column + c))));
+    ["x", "y", "z"].forEach((axis, c) => part(`${arrow.name}, ${axis}`, (data, k) => data.value(k, column + c)));
+  });
+  return list.map((each, id) => ({ ...each, id }));
+}
+
+export class Plots {
+  constructor(holder, data, clock, list, fileName) {
+    Object.assign(this, { holder, data, clock, list, fileName });
+    this.chosen = new Set(list.filter((each) => each.shown).map((each) => each.id));
+    if (!this.chosen.size && list.length) this.chosen.add(0);
+    this.range = null;
+    this.width = 0;
+    this.buildPicker();
+    document.getElementById("zoom-in").onclick = () => this.zoom(0.5);
+    document.getElementById("zoom-out").onclick = () => this.zoom(2);
+    document.getElementById("zoom-all").onclick = () => this.setRange(null);
+    document.getElementById("csv").onclick = () => save(`${fileName}.csv`, this.csv(), "text/csv");
+    new ResizeObserver(() => this.draw()).observe(holder);
+  }
+
+  buildPicker() {
+    const picker = document.getElementById("picker");
+    const groups = new Map();
+    for (const each of this.list) {
+      if (!groups.has(each.group)) {
+        const set = document.createElement("fieldset");
+        const legend = document.createElement("legend");
+        legend.textContent = each.group;
+        set.append(legend);
+        groups.set(each.group, set);
+        picker.append(set);
+      }
+      const label = document.createElement("label");
+      const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.chosen.has(each.id) });
+      box.onchange = () => {
+        if (box.checked) this.chosen.add(each.id);
+        else this.chosen.delete(each.id);
+        this.draw();
+      };
+      label.append(box, this.caption(each), each.unit ? ` [${each.unit}]` : "");
+      groups.get(each.group).append(label);
+    }
+  }
+
+  // Labels come from the page's maker, which lets MathML through and nothing else.
+  caption(each) {
+    const span = document.createElement("span");
+    if (each.html) span.innerHTML = each.html;
+    else span.textContent = each.text;
+    span.dir = "auto";
+    return span;
+  }
+
+  span() {
+    return this.range ?? [this.clock.first, Math.max(this.clock.last, this.clock.first + 1e-6)];
+  }
+
+  setRange(range) {
+    const { first, last } = this.clock;
+    if (range) range = [Math.max(first, range[0]), Math.min(last, range[1])];
+    this.range = range && range[1] - range[0] < last - first ? range : null;
+    this.draw();
+  }
+
+  zoom(factor, around = this.clock.time) {
+    const [a, b] = this.span();
+    const middle = Math.min(b, Math.max(a, around));
+    this.setRange([middle - (middle - a) * factor, middle + (b - middle) * factor]);
+  }
+
+  draw() {
+    const width = (this.width = Math.max(this.holder.clientWidth, 200));
+    const units = new Map();
+    let order = 0;
+    for (const each of this.list)
+      if (this.chosen.has(each.id)) {
+        const color = COLORS[order % COLORS.length];
+        const dash = ["", "6 3", "2 2"][Math.floor(order / COLORS.length) % 3];
+        if (!units.has(each.unit)) units.set(each.unit, []);
+        units.get(each.unit).push({ ...each, color, dash });
+        order += 1;
+      }
+    this.charts = [...units].map(([unit, members]) => this.chart(unit, members, width));
+    this.holder.replaceChildren(...this.charts.map((chart) => chart.figure));
+    this.follow(true);
+  }
+
+  chart(unit, members, width) {
+    const figure = document.createElement("figure");
+    const legend = document.createElement("figcaption");
+    const readings = members.map((each) => {
+      const entry = document.createElement("span");
+      const swatch = document.createElement("i");
+      swatch.style.backgroundColor = each.color;
+      const reading = document.createElement("output");
+      entry.append(swatch, this.caption(each), " = ", reading, unit ? ` ${unit}` : "");
+      legend.append(entry);
+      return reading;
+    });
+    const [a, b] = this.span();
+    const inner = width - MARGIN.left - MARGIN.right;
+    const sx = (t) => MARGIN.left + ((t - a) / (b - a)) * inner;
+    const paths = members.map((each) => this.samples(each, a, b, Math.floor(inner)));
+    let [low, high] = [Infinity, -Infinity];
+    for (const path of paths) for (const [, y] of path) [low, high] = [Math.min(low, y), Math.max(high, y)];
+    if (!(high > low)) [low, high] = [(low || 0) - 1, (high || 0) + 1];
+    const pad = 0.06 * (high - low);
+    [low, high] = [low - pad, high + pad];
+    const sy = (y) => MARGIN.top + ((high - y) / (high - low)) * (HEIGHT - MARGIN.top - MARGIN.bottom);
+    const names = members.map((each) => each.text).join(", ");
+    const picture = svg("svg", { viewBox: `0 0 ${width} ${HEIGHT}`, role: "img", "aria-label": `${names} over time` });
+    const bottom = HEIGHT - MARGIN.bottom;
+    for (const { x, text } of ticks(low, high, 4)) {
+      svg("line", { class: "rule", x1: MARGIN.left, x2: width - MARGIN.right, y1: sy(x), y2: sy(x) }, picture);
+      svg("text", { x: MARGIN.left - 6, y: sy(x) + 3.5, "text-anchor": "end" }, picture).textContent = text;
+    }
+    for (const { x, text } of ticks(a, b, Math.max(2, inner / 90))) {
+      svg("line", { class: "rule", x1: sx(x), x2: sx(x), y1: MARGIN.top, y2: bottom }, picture);
+      svg("text", { x: sx(x), y: bottom + 14, "text-anchor": "middle" }, picture).textContent = text;
+    }
+    svg("text", { class: "unit", x: width - MARGIN.right, y: HEIGHT - 1, "text-anchor": "end" }, picture).textContent = "t [s]";
+    paths.forEach((path, i) => {
+      const points = path.map(([t, y]) => `${sx(t).toFixed(1)},${sy(y).toFixed(1)}`).join(" ");
+      const { color, dash } = members[i];
+      svg("polyline", { class: "curve", points, stroke: color, "stroke-dasharray": dash }, picture);
+    });
+    const cursor = svg("line", { class: "cursor", y1: MARGIN.top, y2: bottom }, picture);
+    const dots = members.map(({ color }) => svg("circle", { class: "dot", r: 4, fill: color }, picture));
+    this.listen(picture, (x) => a + ((x - MARGIN.left) / inner) * (b - a), width);
+    figure.append(legend, picture);
+    return { figure, members, readings, cursor, dots, sx, sy, a, b };
+  }
+
+  // At most two points a pixel: the least and the greatest of what falls there.
+  samples({ value }, a, b, pixels) {
+    const { data } = this;
+    const from = Math.max(0, Math.floor(data.index(a)));
+    const to = Math.min(data.n - 1, Math.ceil(data.index(b)));
+    const bin = Math.max(1, Math.floor((to - from + 1) / (2 * Math.max(pixels, 50))));
+    const path = [];
+    for (let k = from; k <= to; k += bin) {
+      let [low, high] = [k, k];
+      for (let i = k; i < Math.min(k + bin, to + 1); i++) {
+        if (value(data, i) < value(data, low)) low = i;
+        if (value(data, i) > value(data, high)) high = i;
+      }
+      for (const i of low === high ? [low] : [Math.min(low, high), Math.max(low, high)])
+        path.push([data.time(i), value(data, i)]);
+    }
+    return path;
+  }
+
+  listen(picture, timeAt, width) {
+    const time = (event) => {
+      const box = picture.getBoundingClientRect();
+      return timeAt(((event.clientX - box.left) / box.width) * width);
+    };
+    let from = null;
+    picture.onpointerdown = (event) => {
+      picture.setPointerCapture(event.pointerId);
+      from = { time: time(event), zooming: event.shiftKey };
+      if (!from.zooming) this.seek(time(event));
+    };
+    picture.onpointermove = (event) => from && !from.zooming && this.seek(time(event));
+    picture.onpointerup = (event) => {
+      const to = time(event);
+      if (from?.zooming && to !== from.time) this.setRange([Math.min(from.time, to), Math.max(from.time, to)]);
+      from = null;
+    };
+    picture.ondblclick = () => this.setRange(null);
+    picture.onwheel = (event) => {
+      if (!event.ctrlKey && !event.shiftKey) return;
+      event.preventDefault();
+      this.zoom(event.deltaY + event.deltaX > 0 ? 1.25 : 0.8, time(event));
+    };
+  }
+
+  seek(t) {
+    if (!this.clock.seekable) return;
+    this.clock.pause();
+    this.clock.seek(t);
+  }
+
+  at({ value }, t) {
+    const x = this.data.index(t);
+    const k = Math.floor(x);
+    const low = value(this.data, k);
+    return k + 1 < this.data.n ? low + (value(this.data, k + 1) - low) * (x - k) : low;
+  }
+
+  follow(anew = false) {
+    const t = this.clock.time;
+    if (!this.charts || (t === this.followed && !anew)) return;
+    this.followed = t;
+    for (const { members, readings, cursor, dots, sx, sy, a, b } of this.charts) {
+      const inside = t >= a && t <= b;
+      for (const mark of [cursor, ...dots]) mark.style.display = inside ? "" : "none";
+      cursor.setAttribute("x1", sx(t));
+      cursor.setAttribute("x2", sx(t));
+      members.forEach((each, i) => {
+        const y = this.at(each, t);
+        readings[i].textContent = measure(y);
+        dots[i].setAttribute("cx", sx(t));
+        dots[i].setAttribute("cy", sy(y));
+      });
+    }
+  }
+
+  csv() {
+    const chosen = this.list.filter((each) => this.chosen.has(each.id));
+    const quote = (text) => `"${text.replaceAll('"', '""').replace(/^([=+\-@\t\r])/, "'$1")}"`;
+    const heads = ["t [s]", ...chosen.map((each) => (each.unit ? `${each.name} [${each.unit}]` : each.name))];
+    const rows = [heads.map(quote).join(",")];
+    for (let k = 0; k < this.data.n; k++)
+      rows.push([this.data.time(k), ...chosen.map((each) => each.value(this.data, k))].map((x) => +x.toPrecision(7)).join(","));
+    return rows.join("\r\n") + "\r\n";
+  }
+}

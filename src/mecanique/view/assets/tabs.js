@@ -1,0 +1,35 @@
+// Tabs one can reach by keyboard, and files one can save.
+
+export function wireTabs(list) {
+  const tabs = [...list.querySelectorAll("[role=tab]")];
+  const panel = (tab) => document.getElementById(tab.getAttribute("aria-controls"));
+  const choose = (chosen) => {
+    for (const tab of tabs) {
+      const on = tab === chosen;
+      tab.setAttribute("aria-selected", on);
+      tab.tabIndex = on ? 0 : -1;
+      panel(tab).classList.toggle("off", !on);
+    }
+    chosen.scrollIntoView({ block: "nearest", inline: "nearest" });
+  };
+  tabs.forEach((tab, i) => {
+    tab.onclick = () => choose(tab);
+    tab.onkeydown = (event) => {
+      const steps = { ArrowLeft: -1, ArrowRight: 1, Home: -i, End: tabs.length - 1 - i };
+      if (!Object.hasOwn(steps, event.key)) return;
+      event.preventDefault();
+      const next = tabs[(i + steps[event.key] + tabs.length) % tabs.length];
+      choose(next);
+      next.focus();
+    };
+  });
+  if (tabs.length) choose(tabs[0]);
+}
+
+export function save(name, text, type) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type }));
+  link.download = name;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 2000);
+}

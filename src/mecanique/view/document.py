@@ -1,0 +1,149 @@
+"""The texts that go with a scene: equations, verdict, parameters, the ledger of virtual work."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import final
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["Block", "Derivation", "Document", "Ledger", "LedgerRow", "Quantity", "VerdictTable"]
+
+
+@final
+@dataclass(frozen=True)
+class Block:
+    """A step of a derivation.
+
+    Args:
+        heading: plain text; may be empty.
+        body: MathML, or plain text.
+        note: a sentence below it; may be empty.
+        final: whether it is the result one looks for.
+    """
+
+    heading: str
+    body: str
+    note: str = ""
+    final: bool = False
+
+
+@final
+@dataclass(frozen=True)
+class Derivation:
+    """One method's way to the equations of motion.
+
+    Args:
+        method: e.g. "Lagrange".
+        blocks: its steps, in order.
+    """
+
+    method: str
+    blocks: tuple[Block, ...]
+
+
+@final
+@dataclass(frozen=True)
+class VerdictTable:
+    """What the comparison of the derivation with the reference found.
+
+    Args:
+        agrees: whether all quantities agree; None if nothing was compared.
+        headline: one sentence.
+        columns: the heads of the table.
+        rows: its cells, as text.
+        notes: sentences below it: likely causes, versions, the seed.
+    """
+
+    agrees: bool | None = None
+    headline: str = ""
+    columns: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@final
+@dataclass(frozen=True)
+class Quantity:
+    """A parameter, or an initial value.
+
+    Args:
+        name: unique among its kind.
+        symbol: MathML or plain text.
+        value: in units of `unit`.
+        unit: empty if it has none.
+        meaning: a few words.
+        low: least value a live view offers; equal to `high` if it must not be changed.
+        high: greatest value.
+    """
+
+    name: str
+    symbol: str
+    value: float
+    unit: str = ""
+    meaning: str = ""
+    low: float = 0.0
+    high: float = 0.0
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LedgerRow:
+    """A force's virtual work, coordinate by coordinate, over time.
+
+    Args:
+        name: the force.
+        kind: as in `Arrow.kind`.
+        displacement: the virtual displacement it works along: MathML or plain text.
+        values: shape (n, nc), its contribution to the generalized force of each coordinate.
+    """
+
+    name: str
+    kind: str
+    displacement: str
+    values: NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Ledger:
+    """The principle of virtual work, row by row; each column sums to zero.
+
+    Args:
+        coordinates: nc symbols, MathML or plain text.
+        units: nc units of the generalized forces.
+        rows: the forces, d'Alembert's included.
+    """
+
+    coordinates: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    rows: tuple[LedgerRow, ...] = ()
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Document:
+    """The texts of a page.
+
+    Args:
+        subtitle: one line below the title.
+        derivations: method by method.
+        verdict: what the comparison found.
+        parameters: with their values and units.
+        initial: initial values; a live view lets one drag them.
+        freedom: sentences on the count of degrees of freedom.
+        ledger: the virtual work of each force.
+        urdf: the mechanism as URDF text.
+        file_name: stem of the files one can save from the page.
+    """
+
+    subtitle: str = ""
+    derivations: tuple[Derivation, ...] = ()
+    verdict: VerdictTable = field(default_factory=VerdictTable)
+    parameters: tuple[Quantity, ...] = ()
+    initial: tuple[Quantity, ...] = ()
+    freedom: tuple[str, ...] = ()
+    ledger: Ledger = field(default_factory=Ledger)
+    urdf: str = ""
+    file_name: str = "mechanism"

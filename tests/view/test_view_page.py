@@ -1,0 +1,357 @@
+"""The page in a real browser: it shows the motion it was given, and nothing else happens."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import Visit
+from PIL import Image
+from view_scenes import GRAVITY, MASS, about_y, blocks, pendulum, swarm, swing
+
+from mecanique.view.page import page, write_page
+from mecanique.view.scene import JointMark, SceneBody, Series, Shape
+
+Show = Callable[..., Visit]
+
+
+def picture(seen: Visit) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
+    shot = seen.page.locator("#stage").screenshot()
+    return np.asarray(Image.open(io.BytesIO(shot)).convert("RGB"))
+
+
+def test_the_pendulum_is_seen_at_two_angles_at_two_times(show: Show) -> None:
+    seen = show(pendulum())
+    pictures = []
+    for t in (0.0, 0.45):
+        seen.seek(t)
+        theta, _, _ = swing(np.array([t]), 2.0)
+        found = np.array(seen.body(1))
+        assert np.abs(found[:3]).max() < 1e-4
+        assert np.abs(np.abs(found[3:] @ about_y(theta)[0]) - 1) < 1e-7
+        pictures.append(picture(seen).astype(int))
+    changed = np.abs(pictures[1] - pictures[0]).max(axis=2) > 40
+    assert changed.sum() > 2000
+    seen.clean()
+
+
+def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
+    """The bar's blue fills the pixels around its projected middle, at three instants."""
+    scene = replace(pendulum(), arrows=(), traces=(), joints=())
+    seen = show(scene)
+    for t in (0.2, 0.7, 1.3):
+        seen.seek(t)
+        theta = swing(np.array([t]), 2.0)[0][0]
+        middle = [0.5 * np.sin(theta), 0.0, -0.5 * np.cos(theta)]
+        seen.js("() => { for (const label of document.querySelectorAll('.label')) label.style.display = 'none'; }")
+        x, y = seen.js("p => mecanique.stage.project(p)", middle)
+        red, green, blue = picture(seen)[round(y), round(x)].astype(int)
+        assert blue > green > red
+        assert blue - red > 50
+    seen.clean()
+
+
+def test_the_motion_plays_by_itself_and_by_the_keyboard(show: Show) -> None:
+    seen = show(pendulum())
+    seen.page.wait_for_timeout(400)
+    assert seen.js("mecanique.clock.time") > 0.1
+    seen.page.keyboard.press("Space")
+    stopped = seen.js("mecanique.clock.time")
+    seen.page.wait_for_timeout(150)
+    assert seen.js("mecanique.clock.time") == stopped
+    seen.page.keyboard.press("ArrowRight")
+    assert seen.js("mecanique.clock.time") == pytest.approx(stopped + 1 / 60)
+    seen.page.keyboard.press("Home")
+    assert seen.js("mecanique.clock.time") == 0
+    seen.page.keyboard.press("2")
+    assert seen.page.get_attribute("[data-camera=side]", "aria-pressed") == "true"
+    seen.clean()
+
+
+def test_the_cursor_is_on_the_clock(show: Show) -> None:
+    seen = show(pendulum())
+    seen.page.click("#tab-plots")
+    for t in (0.3, 2.9):
+        seen.seek(t)
+        at = seen.js("() => +document.querySelector('.cursor').getAttribute('x1')")
+        chart = seen.js("() => { const c = mecanique.plots.charts[0]; return [c.sx(0), c.sx(4)]; }")
+        assert at == pytest.approx(chart[0] + (chart[1] - chart[0]) * t / 4, abs=0.01)
+        reading = seen.js("() => document.querySelector('figcaption output').textContent")
+        assert float(reading.replace("−", "-")) == pytest.approx(swing(np.array([t]), 2.0)[0][0], abs=2e-3)
+    box = seen.page.locator("figure svg").first.bounding_box()
+    assert box is not None
+    seen.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 60)
+    middle = seen.js(
+        "() => { const c = mecanique.plots.charts[0]; return [c.sx(mecanique.clock.time), mecanique.plots.width]; }"
+    )
+    assert middle[0] == pytest.approx(middle[1] / 2, abs=1.5)
+    seen.clean()
+
+
+def test_arrows_have_the_right_place_length_and_direction(show: Show) -> None:
+    scene = pendulum()
+    seen = show(scene)
+    seen.js("() => { for (const kind of ['reaction', 'inertia']) mecanique.arrows.kinds.add(kind); }")
+    k = 50
+    seen.seek(float(scene.t[k]))
+    tips = """() => mecanique.arrows.items.map(i => {
+        const V = mecanique.stage.three.Vector3;
+        i.group.updateMatrixWorld(true);
+        const back = mecanique.stage.viewer.scene.matrixWorld.clone().invert();
+        const cone = new V(0, i.headLength / 2, 0).applyMatrix4(i.head.matrixWorld).applyMatrix4(back);
+        return [i.group.position.toArray(), cone.toArray()];
+    })"""
+    found = np.array(seen.js(tips))
+    greatest = max(np.linalg.norm(arrow.vector, axis=1).max() for arrow in scene.arrows if arrow.unit == "N")
+    per_newton = 0.34 * seen.js("mecanique.stage.size") / greatest
+    for arrow, (origin, tip) in zip(scene.arrows[:3], found[:3], strict=True):
+        assert origin == pytest.approx(arrow.origin[k], abs=2e-4)
+        assert tip - origin == pytest.approx(arrow.vector[k] * per_newton, abs=2e-3)
+    assert MASS * GRAVITY * per_newton == pytest.approx(np.linalg.norm(found[0][1] - found[0][0]), rel=1e-3)
+    seen.clean()
+
+
+def test_a_body_cut_free_shows_its_forces_and_their_sum(show: Show) -> None:
+    scene = pendulum()
+    seen = show(scene)
+    seen.page.select_option("#free-body", "1")
+    seen.page.click("#tab-forces")
+    seen.seek(1.0)
+    assert seen.js("mecanique.stage.nodes.map(n => n.visible)") == [False, True]
+    assert seen.js("mecanique.arrows.items.map(i => i.group.visible)") == [True, True, False, False]
+    sums = seen.page.locator("#force-sum dd").all_inner_texts()
+    assert len(sums) == 4
+
+    def numbers(text: str) -> list[float]:
+        return [float(x) for x in re.findall(r"-?\d+\.?\d*", text.replace("−", "-"))]
+
+    assert numbers(sums[0]) == pytest.approx(numbers(sums[1]), rel=2e-3)
+    assert numbers(sums[2]) == pytest.approx(numbers(sums[3]), rel=2e-3)
+    seen.clean()
+
+
+def test_the_ledger_sums_to_zero(show: Show) -> None:
+    seen = show(pendulum())
+    seen.page.click("#tab-ledger")
+    seen.seek(0.8)
+    weight, inertia = seen.page.locator("#ledger tbody td.number").all_inner_texts()
+    assert weight.lstrip("−") == inertia.lstrip("−")
+    assert weight != inertia
+    assert seen.page.locator("#ledger tfoot td").inner_text() == "0"
+    seen.clean()
+
+
+def test_springs_reach_from_end_to_end(show: Show) -> None:
+    scene = blocks()
+    seen = show(scene)
+    for k in (0, 70):
+        seen.seek(float(scene.t[k]))
+        reach = seen.js(
+            """() => { const { group, rest } = mecanique.lines.items[2];
+            return [...group.position.toArray(), group.scale.y * rest]; }"""
+        )
+        ends = scene.lines[2].points[k]
+        assert reach[:3] == pytest.approx(ends[0], abs=2e-4)
+        assert reach[3] == pytest.approx(np.linalg.norm(ends[1] - ends[0]), abs=3e-4)
+    seen.clean()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "</script><script>alert(1)</script>",
+        "constructor",
+        "__proto__",
+        "../../etc",
+        "x" * 3000,
+        "שלום\u202eabc",
+        "{{parcel}}",
+    ],
+    ids=["script", "constructor", "proto", "path", "long", "rtl", "template"],
+)
+def test_hostile_names_are_only_names(show: Show, name: str) -> None:
+    scene = pendulum(duration=0.5, title=name, body=name)
+    hostile = replace(
+        scene,
+        joints=(JointMark(name, name, name),),
+        series=(Series(name, name, name, scene.t, name, True),),
+        document=replace(scene.document, subtitle=name, file_name=name, urdf=name),
+    )
+    seen = show(hostile)
+    seen.page.on("dialog", lambda dialog: seen.errors.append(dialog.message))
+    seen.seek(0.25)
+    assert seen.page.locator("h1").text_content() == name
+    assert seen.page.locator(".label.body").last.text_content() == (name if len(name) < 41 else name[:39] + "…")
+    assert seen.body(1)[3:] == pytest.approx(about_y(swing(np.array([0.25]), 2.0)[0])[0].tolist(), abs=1e-3)
+    seen.clean()
+
+
+def test_the_policy_lets_nothing_else_run(show: Show) -> None:
+    text = page(pendulum(duration=0.1))
+    policy = re.search(r'http-equiv="Content-Security-Policy" content="([^"]+)"', text)
+    assert policy is not None
+    assert "unsafe" not in policy[1]
+    assert "default-src &#x27;none&#x27;" in policy[1]
+    assert "connect-src &#x27;none&#x27;" in policy[1]
+    seen = show(pendulum(duration=0.1))
+    seen.js(
+        """() => { const s = document.createElement('script'); s.textContent = 'window.ran = 1';
+        document.head.append(s); }"""
+    )
+    assert seen.js("window.ran") is None
+    assert any("Content Security Policy" in message for message in seen.messages)
+
+
+def test_the_notices_of_what_is_inside_are_in_the_page() -> None:
+    text = page(pendulum(duration=0.1))
+    for name in ("meshcat", "three", "dat.gui", "msgpack-lite"):
+        assert re.search(rf"(?:^|<pre>){re.escape(name)}\b", text, re.MULTILINE), name
+    assert text.count("Permission is hereby granted") >= 4
+
+
+def test_a_minute_of_ten_bodies_fits_into_a_page_of_a_megabyte_and_a_half(tmp_path: Path) -> None:
+    path = write_page(swarm(10, 60.0, 60.0), tmp_path / "page.html")
+    assert path.stat().st_size < 1_500_000
+    assert [each.name for each in tmp_path.iterdir()] == ["page.html"]
+
+
+def test_every_control_has_a_name_and_a_narrow_screen_has_no_sideways_scroll(show: Show) -> None:
+    seen = show(pendulum(), viewport={"width": 390, "height": 800})
+    nameless = seen.js(
+        """() => [...document.querySelectorAll('button, input, select, summary')].filter(e =>
+            !(e.getAttribute('aria-label') || e.textContent.trim() || e.closest('label')?.textContent.trim()))
+            .map(e => e.outerHTML)"""
+    )
+    assert nameless == []
+    assert seen.js("document.documentElement.scrollWidth") <= 390
+    seen.clean()
+
+
+def test_quantities_are_saved_as_csv(show: Show) -> None:
+    scene = pendulum(duration=1.0)
+    seen = show(scene)
+    seen.page.click("#tab-plots")
+    with seen.page.expect_download() as download:
+        seen.page.click("#csv")
+    assert download.value.suggested_filename == "rigid_bar_pendulum.csv"
+    lines = Path(download.value.path()).read_text().splitlines()
+    assert lines[0] == '"t [s]","theta [rad]","theta rate [rad/s]"'
+    table = np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
+    assert table[:, 0] == pytest.approx(scene.t, abs=1e-6)
+    assert table[:, 1] == pytest.approx(scene.series[0].values, abs=3e-6)
+
+
+DAE = """<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+<asset>
+<unit name="centimeter" meter="0.01"/>
+<up_axis>Z_UP</up_axis>
+</asset>
+<library_images>
+<image id="i">
+<init_from>http://example.com/wood.png</init_from>
+</image>
+</library_images>
+<library_effects>
+<effect id="e">
+<profile_COMMON>
+<technique sid="c">
+<phong>
+<diffuse>
+<color>1 0.5 0 1</color>
+</diffuse>
+</phong>
+</technique>
+</profile_COMMON>
+</effect>
+</library_effects>
+<library_materials>
+<material id="m">
+<instance_effect url="#e"/>
+</material>
+</library_materials>
+<library_geometries>
+<geometry id="g">
+<mesh>
+<source id="p">
+<float_array id="a" count="9">0 0 0 100 0 0 0 0 100</float_array>
+<technique_common>
+<accessor source="#a" count="3" stride="3">
+<param name="X" type="float"/>
+<param name="Y" type="float"/>
+<param name="Z" type="float"/>
+</accessor>
+</technique_common>
+</source>
+<vertices id="v">
+<input semantic="POSITION" source="#p"/>
+</vertices>
+<triangles count="1" material="m">
+<input semantic="VERTEX" source="#v" offset="0"/>
+<p>0 1 2</p>
+</triangles>
+</mesh>
+</geometry>
+</library_geometries>
+<library_visual_scenes>
+<visual_scene id="s">
+<node>
+<instance_geometry url="#g">
+<bind_material>
+<technique_common>
+<instance_material symbol="m" target="#m"/>
+</technique_common>
+</bind_material>
+</instance_geometry>
+</node>
+</visual_scene>
+</library_visual_scenes>
+<scene>
+<instance_visual_scene url="#s"/>
+</scene>
+</COLLADA>
+"""
+STL = """solid a
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid a
+"""
+
+
+def test_meshes_of_every_format_are_drawn(show: Show, tmp_path: Path) -> None:
+    files = {"a.stl": STL, "b.obj": "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", "c.dae": DAE}
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    scene = replace(
+        pendulum(duration=0.1),
+        bodies=(
+            SceneBody("ground", (Shape("mesh", (1, 1, 1), path=tmp_path / "a.stl"),)),
+            SceneBody(
+                "bar",
+                (
+                    Shape("mesh", (2, 2, 2), path=tmp_path / "b.obj"),
+                    Shape("mesh", (3, 3, 3), path=tmp_path / "c.dae", rgba=None),
+                ),
+            ),
+        ),
+    )
+    seen = show(scene)
+    sizes = seen.js("() => mecanique.stage.boxes.map(b => b.max.clone().sub(b.min).toArray())")
+    assert sizes[0] == pytest.approx([1, 1, 0])
+    assert sizes[1] == pytest.approx([3, 0, 3])
+    color = seen.js(
+        """() => { let c; mecanique.stage.nodes[1].traverse(p => { const m = [p.material].flat()[0];
+        if (p.parent?.name === 's1' && m) c = m.color.toArray(); }); return c; }"""
+    )
+    assert color == pytest.approx([1, 0.5, 0], abs=0.01)
+    seen.clean()
