@@ -151,3 +151,10 @@ def test_states_outside_the_coordinate_map_are_not_drawn() -> None:
 def test_bad_numbers_are_refused(samples: Any, seed: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
         random_states(slider(), samples, seed)
+
+
+def test_states_next_to_a_singular_point_of_the_coordinates_are_not_drawn() -> None:
+    """Two of the top's axes are in line where its second angle is zero."""
+    states = random_states(textbook.load("heavy_top"), 3000, 0)
+    assert 0 < np.sin(abs(states.q[:, 1])).min() < 0.2
+    assert np.sin(abs(states.q[:, 1])).min() > 5e-3

@@ -1,7 +1,9 @@
-"""At which states the equations mean anything: the coordinate map is defined, no spring's length passes through zero.
+"""At which states the equations mean anything.
 
-A spring's length is a square root. On a line it is the root of a perfect square, a + x, and the derivation in closed
-form takes the branch that holds while the spring is not turned inside out; states beyond are left to no one.
+The coordinate map must be defined there, and the coordinates must not be next to a singular point of theirs: where two
+axes of a gimbal fall in line, the mass matrix has no inverse, and rounding errors of the acceleration grow without
+bound. A spring's length is a square root. On a line it is the root of a perfect square, a + x, and the derivation in
+closed form takes the branch that holds while the spring is not turned inside out.
 """
 
 from __future__ import annotations
@@ -14,14 +16,20 @@ import numpy.typing as npt
 
 from mecanique.derive.links import links
 from mecanique.derive.poses import Arithmetic, joint_values, poses, times_point
+from mecanique.derive.recursion import Recursion
+from mecanique.derive.states import States
 from mecanique.model.forces import Damper, Spring
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Sampled", "is_possible"]
 
 Array = npt.NDArray[np.float64]
+Flags = npt.NDArray[np.bool_]
 _NEAR = 1e-2
 """Lengths below this part of the typical length count as zero."""
+
+_SINGULAR = 1e3
+"""A mass matrix worse conditioned than the typical one by this factor is next to a singular point."""
 
 
 class Sampled(Protocol):
@@ -36,7 +44,7 @@ class Sampled(Protocol):
         """Times, shape (n,) [s]."""
 
 
-def is_possible(mechanism: Mechanism, states: Sampled, lengths: npt.NDArray[np.bool_]) -> npt.NDArray[np.bool_]:
+def is_possible(mechanism: Mechanism, states: Sampled, lengths: Flags) -> Flags:
     """Return at which states the equations of motion are defined, shape (n,).
 
     Args:
@@ -56,7 +64,28 @@ def is_possible(mechanism: Mechanism, states: Sampled, lengths: npt.NDArray[np.b
                 drawn = _values(mechanism, np.where(lengths, 0.0, states.q), states.t)
                 there = _span(mechanism, force, drawn, len(states.t))
                 possible &= _keeps_its_sense(here, there, isinstance(force, Damper) or _is_always_slack(force))
-    return possible
+    return possible & _is_regular(mechanism, states, possible)
+
+
+def _is_regular(mechanism: Mechanism, states: Sampled, possible: Flags) -> Flags:
+    """Where the mass matrix, its diagonal scaled to one, is not much worse conditioned than usual."""
+    at = np.flatnonzero(possible)
+    regular = np.ones(len(possible), dtype=bool)
+    if not len(at) or not mechanism.nv:
+        return regular
+    chosen = States.of(mechanism, states.q[at], np.zeros((len(at), mechanism.nv)), states.t[at])
+    mass = Recursion(mechanism).mass_matrix(chosen)
+    condition = np.array([_condition(matrix) for matrix in mass])
+    regular[at] = ~(condition > _SINGULAR * np.median(condition))
+    return regular
+
+
+def _condition(mass: Array) -> float:
+    """Condition number with the diagonal scaled to one; 1 where there is none, so that the state is kept."""
+    with np.errstate(all="ignore"):
+        d = np.sqrt(np.diagonal(mass))
+        scaled = mass / np.outer(d, d)
+    return float(np.linalg.cond(scaled)) if np.isfinite(scaled).all() else 1.0
 
 
 def _values(mechanism: Mechanism, q: Array, t: Array) -> dict[str, Any]:
@@ -81,13 +110,13 @@ def _span(mechanism: Mechanism, force: Spring | Damper, values: dict[str, Any], 
     return np.asarray(ends[1] - ends[0])
 
 
-def _keeps_its_sense(here: Array, there: Array, either_way: bool) -> npt.NDArray[np.bool_]:
+def _keeps_its_sense(here: Array, there: Array, either_way: bool) -> Flags:
     length, before = np.linalg.norm(here, axis=1), np.linalg.norm(there, axis=1)
-    typical = float(np.median(np.maximum(length, before)))
+    typical = float(np.nanmedian(np.maximum(length, before))) if np.isfinite(length).any() else 0.0
     apart = length > _NEAR * typical
     cosine = np.sum(here * there, axis=1) / np.where(length * before > 0, length * before, 1.0)
-    reversed_ = np.zeros_like(apart) if either_way else cosine < -1 + 1e-12
-    return np.logical_and(apart, ~reversed_)
+    keeps: Flags = apart & (cosine > (-2.0 if either_way else -1 + 1e-12))
+    return keeps
 
 
 def _is_always_slack(spring: Spring | Damper) -> bool:

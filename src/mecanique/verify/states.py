@@ -25,6 +25,9 @@ _LENGTH = 0.4
 _RATE = 3.0
 """Velocities lie within this many radians, or characteristic lengths, per second of zero."""
 
+_LOT = 32
+"""Least number of candidates drawn at once, enough to know what is usual."""
+
 _ROUNDS = 50
 """How often a new lot is drawn while states are impossible."""
 
@@ -72,16 +75,16 @@ def random_states(mechanism: Mechanism, samples: int, seed: int) -> States:
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     random = np.random.default_rng(seed)
-    found: list[States] = []
+    lot, found = max(samples, _LOT), list[States]()
     for _ in range(_ROUNDS):
-        candidates = _drawn(mechanism, samples, random)
+        candidates = _drawn(mechanism, lot, random)
         at = np.flatnonzero(is_possible(mechanism, candidates, _lengths(mechanism)))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
             return States(*(np.concatenate([getattr(part, name) for part in found]) for name in ("q", "v", "t")))
     raise InputError(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined and no spring or "
-        f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * samples} random ones"
+        f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * lot} random ones"
     )
 
 
@@ -145,37 +148,38 @@ def _lengths(mechanism: Mechanism) -> npt.NDArray[np.bool_]:
 
 
 def _angles(mechanism: Mechanism) -> set[str]:
-    """Coordinates that are angles and velocities that are angular."""
-    angular: set[str] = set()
-    driven = mechanism.coordinates.driven
+    """Coordinates that are angles and velocities that are angular, as far as the description tells."""
+    driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
+    angles: set[str] = set()
+    lengths: set[str] = set()
+    rates: set[str] = set()
     for joint in mechanism.joints:
-        turning: tuple[str, ...] = ()
         match joint:
             case Revolute() | Universal():
-                turning = joint.coordinates
+                angles.update(joint.coordinates)
+            case Prismatic():
+                lengths.update(joint.coordinates)
             case Planar():
-                turning = joint.coordinates[2:]
+                lengths.update(joint.coordinates[:2])
+                angles.add(joint.coordinates[2])
             case Spherical() | Floating():
-                angular.update(joint.velocities[-3:])
-        for name in turning:
-            angular.update(symbols_in(driven[name]) if name in driven else (name,))
-        if isinstance(joint, (Prismatic, Planar)):
-            # a slide that follows a crank: l cos(q)
-            for name in joint.coordinates:
-                angular.update(_inside_sine(plain(driven.get(name, 0.0))))
-    angular &= set(mechanism.coordinates) | set(mechanism.velocities)
-    return angular | {f"{name}'" for name in angular}
+                rates.update(joint.velocities[-3:])
+    for name, scalar in driven.items():
+        # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x / l)
+        angles |= (_inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)) - _inside(
+            scalar, {"asin", "acos", "atan", "atan2"}
+        )
+    angles = (angles - lengths) & set(mechanism.coordinates)
+    return angles | rates | {f"{name}'" for name in angles}
 
 
-def _inside_sine(expression: Any) -> set[str]:
+def _inside(expression: Any, functions: set[str]) -> set[str]:
+    """Symbols within some functions of an expression."""
     if isinstance(expression, float):
         return set()
-    found: set[str] = set()
-    for part in expression.args:
-        found |= _inside_sine(part)
-    if type(expression).__name__ in {"sin", "cos", "tan"}:
-        found |= symbols_in(expression)
-    return found
+    if type(expression).__name__ in functions:
+        return set(symbols_in(expression))
+    return set().union(*(_inside(part, functions) for part in expression.args))
 
 
 def _depends_on_time(mechanism: Mechanism) -> bool:
