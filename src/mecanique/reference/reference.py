@@ -138,7 +138,7 @@ class Reference:
             t: time [s].
         """
         parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t))
-        return Momentum(*np.moveaxis(parts, -2, 0))
+        return Momentum(*np.moveaxis(parts, -2, 0)[:3])
 
     def center_of_mass(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the common center of mass of the bodies that the ground does not hold, world axes, shape (3,) [m].
