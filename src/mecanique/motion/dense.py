@@ -1,0 +1,208 @@
+"""The motion between the integrator's steps: a polynomial on each interval through the nearest steps.
+
+At each step the integrator knows q, v and a, hence q, q̇ and q̈ to its tolerance: the polynomial of degree 11 through
+four neighboring steps (Hermite, in Newton's form with confluent nodes) is as accurate as the eighth-order steps
+themselves and costs no evaluation of the equations. Implicit methods do not give q̈ that accurately on stiff systems;
+their steps are interpolated through the values of eight neighbors alone, as such multistep methods do themselves.
+Polynomials never reach across a break: an impact, or a kink in a sampled input.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.motion.rates import Rates
+
+__all__ = ["Curve", "State"]
+
+CLOSEST = 0.5
+"""Least distance between the nodes of a polynomial, in lengths of its interval; nearer ones would amplify errors."""
+
+
+class State(NamedTuple):
+    """Where a mechanism is and how it moves.
+
+    Args:
+        t: time, a number or shape (n,) [s].
+        q: positions, shape (nq,) or (n, nq).
+        v: velocities, shape (nv,) or (n, nv).
+    """
+
+    t: float | np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+class _Pieces(NamedTuple):
+    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), error estimate (n, k)."""
+
+    nodes: np.ndarray
+    coefficients: np.ndarray
+    error: np.ndarray
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A motion as a function of time, through the steps of an integrator.
+
+    Args:
+        t: shape (n,), times of the steps [s]; at a break two steps have the same time.
+        q: shape (n, nq), positions.
+        v: shape (n, nv), velocities.
+        a: shape (n, nv), rates of the velocities.
+        breaks: shape (s,), index of the first step of each smooth stretch, 0 first.
+        rates: the maps between v and q̇.
+        smooth: whether a is as accurate as q and v, so that polynomials may use it.
+    """
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    breaks: np.ndarray
+    rates: Rates
+    smooth: bool = True
+
+    @cached_property
+    def intervals(self) -> np.ndarray:
+        """Index of the step at the start of each interval, shape (m,)."""
+        ends = set((self.breaks[1:] - 1).tolist())
+        return np.array([i for i in range(len(self.t) - 1) if i not in ends], dtype=int)
+
+    @cached_property
+    def _pieces(self) -> _Pieces:
+        count, repeat = (4, 3) if self.smooth else (8, 1)
+        if self.smooth:
+            data = [self.q, self.rates.first(self.q, self.v), self.rates.second(self.q, self.v, self.a) / 2]
+        else:
+            data = [np.hstack([self.q, self.v])]
+        nodes, used = _stencils(self.t, self.intervals, self.breaks, count)
+        return _newton(self.t, data, nodes, used, repeat, self.intervals)
+
+    @property
+    def error(self) -> np.ndarray:
+        """Estimate of the interpolation's error in q (and v, if not smooth) on each interval, shape (m, nq)."""
+        return self._pieces.error
+
+    def __call__(self, t: float | np.ndarray) -> State:
+        """Return the state at times within the motion; at a break, the state after it.
+
+        Args:
+            t: a number or shape (n,) [s].
+        """
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        if len(self.t) == 1:
+            q, v = np.repeat(self.q, len(times), axis=0), np.repeat(self.v, len(times), axis=0)
+        else:
+            piece = np.searchsorted(self.t[self.intervals], times, side="right") - 1
+            piece = piece.clip(0, len(self.intervals) - 1)
+            nodes, coefficients, _ = self._pieces
+            value, rate = _horner(nodes[piece], coefficients[piece], times)
+            nq = self.q.shape[1]
+            q = self.rates.normalized(value[:, :nq])
+            v = self.rates.velocities(q, rate) if self.smooth else value[:, nq:]
+        return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
+
+    def with_steps(self, at: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> Curve:
+        """Return the curve with further steps inside its intervals.
+
+        Args:
+            at: shape (n,), index of the step before each new one, increasing.
+            t: shape (n,), their times [s].
+            q: shape (n, nq).
+            v: shape (n, nv).
+            a: shape (n, nv).
+        """
+        place = at + 1
+        breaks = self.breaks + np.searchsorted(place, self.breaks, side="right")
+        return Curve(
+            np.insert(self.t, place, t),
+            np.insert(self.q, place, q, axis=0),
+            np.insert(self.v, place, v, axis=0),
+            np.insert(self.a, place, a, axis=0),
+            breaks,
+            self.rates,
+            self.smooth,
+        )
+
+
+def _stencils(t: np.ndarray, starts: np.ndarray, breaks: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return for each interval the nearest steps of its stretch, shape (n, count), and how many are usable."""
+    stretch = np.searchsorted(breaks, starts, side="right") - 1
+    low, high = breaks[stretch], np.append(breaks[1:], len(t))[stretch] - 1
+    length = t[starts + 1] - t[starts]
+    middle = t[starts] + length / 2
+    nodes = np.empty((len(starts), count), dtype=int)
+    nodes[:, 0], nodes[:, 1] = starts, starts + 1
+    used = np.full(len(starts), 2)
+    left, right = starts.copy(), starts + 1  # outermost nodes chosen so far
+    below, above = starts - 1, starts + 2  # next candidates
+    for _ in range(2 * count):
+        gap_left, gap_right = t[left] - t[below.clip(0)], t[above.clip(max=len(t) - 1)] - t[right]
+        can_left, can_right = below >= low, above <= high
+        # a step too near to a chosen one is passed over
+        below[can_left & (gap_left < CLOSEST * length)] -= 1
+        above[can_right & (gap_right < CLOSEST * length)] += 1
+        can_left &= gap_left >= CLOSEST * length
+        can_right &= gap_right >= CLOSEST * length
+        far_left = np.where(can_left, middle - t[below.clip(0)], np.inf)
+        far_right = np.where(can_right, t[above.clip(max=len(t) - 1)] - middle, np.inf)
+        go_left = can_left & (far_left <= far_right) & (used < count)
+        go_right = can_right & (far_right < far_left) & (used < count)
+        nodes[go_left, used[go_left]] = left[go_left] = below[go_left]
+        nodes[go_right, used[go_right]] = right[go_right] = above[go_right]
+        used[go_left | go_right] += 1
+        below[go_left] -= 1
+        above[go_right] += 1
+    return nodes, used
+
+
+def _newton(
+    t: np.ndarray, data: list[np.ndarray], nodes: np.ndarray, used: np.ndarray, repeat: int, starts: np.ndarray
+) -> _Pieces:
+    """Return Newton's form with each node repeated; data holds the values and the Taylor coefficients there."""
+    pieces, count = nodes.shape
+    size = count * repeat
+    width = data[0].shape[1]
+    coefficients = np.zeros((pieces, size, width))
+    points = np.zeros((pieces, size))
+    error = np.zeros((pieces, width))
+    for number in np.unique(used):
+        rows = np.flatnonzero(used == number)
+        index = np.repeat(nodes[rows, :number], repeat, axis=1)
+        z = t[index]
+        table = data[0][index]
+        coefficients[rows, 0] = table[:, 0]
+        for order in range(1, number * repeat):
+            gap = z[:, order:] - z[:, :-order]
+            same = np.zeros(gap.shape, dtype=bool)
+            if order < repeat:
+                same = index[:, order:] == index[:, :-order]
+            step = (table[:, 1:] - table[:, :-1]) / np.where(same, 1.0, gap)[:, :, None]
+            if order < repeat:
+                step = np.where(same[:, :, None], data[order][index[:, :-order]], step)
+            table = step
+            coefficients[rows, order] = table[:, 0]
+        points[rows, : number * repeat] = z
+        middle = (t[starts[rows]] + t[starts[rows] + 1]) / 2
+        last = np.prod(middle[:, None] - z[:, :-1], axis=1)
+        error[rows] = np.abs(coefficients[rows, number * repeat - 1] * last[:, None])
+    return _Pieces(points, coefficients, error)
+
+
+def _horner(nodes: np.ndarray, coefficients: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return values and first derivatives of polynomials in Newton's form, one per time."""
+    value = coefficients[:, -1].copy()
+    rate = np.zeros_like(value)
+    for order in range(nodes.shape[1] - 2, -1, -1):
+        away = (t - nodes[:, order])[:, None]
+        rate *= away
+        rate += value
+        value *= away
+        value += coefficients[:, order]
+    return value, rate

@@ -1,0 +1,257 @@
+"""Set a mechanism in motion: integrate its equations from a start, step by step, to the tolerance asked for."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import InputError, IntegrationError, MecaniqueError, UnknownNameError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.dense import Curve
+from mecanique.motion.events import Event
+from mecanique.motion.methods import METHODS, Outcome, Task, advance
+from mecanique.motion.motion import Motion, Statistics
+from mecanique.motion.rates import Rates
+from mecanique.motion.settings import Values, kinks, longest_step, sample_times, span_and_tolerances
+from mecanique.motion.steps import Steps
+from mecanique.motion.watcher import Watcher
+
+__all__ = ["simulate"]
+
+REFINEMENTS = 8
+"""Most rounds of halving intervals on which the interpolation is not accurate enough."""
+
+
+def simulate(
+    mechanism: Mechanism,
+    *,
+    q: Values | None = None,
+    v: Values | None = None,
+    duration: float = 10.0,
+    rtol: float = 1e-10,
+    atol: float | None = None,
+    method: str = "auto",
+    fps: float = 60.0,
+    samples: int | Sequence[float] | np.ndarray | None = None,
+    t0: float = 0.0,
+    max_step: float | None = None,
+    max_steps: int = 1_000_000,
+    events: Sequence[Event] = (),
+    progress: Callable[[float], object] | None = None,
+    reference: Any = None,
+) -> Motion:
+    """Integrate a mechanism's equations of motion.
+
+    The accelerations are the reference's. The motion is accurate to the tolerance at any time, not only at the samples.
+
+    Args:
+        mechanism: what moves.
+        q: positions at the start: shape (nq,) or by coordinate name, zero where left out.
+        v: velocities at the start: shape (nv,) or by name (q or q'), zero where left out.
+        duration: how long [s].
+        rtol: relative tolerance of each step, in 1e-14…1e-1.
+        atol: absolute tolerance of each step, in the units of q and v; as rtol by default.
+        method: "auto", or one of "dop853", "lsoda", "radau", "bdf". "auto" takes dop853 and changes to lsoda if the
+            equations turn out to be stiff.
+        fps: samples per second of the resulting arrays; the last sample is at the end exactly.
+        samples: instead of fps, the number of samples, or their times [s], shape (n,).
+        t0: time at the start [s].
+        max_step: longest step [s]; by default not bounded, but a fiftieth of the duration where an input is a function
+            or events are watched.
+        max_steps: most steps.
+        events: what to watch for.
+        progress: called with the fraction done, in 0…1, about a hundred times.
+        reference: the mechanism's `Reference`, if it is there already.
+
+    Raises:
+        InputError: if an argument is not what is expected.
+        UnknownNameError: if a coordinate, velocity, method or name in an event does not exist.
+        IntegrationError: if the integration stops before its end, also by Ctrl-C; it carries the motion until then.
+    """
+    begin = perf_counter()
+    start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])
+    t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
+    times = sample_times(t0, end, fps, samples)
+    if method != "auto" and method not in METHODS:
+        raise UnknownNameError("method", method, ("auto", *METHODS))
+    if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
+        raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
+    longest = longest_step(mechanism, end - t0, max_step, events)
+    if reference is None:
+        from mecanique.reference import Reference
+
+        reference = Reference(mechanism)
+    rates = Rates.of(mechanism)
+    rhs = reference.rhs()
+    chosen = "dop853" if method == "auto" else method
+    reason = "non-stiff equations"
+    while True:
+        steps = Steps()
+        task = Task(rhs, rtol, atol, longest, int(max_steps))
+        watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end))
+        trouble, curve = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
+        if method == "auto" and chosen == "dop853" and trouble is not None and trouble[0] == "stiff":
+            chosen, reason = "lsoda", f"stiff equations, found by dop853 at t = {steps.t[-1]:.4g} s"
+            continue
+        break
+    if curve is None:
+        raise _error(trouble, task, steps, mechanism, None)
+    text = f"{chosen} ({METHODS[chosen].title})" + (f"; chosen for {reason}" if method == "auto" else "")
+    statistics = Statistics(len(curve.t) - 1, task.evaluations, perf_counter() - begin, rtol, atol)
+    last = float(curve.t[-1])
+    if last < end:  # stopped early: by an event, by trouble or by the user
+        times = np.append(times[times < last], last)
+    state = curve(times)
+    happened = watcher.occurrences(curve)
+    motion = Motion(mechanism, times, state.q, state.v, curve, text, statistics, happened, tuple(events), reference)
+    if trouble is not None:
+        raise _error(trouble, task, steps, mechanism, motion)
+    if progress is not None:
+        progress(1.0)
+    return motion
+
+
+Trouble = tuple[Outcome, str]
+
+
+def _integrate(
+    task: Task,
+    watcher: Watcher,
+    steps: Steps,
+    mechanism: Mechanism,
+    rates: Rates,
+    chosen: str,
+    t0: float,
+    start: np.ndarray,
+    end: float,
+) -> tuple[Trouble | None, Curve | None]:
+    """Integrate stretch by stretch; return what stopped it, if anything did, and the motion so far."""
+    method = METHODS[chosen]
+    try:
+        rate = task.rhs(t0, start)
+    except MecaniqueError:
+        raise
+    except Exception as error:
+        task.fault = error
+        return ("fault", ""), None
+    if not np.isfinite(rate).all():
+        steps.add(t0, start, rate)
+        return ("fault", "the acceleration at the start is not finite"), None
+    steps.add(t0, start, rate)
+    watcher.start()
+    trouble: Trouble | None = None
+    with _interruptible(watcher):
+        for stop in (*kinks(mechanism, t0, end), end):
+            while steps.t[-1] < stop:
+                outcome = method.run(task, steps, stop, watcher)
+                if outcome == "stopped" and not watcher.interrupted and task.fault is None:
+                    if watcher.settle():  # ended by an event
+                        trouble = ("stopped", "contact") if watcher.contact else None
+                        return trouble, _refined(task, steps, mechanism.nq, rates, method.smooth)
+                    continue
+                if watcher.interrupted:
+                    trouble = ("stopped", "interrupted")
+                elif outcome != "end":
+                    trouble = (outcome, "")
+                if trouble is not None:
+                    return trouble, steps.curve(mechanism.nq, rates, method.smooth)
+            if stop < end:
+                y = steps.y[-1]
+                steps.break_here(y, task.rhs(stop, y))
+        return None, _refined(task, steps, mechanism.nq, rates, method.smooth)
+
+
+def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:
+    """Halve the intervals on which the polynomial is less accurate than the steps."""
+    curve = steps.curve(nq, rates, smooth)
+    if len(curve.t) < 2:
+        return curve
+    for _ in range(REFINEMENTS):
+        at = curve.intervals
+        length = curve.t[at + 1] - curve.t[at]
+        if smooth:
+            size = np.abs(rates.first(curve.q[at], curve.v[at]))
+            excess = 4 * curve.error / length[:, None] / (task.atol + task.rtol * (1 + size))
+        else:
+            size = np.abs(np.hstack([curve.q[at], curve.v[at]]))
+            excess = curve.error / (task.atol + task.rtol * (1 + size))
+        # below a millionth of the median no error is worth a step: kinks would be halved for ever
+        coarse = np.flatnonzero((excess.max(axis=1) > 1) & (length > 1e-6 * np.median(length)))
+        if not len(coarse):
+            break
+        t = curve.t[at[coarse]] + length[coarse] / 2
+        states = [
+            advance(task, float(curve.t[i]), np.concatenate([curve.q[i], curve.v[i]]), float(s))
+            for i, s in zip(at[coarse], t, strict=True)
+        ]
+        y = np.array(states)
+        if not np.isfinite(y).all():
+            break
+        dy = np.array([task.rhs(float(s), x) for s, x in zip(t, states, strict=True)])
+        curve = curve.with_steps(at[coarse], t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
+    return curve
+
+
+@contextmanager
+def _interruptible(watcher: Watcher) -> Iterator[None]:
+    """Let Ctrl-C end the integration after a step: SciPy's compiled integrators survive no exception in a callback."""
+    in_main = threading.current_thread() is threading.main_thread()
+    if not in_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield
+        return
+
+    def note(number: int, frame: object) -> None:
+        watcher.interrupted = True
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _error(
+    trouble: Trouble | None, task: Task, steps: Steps, mechanism: Mechanism, motion: Motion | None
+) -> IntegrationError:
+    outcome, detail = trouble if trouble is not None else ("fault", "")
+    t, y = steps.t[-1] if steps.t else 0.0, steps.y[-1] if steps.y else None
+    where = "" if y is None else f" at t = {t:.6g} s, {_listed(mechanism, y)}"
+    kept = "; the motion until then is in the error's .motion" if motion is not None else ""
+    if task.fault is not None and not isinstance(task.fault, (Exception, KeyboardInterrupt)):
+        raise task.fault  # e.g. SystemExit, kept back until the compiled integrator had returned
+    if detail == "interrupted" or isinstance(task.fault, KeyboardInterrupt):
+        interrupted = IntegrationError(f"interrupted{where}{kept}", time=t, state=y, motion=motion)
+        interrupted.__cause__ = KeyboardInterrupt()
+        return interrupted
+    if detail == "contact":
+        name = motion.events[-1].name if motion is not None else ""
+        message = f"event {name!r} comes to rest{where}: a lasting contact is not modelled; let the event stop{kept}"
+        return IntegrationError(message, time=t, state=y, motion=motion)
+    if task.fault is not None:
+        message = f"the equations failed{where}: {task.fault}{kept}"
+    elif detail:
+        message = f"{detail}{where}: expected a start where the mass matrix is regular and every force is finite"
+    elif outcome == "stiff":
+        message = f"the equations are too stiff for dop853{where}; use method='auto', 'lsoda' or 'radau'{kept}"
+    elif outcome == "too many steps":
+        message = f"more than {task.max_steps} steps{where}; raise max_steps, shorten the duration or loosen rtol{kept}"
+    else:
+        message = (
+            f"the step size collapsed{where}: a force or the mass matrix becomes singular there, or an input jumps; "
+            f"check the forces near this state, or loosen rtol{kept}"
+        )
+    error = IntegrationError(message, time=t, state=y, motion=motion)
+    error.__cause__ = task.fault
+    return error
+
+
+def _listed(mechanism: Mechanism, y: np.ndarray) -> str:
+    names = (*mechanism.coordinates.names, *mechanism.velocities)
+    shown = ", ".join(f"{name} = {value:.6g}" for name, value in list(zip(names, y, strict=True))[:8])
+    return f"{shown}, …" if len(names) > 8 else shown
