@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +11,8 @@ import numpy.typing as npt
 __all__ = ["Array", "Energy", "Momentum", "Number", "PointMotion", "Wrench"]
 
 Array: TypeAlias = npt.NDArray[np.float64]
-Number: TypeAlias = "float | Array"
-"""A number, or shape (n,) for n states."""
+Number: TypeAlias = Any
+"""A float, or an array of shape (n,) for n states: whoever asks knows which."""
 
 
 class Energy(NamedTuple):

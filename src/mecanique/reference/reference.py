@@ -189,7 +189,7 @@ class Reference:
     def point(
         self,
         body: str,
-        xyz: Sequence[float] = (0.0, 0.0, 0.0),
+        xyz: Sequence[float] | Array = (0.0, 0.0, 0.0),
         q: Given = None,
         v: Given = None,
         a: Given = None,
@@ -210,7 +210,7 @@ class Reference:
         """
         name = self.mechanism.body(body).name
         try:
-            local: Array = np.array([float(c) for c in vector(xyz, "a point")])
+            local: Array = np.array([float(c) for c in vector(tuple(xyz), "a point")])
         except TypeError:
             raise InputError(f"expected three numbers for a point, got {xyz!r}") from None
         if not np.isfinite(local).all():
