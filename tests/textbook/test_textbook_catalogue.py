@@ -91,6 +91,14 @@ def test_the_mechanism_carries_the_name_and_the_parameters_of_its_entry(name: st
 
 
 @pytest.mark.parametrize("name", names())
+def test_every_body_with_mass_is_drawn(name: str) -> None:
+    mechanism = load(name)
+    heavy = [body for body in mechanism.bodies if mechanism.evaluate(body.mass) > 0]
+    assert heavy
+    assert all(body.visuals for body in heavy)
+
+
+@pytest.mark.parametrize("name", names())
 def test_the_default_start_sets_it_in_motion(name: str) -> None:
     system, mechanism = entry(name), load(name)
     q, v = mechanism.position(system.start), mechanism.velocity(system.start_velocity)

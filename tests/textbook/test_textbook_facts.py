@@ -52,6 +52,17 @@ def test_facts_hold_for_any_number_of_links(name: str, n: int) -> None:
     assert not failures(check(name, {"n": n}, samples=5))
 
 
+AT_A_STATE = (Acceleration, MassMatrix, KineticEnergy, Conserved, Frequencies, Eigenvalues, Steady)
+"""Kinds of facts that take no integration."""
+
+
+@pytest.mark.parametrize("name", names())
+def test_facts_hold_for_the_equations_derived_in_house(name: str) -> None:
+    facts = tuple(fact for fact in entry(name).facts if isinstance(fact, AT_A_STATE))
+    assert facts
+    assert not failures(check(replace(entry(name), facts=facts), source="derive", samples=5))
+
+
 TRUE: dict[str, Fact] = {
     "Frequencies": Frequencies("", lambda s: [math.sqrt(1.5 * s.g / s.l)]),
     "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(1.5 * s.g / s.l)]),
