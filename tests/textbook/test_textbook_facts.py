@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -76,6 +79,7 @@ WRONG: dict[str, Fact] = {
     "KineticEnergy": KineticEnergy("", lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6.000001),
     "Reaction": Reaction("", "pin", lambda s: [0.0, 0.0, s.m * s.g]),
     "Conserved": Conserved("", lambda s: s.l * s["q'"] ** 2 / 6 - s.g * np.cos(s.q) / 2.000001),
+    "Conserved, a mere number": Conserved("", lambda s: s.m * s.g),
     "Solution": Solution("", {"q": 0.1}, lambda s: {"q": 0.1 * np.cos(math.sqrt(1.5 * 9.81) * s.t)}, lambda s: 2.0),
     "Period, linearized": Period("", {"q": 0.1}, lambda s: 2 * math.pi * math.sqrt(2 * s.l / (3 * s.g))),
     "Frequencies": Frequencies("", lambda s: [math.sqrt(s.g / s.l)]),
@@ -138,3 +142,13 @@ def test_refusals() -> None:
     body = replace(entry("tennis_racket"), facts=(Eigenvalues("", lambda s: [0.0]),))
     with pytest.raises(InputError, match="expected a system without quaternions for eigenvalues, got 'tennis_racket'"):
         check(body)
+
+
+def test_the_example_of_the_contributors_guide_is_sound() -> None:
+    guide = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    (example,) = (text for text in re.findall(r"```python\n(.*?)```", guide, re.DOTALL) if "SYSTEM" in text)
+    names: dict[str, Any] = {}
+    exec(compile(example, "CONTRIBUTING.md", "exec"), names)
+    rows = check(names["SYSTEM"])
+    assert len(rows) == 2
+    assert not failures(rows)

@@ -261,7 +261,7 @@ def _mass_matrix(bench: _Bench, fact: MassMatrix) -> float:
 
 def _drift(bench: _Bench, fact: Conserved) -> float:
     """Rates of quantities along the flow, in units of the largest sum of their parts: what q, v and t contribute."""
-    nq, rates, sizes = bench.mechanism.nq, [], []
+    nq, rates, sizes, depends = bench.mechanism.nq, [], [], False
     for q, v, t in bench.states():
         at = np.concatenate((q, v, [t])).astype(complex)
         parts = []
@@ -270,8 +270,11 @@ def _drift(bench: _Bench, fact: Conserved) -> float:
             moved[k] += 1e-30j
             value = np.atleast_1d(fact.formula(bench.numbers(moved[:nq], moved[nq:-1], moved[-1])))
             parts.append(np.imag(value) / 1e-30 * slope)
+            depends |= bool(np.any(np.imag(value)))
         rates.append(np.abs(np.sum(parts, axis=0)))
         sizes.append(np.sum(np.abs(parts), axis=0))
+    if not depends:
+        return float("inf")  # a number is no quantity
     size = np.max(sizes, axis=0)
     return float(np.max(np.max(rates, axis=0) / np.where(size > 0, size, 1.0)))
 
