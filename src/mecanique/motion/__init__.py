@@ -9,8 +9,10 @@ if TYPE_CHECKING:
     from mecanique.motion.audit import Audit, AuditRow
     from mecanique.motion.dense import State
     from mecanique.motion.energies import Energies
+    from mecanique.motion.equilibrium import Equilibrium, equilibria
     from mecanique.motion.events import Event, Occurrence
     from mecanique.motion.integrate import simulate
+    from mecanique.motion.linearization import Linearization, frequency_response, linearize
     from mecanique.motion.motion import Motion, Statistics
     from mecanique.motion.trust import Trust
 
@@ -18,12 +20,17 @@ __all__ = [
     "Audit",
     "AuditRow",
     "Energies",
+    "Equilibrium",
     "Event",
+    "Linearization",
     "Motion",
     "Occurrence",
     "State",
     "Statistics",
     "Trust",
+    "equilibria",
+    "frequency_response",
+    "linearize",
     "simulate",
 ]
 
@@ -31,12 +38,17 @@ _HOMES = {
     "Audit": "audit",
     "AuditRow": "audit",
     "Energies": "energies",
+    "Equilibrium": "equilibrium",
     "Event": "events",
+    "Linearization": "linearization",
     "Motion": "motion",
     "Occurrence": "events",
     "State": "dense",
     "Statistics": "motion",
     "Trust": "trust",
+    "equilibria": "equilibrium",
+    "frequency_response": "linearization",
+    "linearize": "linearization",
     "simulate": "integrate",
 }
 """The module of each name; they are imported when somebody asks for them."""

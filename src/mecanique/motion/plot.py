@@ -109,6 +109,8 @@ def _reactions(motion: Motion, figure: Any, joint: str | None) -> None:
     ):
         for k, direction in enumerate("xyz"):
             axes.plot(motion.t, values[:, k], label=direction, linewidth=1)
+        if np.abs(values).max() < 1e-12 * (1 + np.abs(wrench.force).max()):
+            axes.set_ylim(-1, 1)  # nothing but rounding: not worth a closer look
         axes.set_ylabel(f"{what} [{unit}]")
         axes.legend(loc="upper right", fontsize="small")
         axes.grid(alpha=0.3)

@@ -117,6 +117,27 @@ class Rates:
             rate[..., i : i + 3] = _turned(q[..., i + 3 : i + 7], a[..., k : k + 3] + spin)
         return rate
 
+    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+        """Return positions moved along velocity directions: q + step where v is q̇, in body axes elsewhere.
+
+        Args:
+            q: shape (…, nq), with unit quaternions.
+            step: shape (…, nv), v times a short time.
+        """
+        if self.trivial:
+            shifted: np.ndarray = q + step
+            return shifted
+        moved = q + np.zeros((*step.shape[:-1], 1))
+        moved[..., self.plain[0]] += step[..., self.plain[1]]
+        for i, k in self.free:
+            moved[..., i : i + 3] += _turned(q[..., i + 3 : i + 7], step[..., k : k + 3])
+        for i, k in self.balls:
+            half = step[..., k : k + 3] / 2
+            angle = np.linalg.norm(half, axis=-1, keepdims=True)
+            turn = np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
+            moved[..., i : i + 4] = _times(q[..., i : i + 4], turn)
+        return moved
+
     def velocities(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
         """Return v from q̇.
 
