@@ -71,6 +71,7 @@ from mecanique.verify import Verdict, verify
 
 if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
+    from mecanique.motion import Event, Motion, simulate
     from mecanique.reference import Reference, Wrench
     from mecanique.urdf import read_urdf, write_urdf
     from mecanique.urdf.lint import lint
@@ -87,6 +88,7 @@ __all__ = [
     "DerivationError",
     "EngineError",
     "Equations",
+    "Event",
     "Fixed",
     "Floating",
     "Force",
@@ -103,6 +105,7 @@ __all__ = [
     "Mechanism",
     "MechanismError",
     "Mesh",
+    "Motion",
     "Parameter",
     "Placement",
     "Planar",
@@ -140,6 +143,7 @@ __all__ = [
     "robots",
     "rod",
     "shell",
+    "simulate",
     "textbook",
     "time",
     "velocity",
@@ -149,12 +153,15 @@ __all__ = [
 
 _HOMES = {
     "Equations": "mecanique.derive.equations",
+    "Event": "mecanique.motion",
+    "Motion": "mecanique.motion",
     "Reference": "mecanique.reference",
     "Wrench": "mecanique.reference",
     "lint": "mecanique.urdf.lint",
     "read_urdf": "mecanique.urdf",
     "robot": "mecanique.urdf.robots",
     "robots": "mecanique.urdf.robots",
+    "simulate": "mecanique.motion",
     "write_urdf": "mecanique.urdf",
 }
 """Where the names are that are imported only when somebody asks for them."""

@@ -145,3 +145,11 @@ def test_bad_numbers_are_refused(pendulum: Mechanism) -> None:
         verify(pendulum, samples=0)
     with pytest.raises(InputError, match="expected a whole number of at least 0 for seed, got -3"):
         verify(pendulum, seed=-3)
+
+
+def test_the_jets_are_asked_for_fewer_states_of_a_large_mechanism_which_is_told() -> None:
+    chain = textbook.load("n_link_pendulum", n=12)
+    verdict = verify(chain, samples=20)
+    assert verdict.agrees
+    assert verdict.notes == ("jets: at the first 17 states only, their cost grows with the cube of the size",)
+    assert not verify(chain, samples=17).notes

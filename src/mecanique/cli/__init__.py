@@ -1,0 +1,18 @@
+"""The command line: parses words, calls the public API, prints."""
+
+from __future__ import annotations
+
+import sys
+
+from mecanique.cli.commands import app
+
+__all__ = ["app", "main"]
+
+
+def main() -> None:
+    """Run the command line; the exit code is 0 for fine, 1 for a disagreement, 2 for bad input, 130 for Ctrl-C."""
+    for stream in (sys.stdout, sys.stderr):
+        # a terminal that has no θ prints a question mark instead of a traceback
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")
+    app(prog_name="mecanique")

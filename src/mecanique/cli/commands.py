@@ -1,0 +1,244 @@
+"""The commands, one function each."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.printing import heading, say, show, verdict_table, working
+from mecanique.cli.words import (
+    Coordinates,
+    Duration,
+    Parameters,
+    Samples,
+    Seed,
+    SystemName,
+    Tolerance,
+    Velocities,
+    choose,
+    guarded,
+    simulated,
+)
+
+__all__ = ["app"]
+
+app = typer.Typer(
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    epilog="Exit codes: 0 fine or agrees, 1 disagrees, 2 bad input. Start with: mecanique run rigid_bar_pendulum",
+)
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
+Page = Annotated[Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")]
+
+
+def _version(asked: bool) -> None:
+    if asked:
+        say(f"mecanique {mq.__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _mecanique(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+    ] = False,
+) -> None:
+    """Equations of motion: derived independently, checked against Pinocchio, then set in motion.
+
+    A SYSTEM is the name of a textbook system or a path to a URDF file.
+    """
+
+
+@app.command("list", epilog="Example: mecanique list --json")
+@guarded
+def list_(as_json: AsJson = False) -> None:
+    """List the textbook systems."""
+    entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
+    if as_json:
+        rows = [
+            {
+                "name": name,
+                "title": entry.title,
+                "source": entry.source,
+                "parameters": {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters},
+                "tags": list(entry.tags),
+            }
+            for name, entry in entries.items()
+        ]
+        say(json.dumps(rows, ensure_ascii=False, indent=2))
+        return
+    width = max(map(len, entries))
+    for name, entry in entries.items():
+        say(f"{name:{width}}  {entry.title}")
+
+
+@app.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
+@guarded
+def run(
+    system: SystemName,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    samples: Samples = 100,
+    seed: Seed = 0,
+    rtol: Tolerance = 1e-10,
+    output: Page = None,
+) -> None:
+    """Do everything: derive, verify, simulate, and write an offline page."""
+    chosen = choose(system, parameters)
+    mechanism = chosen.mechanism
+    with working("Deriving the equations of motion"):
+        equations = mq.derive(mechanism)
+        text = str(equations)
+    heading(f"Equations of motion of {mechanism.name}")
+    say(text)
+    with working(f"Comparing with Pinocchio at {samples} states"):
+        verdict = mq.verify(mechanism, samples=samples, seed=seed)
+    say("")
+    heading("Verdict")
+    show(verdict_table(verdict))
+    motion = simulated(chosen, q, v, duration, rtol)
+    say("")
+    heading("Motion")
+    say(motion.summary())
+    path = output or Path(f"{mechanism.name}.html")
+    with working(f"Writing {path}"):
+        mq.export(motion, path, equations=equations, verdict=verdict)
+    say("")
+    say(f"Wrote {path}: open it in a browser, no network needed.")
+    if not verdict.agrees:
+        raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique derive double_pendulum --steps")
+@guarded
+def derive(
+    system: SystemName,
+    method: Annotated[str, typer.Option(metavar="METHOD", help="How to derive: lagrange.")] = "lagrange",
+    form: Annotated[Literal["text", "latex", "mathml"], typer.Option("--format", help="How to print.")] = "text",
+    steps: Annotated[bool, typer.Option("--steps", help="Show each step of the derivation.")] = False,
+    parameters: Parameters = None,
+) -> None:
+    """Print the equations of motion."""
+    chosen = choose(system, parameters)
+    with working("Deriving the equations of motion"):
+        equations = mq.derive(chosen.mechanism, method=method)
+    say({"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](steps=steps))
+
+
+@app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
+@guarded
+def verify(
+    system: SystemName,
+    samples: Samples = 100,
+    seed: Seed = 0,
+    parameters: Parameters = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare the derived equations with Pinocchio; the exit code is 1 if they disagree."""
+    chosen = choose(system, parameters)
+    with working(f"Comparing with Pinocchio at {samples} states"):
+        verdict = mq.verify(chosen.mechanism, samples=samples, seed=seed)
+    if as_json:
+        say(verdict.to_json())
+    else:
+        say(str(verdict))
+    if not verdict.agrees:
+        raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
+@guarded
+def urdf(
+    system: SystemName,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The file to write, instead of printing.")
+    ] = None,
+    parameters: Parameters = None,
+) -> None:
+    """Write a system as URDF."""
+    mechanism = choose(system, parameters).mechanism
+    if output is None:
+        typer.echo(mq.write_urdf(mechanism), nl=False)
+    else:
+        mq.write_urdf(mechanism, output)
+        say(f"Wrote {output}")
+
+
+@app.command(epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv")
+@guarded
+def simulate(
+    system: SystemName,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    rtol: Tolerance = 1e-10,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")] = None,
+    npz: Annotated[Path | None, typer.Option(metavar="FILE", help="Save the motion, to be loaded by Python.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Integrate a motion, and print its end and how well energy is balanced."""
+    motion = simulated(choose(system, parameters), q, v, duration, rtol)
+    if csv is not None:
+        motion.to_csv(csv)
+    if npz is not None:
+        motion.save(npz)
+    say(json.dumps(_figures(motion), ensure_ascii=False, indent=2, allow_nan=False) if as_json else motion.summary())
+
+
+@app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
+@guarded
+def export(
+    system: SystemName,
+    output: Page = None,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    rtol: Tolerance = 1e-10,
+) -> None:
+    """Write the motion as one offline page, with its equations and verdict."""
+    chosen = choose(system, parameters)
+    motion = simulated(chosen, q, v, duration, rtol)
+    path = output or Path(f"{chosen.mechanism.name}.html")
+    with working(f"Writing {path}"):
+        mq.export(motion, path)
+    say(f"Wrote {path}")
+
+
+@app.command(epilog="Example: mecanique view double_pendulum")
+@guarded
+def view(
+    system: SystemName,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    rtol: Tolerance = 1e-10,
+) -> None:
+    """Show the motion live in a browser on this machine, until Ctrl-C."""
+    motion = simulated(choose(system, parameters), q, v, duration, rtol)
+    mq.view(motion)
+
+
+def _figures(motion: mq.Motion) -> dict[str, object]:
+    mechanism, audit = motion.mechanism, motion.audit()
+    names = (*mechanism.coordinates.names, *mechanism.velocities)
+    return {
+        "mechanism": mechanism.name,
+        "duration": float(motion.t[-1] - motion.t[0]),
+        "samples": len(motion.t),
+        "method": motion.method,
+        "steps": motion.statistics.steps,
+        "end": {name: float(motion[name][-1]) for name in names},
+        "audit": {row.name: {"relative": row.relative, "limit": row.limit, "ok": row.ok} for row in audit.rows},
+    }

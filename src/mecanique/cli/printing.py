@@ -1,0 +1,94 @@
+"""What the command line prints; data goes to standard output, everything else to standard error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from typing import TYPE_CHECKING
+
+import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.status import Status
+    from rich.table import Table
+
+    from mecanique.verify.verdict import Verdict
+
+__all__ = ["complain", "heading", "progress", "say", "show", "verdict_table", "working"]
+
+
+def say(text: str) -> None:
+    """Print text as it is."""
+    typer.echo(text)
+
+
+def heading(text: str) -> None:
+    """Print a heading."""
+    from rich.text import Text
+
+    _console().print(Text(text, style="bold"))
+
+
+def show(table: Table) -> None:
+    """Print a table."""
+    _console().print(table)
+
+
+def complain(text: str) -> None:
+    """Print an error to standard error."""
+    typer.secho("error: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+    typer.echo(text, err=True)
+
+
+def working(text: str) -> AbstractContextManager[Status]:
+    """Return a context that shows on a terminal what is being done.
+
+    Args:
+        text: what, e.g. "Deriving".
+    """
+    from rich.console import Console
+
+    return Console(stderr=True).status(f"{text} …")
+
+
+@contextmanager
+def progress(text: str) -> Iterator[Callable[[float], None]]:
+    """Show a bar on a terminal; yield what moves it to a fraction in 0…1.
+
+    Args:
+        text: what is being done.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(text, total=1.0)
+        yield lambda done: bar.update(task, completed=done)
+
+
+def verdict_table(verdict: Verdict) -> Table:
+    """Return a verdict as a table.
+
+    Args:
+        verdict: what to show.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    style = "green" if verdict.agrees else "bold red"
+    table = Table(title=Text(verdict.summary, style=style), title_justify="left", box=None, pad_edge=False)
+    for column in ("quantity", "sources", "worst", ""):
+        table.add_column(column, justify="right" if column == "worst" else "left", overflow="fold")
+    for row in verdict.rows:
+        fine = row.worst <= verdict.tolerance
+        cells = (row.quantity, " = ".join(row.sources), f"{row.worst:.1e}", row.remark if fine else "disagrees")
+        table.add_row(*(Text(cell, style="" if fine else "red") for cell in cells))
+    return table
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    return Console(highlight=False, soft_wrap=False)

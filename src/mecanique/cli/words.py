@@ -1,0 +1,164 @@
+"""What the words of a command mean: a system, numbers by name, a motion to simulate."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, ParamSpec, TypeAlias, TypeVar, final
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.printing import complain, progress
+
+if TYPE_CHECKING:
+    from mecanique.motion.motion import Motion
+
+__all__ = [
+    "Chosen",
+    "Coordinates",
+    "Duration",
+    "Parameters",
+    "Samples",
+    "Seed",
+    "SystemName",
+    "Tolerance",
+    "Velocities",
+    "choose",
+    "guarded",
+    "simulated",
+]
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+SystemName: TypeAlias = Annotated[
+    str,
+    typer.Argument(
+        metavar="SYSTEM", help="Name of a textbook system (see 'mecanique list'), or a path to a URDF file."
+    ),
+]
+Parameters: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("--parameter", "-p", metavar="NAME=VALUE", help="Change a parameter, in its SI unit: -p l=2"),
+]
+Coordinates: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("-q", metavar="NAME=VALUE", help="Coordinate at the start, in rad or m: -q theta=1.5"),
+]
+Velocities: TypeAlias = Annotated[
+    list[str] | None,
+    typer.Option("-v", metavar="NAME=VALUE", help="Velocity at the start, in rad/s or m/s: -v theta=0.5"),
+]
+Duration: TypeAlias = Annotated[
+    float | None, typer.Option(metavar="SECONDS", help="How long to simulate; by default what the catalogue states.")
+]
+Tolerance: TypeAlias = Annotated[float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")]
+Samples: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Number of random states to compare at.")]
+Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
+
+
+@final
+@dataclass(frozen=True)
+class Chosen:
+    """The mechanism a command is about, and its default motion.
+
+    Args:
+        mechanism: the mechanism.
+        start: coordinates at the start.
+        start_velocity: velocities at the start.
+        duration: of the motion [s].
+    """
+
+    mechanism: mq.Mechanism
+    start: Mapping[str, float] = field(default_factory=dict)
+    start_velocity: Mapping[str, float] = field(default_factory=dict)
+    duration: float = 10.0
+
+
+def choose(system: str, parameters: Sequence[str] | None) -> Chosen:
+    """Return the mechanism that a word names.
+
+    Args:
+        system: name of a textbook system or path to a URDF file.
+        parameters: words like "l=2".
+    """
+    values = numbers(parameters, "-p")
+    if system.endswith((".urdf", ".xml")) or "/" in system or Path(system).is_file():
+        if not Path(system).is_file():
+            raise mq.InputError(f"expected a URDF file, but there is no file {system!r}")
+        mechanism = mq.read_urdf(Path(system))
+        return Chosen(mechanism.replace(**values) if values else mechanism)
+    entry = mq.textbook.entry(system)
+    return Chosen(mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration)
+
+
+def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
+    """Return the numbers of words like "name=value".
+
+    Args:
+        words: as typed.
+        option: the option they came with, for the message.
+    """
+    found: dict[str, float] = {}
+    for word in words or ():
+        name, sign, text = word.partition("=")
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not (name.strip() and sign and math.isfinite(value)):
+            raise mq.InputError(f"expected NAME=VALUE with a finite number after {option}, e.g. l=2.0, got {word!r}")
+        found[name.strip()] = value
+    return found
+
+
+def simulated(
+    chosen: Chosen,
+    q: Sequence[str] | None,
+    v: Sequence[str] | None,
+    duration: float | None,
+    rtol: float,
+) -> Motion:
+    """Set the mechanism in motion.
+
+    Args:
+        chosen: the mechanism and its default motion.
+        q: words like "theta=1.5" that change the start.
+        v: the same for velocities.
+        duration: instead of the default [s].
+        rtol: relative tolerance of the integration.
+    """
+    start = {**chosen.start, **numbers(q, "-q")}
+    start_velocity = {name.removesuffix("'"): value for name, value in chosen.start_velocity.items()}
+    start_velocity.update((name.removesuffix("'"), value) for name, value in numbers(v, "-v").items())
+    seconds = chosen.duration if duration is None else duration
+    with progress(f"Simulating {seconds:g} s") as advance:
+        return mq.simulate(chosen.mechanism, q=start, v=start_velocity, duration=seconds, rtol=rtol, progress=advance)
+
+
+def guarded(command: Callable[P, R]) -> Callable[P, R]:
+    """Turn what a user can mend into one message and exit code 2.
+
+    Args:
+        command: a command; what it raises on purpose, and files it cannot open, end here.
+    """
+
+    @functools.wraps(command)
+    def safe(*args: P.args, **kwargs: P.kwargs) -> R:
+        try:
+            return command(*args, **kwargs)
+        except mq.MecaniqueError as error:
+            complain(str(error))
+            if isinstance(error.__cause__, KeyboardInterrupt):
+                raise typer.Exit(130) from None
+        except BrokenPipeError:
+            raise
+        except OSError as error:
+            complain(f"{error.filename or 'a file'}: {error.strerror or error}")
+        raise typer.Exit(2)
+
+    return safe

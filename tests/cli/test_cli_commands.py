@@ -1,0 +1,137 @@
+"""Every command on real input: what it prints, what it writes, how it ends."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner, Result
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.verify import sources
+
+IN_HOUSE = sources.in_house
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def call(*words: str) -> Result:
+    return CliRunner().invoke(app, words)
+
+
+def fine(*words: str) -> str:
+    result = call(*words)
+    assert result.exit_code == 0, result.output + repr(result.exception)
+    return result.stdout
+
+
+def test_list_names_every_system() -> None:
+    lines = fine("list").splitlines()
+    assert [line.split()[0] for line in lines] == list(mq.textbook.names())
+    data = json.loads(fine("list", "--json"))
+    assert [row["name"] for row in data] == list(mq.textbook.names())
+    pendulum = next(row for row in data if row["name"] == "rigid_bar_pendulum")
+    assert pendulum["parameters"]["g"] == {"value": 9.81, "unit": "m/s²"}
+
+
+def test_derive_prints_the_equations_in_three_forms() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    assert "q'' + 3 g sin(q)/(2 l) = 0" in fine("derive", "rigid_bar_pendulum")
+    latex = fine("derive", "rigid_bar_pendulum", "--format", "latex")
+    assert latex.strip() == mq.derive(mechanism).latex().strip()
+    mathml = fine("derive", "rigid_bar_pendulum", "--format", "mathml")
+    assert mathml.lstrip().startswith("<math")
+
+
+@pytest.mark.parametrize("form", ["text", "latex", "mathml"])
+def test_derive_shows_the_steps(form: str) -> None:
+    plain = fine("derive", "two_blocks", "--format", form)
+    steps = fine("derive", "two_blocks", "--format", form, "--steps")
+    assert len(steps) > 2 * len(plain)
+
+
+def test_verify_prints_the_verdict_and_ends_with_zero() -> None:
+    text = fine("verify", "cart_pole", "--samples", "5", "--seed", "3")
+    assert text.startswith("cart_pole: agrees at 5 random states (seed 3)")
+    data = json.loads(fine("verify", "cart_pole", "--samples", "5", "--seed", "3", "--json"))
+    assert data["agrees"] is True
+    assert (data["samples"], data["seed"]) == (5, 3)
+
+
+@pytest.mark.parametrize("words", [(), ("--json",)])
+def test_verify_ends_with_one_if_the_two_disagree(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mechanism.replace(l=1.1)))
+    result = call("verify", "cart_pole", "--samples", "5", *words)
+    assert result.exit_code == 1
+    assert ("DISAGREES" in result.stdout) or json.loads(result.stdout)["agrees"] is False
+
+
+def test_urdf_prints_or_writes_a_file_that_reads_back() -> None:
+    text = fine("urdf", "cart_pole", "-p", "l=0.25")
+    assert text == mq.write_urdf(mq.textbook.load("cart_pole", l=0.25))
+    assert fine("urdf", "cart_pole", "-p", "l=0.25", "-o", "cart.urdf") == "Wrote cart.urdf\n"
+    assert Path("cart.urdf").read_text(encoding="utf-8") == text
+    assert "agrees" in fine("verify", "cart.urdf", "--samples", "5")
+
+
+def test_simulate_prints_a_summary_and_writes_the_motion() -> None:
+    words = ("simulate", "cart_pole", "-q", "q=0.5", "-v", "x=0.25", "-v", "q'=1", "--duration", "0.5")
+    assert "cart_pole" in fine(*words)
+    data = json.loads(fine(*words, "--json", "--csv", "cart.csv", "--npz", "cart.npz", "--rtol", "1e-9"))
+    motion = mq.simulate(mq.textbook.load("cart_pole"), q={"q": 0.5}, v={"x": 0.25, "q": 1}, duration=0.5, rtol=1e-9)
+    assert data["end"] == {name: motion[name][-1] for name in ("x", "q", "x'", "q'")}
+    assert all(row["ok"] for row in data["audit"].values())
+    saved = mq.Motion.load("cart.npz")
+    np.testing.assert_array_equal(saved.q, motion.q)
+    assert len(Path("cart.csv").read_text(encoding="utf-8").splitlines()) >= len(motion.t)
+
+
+def test_simulate_starts_as_the_catalogue_says() -> None:
+    data = json.loads(fine("simulate", "rigid_bar_pendulum", "--json", "--duration", "0.1"))
+    assert 1.9 < data["end"]["q"] < 2.0
+    whole = json.loads(fine("simulate", "rigid_bar_pendulum", "--json"))
+    assert whole["duration"] == mq.textbook.entry("rigid_bar_pendulum").duration
+
+
+def test_export_writes_one_page() -> None:
+    assert fine("export", "rigid_bar_pendulum", "--duration", "0.2") == "Wrote rigid_bar_pendulum.html\n"
+    page = Path("rigid_bar_pendulum.html").read_text(encoding="utf-8")
+    assert page.lower().startswith("<!doctype html>")
+    assert fine("export", "rigid_bar_pendulum", "--duration", "0.2", "-o", "other.html") == "Wrote other.html\n"
+    assert Path("other.html").is_file()
+
+
+def test_run_does_everything() -> None:
+    text = fine("run", "rigid_bar_pendulum", "--duration", "0.5", "--samples", "5", "-p", "l=2", "-q", "q=1")
+    assert "q'' + 3 g sin(q)/(2 l) = 0" in text
+    assert "rigid_bar_pendulum: agrees at 5 random states" in text
+    assert "mass matrix" in text
+    assert "energy" in text
+    assert "rigid_bar_pendulum.html" in text
+    assert Path("rigid_bar_pendulum.html").is_file()
+
+
+def test_run_takes_a_urdf_file_and_ends_with_one_on_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
+    words = ("run", "cart.urdf", "--duration", "0.2", "--samples", "5", "-q", "q=1", "-o", "page.html")
+    assert "agrees" in fine(*words)
+    monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5)))
+    result = call(*words)
+    assert result.exit_code == 1
+    assert "disagrees" in result.stdout
+    assert Path("page.html").is_file()
+
+
+def test_view_shows_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[mq.Motion] = []
+    monkeypatch.setattr(mq, "view", lambda motion, **_: shown.append(motion))
+    fine("view", "rigid_bar_pendulum", "--duration", "0.5", "-q", "q=1")
+    (motion,) = shown
+    assert motion.t[-1] == 0.5
+    assert motion["q"][0] == 1.0
