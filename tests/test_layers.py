@@ -45,7 +45,9 @@ def imports(text: str) -> Iterator[str]:
             called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
             if called in {"import_module", "__import__"}:
                 first = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else node.args[0]
-                yield str(first.value) if isinstance(first, ast.Constant) else "."
+                own = isinstance(first, ast.FormattedValue) and ast.unparse(first.value) == "__name__"
+                if not own:  # a room may reach into itself
+                    yield str(first.value) if isinstance(first, ast.Constant) else "."
 
 
 def room_of(path: Path) -> str:
@@ -120,3 +122,5 @@ def test_the_reader_of_imports_finds_them_all(text: str, rooms: set[str]) -> Non
 def test_the_reader_of_imports_finds_other_packages_and_relative_imports() -> None:
     assert outside("import pinocchio as pin\nfrom numpy.linalg import norm") == {"pinocchio", "numpy"}
     assert "." in set(imports("from .scene import Scene"))
+    assert "." in set(imports("import_module(f'{room}.page')"))
+    assert not set(imports("import_module(f'{__name__}.page')"))

@@ -40,14 +40,14 @@ def save(motion: Motion, path: str | PathLike[str]) -> None:
     Raises:
         InputError: if the file cannot be written.
     """
-    from mecanique import __version__
+    from importlib.metadata import version
 
     path = Path(path)
     path = path if path.suffix else path.with_suffix(".npz")
     s = motion.statistics
     about = {
         "format": FORMAT,
-        "mecanique": __version__,
+        "mecanique": version("mecanique"),
         "numpy": np.__version__,
         "method": motion.method,
         "statistics": [s.steps, s.evaluations, s.seconds, s.rtol, s.atol],
