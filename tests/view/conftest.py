@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
+from playwright.sync_api import Error as PlaywrightError
 
 from mecanique.view.page import write_page
 from mecanique.view.scene import Scene
@@ -80,7 +81,9 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
     contexts = []
 
     def open_(address: str, *, wait: bool = True, **options: Any) -> Visit:
-        context = browser.new_context(**{"viewport": {"width": 900, "height": 620}, **options})
+        # pages that do not start by themselves leave the machine free for the rest of the tests
+        usual: dict[str, Any] = {"viewport": {"width": 920, "height": 560}, "reduced_motion": "reduce"}
+        context = browser.new_context(**(usual | options))
         contexts.append(context)
         seen = Visit(context.new_page())
         seen.page.on("request", lambda request: seen.requests.append(request.url))
@@ -88,7 +91,10 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
         seen.page.on("pageerror", lambda error: seen.errors.append(str(error)))
         seen.page.goto(address)
         if wait:
-            seen.page.wait_for_selector("body.ready", timeout=20_000)
+            try:
+                seen.page.wait_for_selector("body.ready", timeout=20_000)
+            except PlaywrightError as error:
+                raise AssertionError(f"the page did not start: {seen.messages} {seen.errors}") from error
         return seen
 
     yield open_

@@ -7,7 +7,8 @@ import json
 import struct
 import threading
 import time
-from collections.abc import Awaitable, Callable, Iterator, Mapping
+from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from http.client import HTTPConnection
 from typing import TypeVar
 from urllib.parse import urlsplit
@@ -56,6 +57,18 @@ def until(condition: Callable[[], bool], seconds: float = 8.0) -> None:
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"
         time.sleep(0.02)
+
+
+async def leave(socket: WebSocketClientConnection) -> None:
+    socket.close()
+    while await socket.read_message() is not None:
+        pass
+
+
+def run(work: Coroutine[None, None, T]) -> T:
+    """Run a coroutine in a thread of its own: the browser's driver keeps a loop in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, work).result()
 
 
 def in_background(action: Callable[[], None]) -> threading.Thread:
@@ -148,7 +161,8 @@ def test_strangers_are_turned_away(view: LiveView) -> None:
     assert get(view, path, Host=f"127.0.0.1.evil.example:{urlsplit(view.url).port}")[0] == 403
     assert get(view, "/")[0] == 404
     assert get(view, "/guess/")[0] == 404
-    assert get(view, path[:-2] + "x/")[0] == 404
+    assert get(view, path[:-2] + "/")[0] == 404
+    assert get(view, path + "x")[0] == 404
     assert get(view, path + "../")[0] == 404
 
     async def codes() -> list[int]:
@@ -159,21 +173,21 @@ def test_strangers_are_turned_away(view: LiveView) -> None:
             {"Origin": "null"},
             {"Origin": origin(view).replace("http:", "https:")},
             {"Origin": "http://evil.example", "Host": "evil.example"},
+            {"Origin": "http://evil.example", "Sec-Fetch-Site": "same-origin"},
         )
         for headers in tries:
             with pytest.raises(HTTPClientError) as refusal:
                 await connect(view, **headers)
             found.append(refusal.value.code)
-        (await connect(view, Origin=origin(view))).close()
+        await leave(await connect(view, Origin=origin(view)))
         return found
 
-    assert asyncio.run(codes()) == [403] * 5
+    assert run(codes()) == [403] * 6
 
 
 def test_it_listens_on_the_loopback_only(view: LiveView) -> None:
     assert urlsplit(view.url).hostname == "127.0.0.1"
-    found = {(s.getsockname()[0], s.getsockname()[1]) for s in view._server._sockets}
-    assert found == {("127.0.0.1", urlsplit(view.url).port)}
+    assert view._server._socket.getsockname() == ("127.0.0.1", urlsplit(view.url).port)
 
 
 def test_it_is_gone_after_close() -> None:
@@ -214,10 +228,10 @@ def test_a_slow_page_is_sent_only_the_latest_frame() -> None:
             numbers.append(number(await socket.read_message()))
             await socket.write_message(json.dumps({"do": "ack", "value": numbers[-1]}))
             numbers.append(number(await socket.read_message()))
-            socket.close()
+            await leave(socket)
             return numbers, view._server._number
 
-        numbers, last = asyncio.run(watch())
+        numbers, last = run(watch())
     assert numbers[0] == 1
     assert numbers[1] <= 300
     assert numbers[2] == last == 301
@@ -239,7 +253,7 @@ def test_streams_keep_real_time() -> None:
             assert time.monotonic() - start == pytest.approx(0.6 / speed, abs=0.08)
         start = time.monotonic()
         view.play(scene, speed=2.0)
-        assert time.monotonic() - start == pytest.approx(0.3, abs=0.08)
+        assert 0.3 <= time.monotonic() - start < 0.7, "the page is built before the motion starts"
 
 
 def test_things_of_ones_own_can_be_drawn(view: LiveView, visit: Callable[..., Visit]) -> None:

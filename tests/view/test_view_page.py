@@ -57,7 +57,7 @@ def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
 
 
 def test_the_motion_plays_by_itself_and_by_the_keyboard(show: Show) -> None:
-    seen = show(pendulum())
+    seen = show(pendulum(), reduced_motion="no-preference")
     seen.page.wait_for_timeout(400)
     assert seen.js("mecanique.clock.time") > 0.1
     seen.page.keyboard.press("Space")
@@ -82,7 +82,9 @@ def test_the_cursor_is_on_the_clock(show: Show) -> None:
         chart = seen.js("() => { const c = mecanique.plots.charts[0]; return [c.sx(0), c.sx(4)]; }")
         assert at == pytest.approx(chart[0] + (chart[1] - chart[0]) * t / 4, abs=0.01)
         reading = seen.js("() => document.querySelector('figcaption output').textContent")
-        assert float(reading.replace("−", "-")) == pytest.approx(swing(np.array([t]), 2.0)[0][0], abs=2e-3)
+        assert float(reading.removesuffix(" rad").replace("−", "-")) == pytest.approx(
+            swing(np.array([t]), 2.0)[0][0], abs=2e-3
+        )
     box = seen.page.locator("figure svg").first.bounding_box()
     assert box is not None
     seen.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 60)

@@ -6,13 +6,13 @@ import asyncio
 import json
 import re
 import secrets
+import socket
 import struct
 import threading
 from collections.abc import Callable
 from typing import Any, final
 
 import tornado.httpserver
-import tornado.netutil
 import tornado.web
 import tornado.websocket
 
@@ -47,6 +47,8 @@ class Server:
     def __init__(self, controls: Controls, *, port: int, token: str | None) -> None:
         if token is not None and not re.fullmatch(r"[\w-]{8,}", token, re.ASCII):
             raise InputError("token of a live view: expected 8 or more letters, digits, - or _")
+        if not 0 <= port <= 65535:
+            raise InputError(f"port of a live view: expected 0 to 65535, got {port}")
         self.controls = controls
         self.window = RecorderWindow(self._wake)
         self.page = ""
@@ -61,13 +63,11 @@ class Server:
         self._loop = asyncio.new_event_loop()
         self._closed = False
         try:
-            self._sockets = tornado.netutil.bind_sockets(port, address=ADDRESS)
+            self._socket = _listening(port)
         except OSError as error:
             self._loop.close()
-            raise InputError(
-                f"port {port} of {ADDRESS}: {error.strerror or error}; expected a free one, or 0"
-            ) from error
-        self.port: int = self._sockets[0].getsockname()[1]
+            raise InputError(f"port {port} of {ADDRESS}: {error.strerror}; expected a free one, or 0") from error
+        self.port: int = self._socket.getsockname()[1]
         self._thread = threading.Thread(target=self._serve, name="mecanique live view", daemon=True)
         self._thread.start()
 
@@ -182,7 +182,7 @@ class Server:
             websocket_max_message_size=4 * LONGEST,
         )
         self._http = tornado.httpserver.HTTPServer(application, max_body_size=1024, max_header_size=16_384)
-        self._http.add_sockets(self._sockets)
+        self._http.add_socket(self._socket)
 
     async def _end(self) -> None:
         self._http.stop()
@@ -193,6 +193,20 @@ class Server:
         for task in rest:
             task.cancel()
         await asyncio.gather(*rest, return_exceptions=True)
+
+
+def _listening(port: int) -> socket.socket:
+    """A socket on the loopback, which is let go of if the port is taken."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        made.setblocking(False)
+        made.bind((ADDRESS, port))
+        made.listen(64)
+    except OSError:
+        made.close()
+        raise
+    return made
 
 
 class _Guarded(tornado.web.RequestHandler):
@@ -241,8 +255,9 @@ class _Socket(tornado.websocket.WebSocketHandler):
         self.debt = Latest()
 
     def prepare(self) -> None:
-        # a browser always names the origin of a websocket; what does not is no page of ours
-        if self.request.host not in self.server.hosts or "Origin" not in self.request.headers:
+        # a browser always names the origin of a websocket; tornado itself would let pass requests without one,
+        # and those whose headers say that they are same-origin
+        if self.request.host not in self.server.hosts or not self.check_origin(self.request.headers.get("Origin", "")):
             raise tornado.web.HTTPError(403)
 
     def check_origin(self, origin: str) -> bool:

@@ -81,7 +81,7 @@ export function wireTooltip(stage, arrows) {
 }
 
 // A still of the picture goes on paper: a WebGL canvas prints blank once its frame is over.
-export function wirePrint(stage, plots) {
+export function wirePrint(stage, plots, clock) {
   const still = document.getElementById("still");
   const take = () => {
     stage.viewer.render();
@@ -89,6 +89,7 @@ export function wirePrint(stage, plots) {
     still.width = source.width;
     still.height = source.height;
     still.getContext("2d").drawImage(source, 0, 0);
+    document.getElementById("instant").textContent = `At t = ${clock.time.toFixed(3)} s`;
     plots.draw();
   };
   addEventListener("beforeprint", take);

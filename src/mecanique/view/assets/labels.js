@@ -10,12 +10,14 @@ export class Labels {
     this.arrows = arrows;
     this.bodies = scene.bodies.map((body, b) => {
       const box = stage.boxes[b];
-      const middle = box ? box.getCenter(new stage.three.Vector3()).toArray() : [0, 0, 0];
-      return box && { b, at: middle, mark: this.mark(body.name, "body") };
+      if (!box) return null;
+      const at = box.getCenter(new stage.three.Vector3()).toArray();
+      const half = box.getSize(new stage.three.Vector3()).multiplyScalar(0.5).toArray();
+      return { b, at, half, mark: this.mark(body.name, "body") };
     });
     this.joints = scene.joints.map((joint) => ({ b: joint.body, at: joint.point, mark: this.mark(joint.name, "joint") }));
     this.forces = arrows.items.map((item) => ({ item, mark: this.mark("", "force") }));
-    this.axes = ["x", "y", "z"].map((name, i) => ({ i, mark: this.mark(name, "axis") }));
+    this.compass = document.getElementById("compass");
     this.shown = { bodies: false, joints: false, values: false };
   }
 
@@ -31,17 +33,43 @@ export class Labels {
   put(mark, on, point) {
     const place = on ? this.stage.project(point) : null;
     mark.hidden = !place;
-    if (place) mark.style.transform = `translate(${place[0].toFixed(1)}px, ${place[1].toFixed(1)}px)`;
+    if (!place) return;
+    const wide = 7 * mark.textContent.length + 12;
+    const left = mark.classList.contains("body") ? place[0] - wide / 2 : place[0];
+    const top = this.free(left, place[1], wide);
+    const middle = mark.classList.contains("body") ? " translateX(-50%)" : "";
+    mark.style.transform = `translate(${place[0].toFixed(1)}px, ${top.toFixed(1)}px)${middle}`;
+  }
+
+  // The next height at which a label covers none that was put before it.
+  free(left, top, wide) {
+    const covers = (other) => Math.abs(other.top - top) < 19 && left < other.left + other.wide && other.left < left + wide;
+    for (let tries = 0; tries < 8 && this.taken.some(covers); tries++) top += 19;
+    this.taken.push({ left, top, wide });
+    return top;
+  }
+
+  // The middle of a body, raised to its top.
+  above(row, { b, half }, middle) {
+    const o = 7 * b;
+    const q = row.subarray(o + 3, o + 7);
+    const axes = [[half[0], 0, 0], [0, half[1], 0], [0, 0, half[2]]];
+    const height = axes.reduce((sum, axis) => sum + Math.abs(turn(q, axis)[2]), 0);
+    return [middle[0], middle[1], middle[2] + Math.min(height, 0.06 * this.stage.size)];
   }
 
   pose(row) {
+    this.taken = [];
     const world = ({ b, at }) => {
       const o = 7 * b;
       const moved = turn(row.subarray(o + 3, o + 7), at);
       return [row[o] + moved[0], row[o + 1] + moved[1], row[o + 2] + moved[2]];
     };
-    for (const each of this.bodies)
-      if (each) this.put(each.mark, this.shown.bodies && this.stage.nodes[each.b].visible, world(each));
+    for (const each of this.bodies) {
+      if (!each) continue;
+      const on = this.shown.bodies && this.stage.nodes[each.b].visible;
+      this.put(each.mark, on, this.above(row, each, world(each)));
+    }
     for (const each of this.joints)
       this.put(each.mark, this.shown.joints && this.stage.nodes[each.b].visible, world(each));
     for (const { item, mark } of this.forces) {
@@ -49,10 +77,22 @@ export class Labels {
       if (on) mark.textContent = `${item.name} ${measure(item.strength, 3)} ${item.unit}`;
       this.put(mark, on, on ? item.tip.toArray() : null);
     }
-    for (const { i, mark } of this.axes) {
-      const point = [0, 0, 0];
-      point[i] = 1.22 * this.stage.axisLength;
-      this.put(mark, this.stage.axes.visible, point);
+    this.point();
+  }
+
+  // The world's axes in the corner; the farthest is drawn first.
+  point() {
+    const order = this.stage.directions().map((d, i) => ({ d, i }));
+    order.sort((a, b) => a.d[2] - b.d[2]);
+    for (const { d, i } of order) {
+      const arm = this.compass.querySelector(`.arm-${"xyz"[i]}`);
+      const [x, y] = [30 * d[0], -30 * d[1]];
+      arm.querySelector("line").setAttribute("x2", x);
+      arm.querySelector("line").setAttribute("y2", y);
+      arm.querySelector("text").setAttribute("x", 1.33 * x);
+      arm.querySelector("text").setAttribute("y", 1.33 * y + 4);
+      arm.style.opacity = Math.hypot(d[0], d[1]) < 0.25 ? 0 : 1;
+      this.compass.append(arm);
     }
   }
 }

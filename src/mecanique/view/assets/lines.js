@@ -1,6 +1,6 @@
 // What stretches and what is left behind: springs, dampers, rods, traces; and the marks at the joints.
 
-const PAINT = { spring: 0x00805d, damper: 0xa85c88, rod: 0x6b7280 };
+const PAINT = { spring: 0x66707c, damper: 0x8a939e, rod: 0x7a838e };
 const TRACES = [0xd55e00, 0x0072b2, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9];
 
 export class Lines {

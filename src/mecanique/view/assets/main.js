@@ -38,6 +38,7 @@ async function start() {
   const layout = layoutOf(scene);
   const table = new Table(scene.table, parts[0]);
   const live = scene.live ? new LiveClock(scene.live, layout.end) : null;
+  const recorded = !live || scene.live.length > 0;
   const clock = live ?? new Player(table);
   const row = table.row(table.first, scene.bodies.length, new Float64Array(layout.end));
 
@@ -48,12 +49,12 @@ async function start() {
   const arrows = new Arrows(stage, scene, layout);
   arrows.survey(table);
   const lines = new Lines(stage, scene, layout, row);
-  const traces = new Traces(stage, scene, layout, live ? 4000 : table.n);
+  const traces = new Traces(stage, scene, layout, recorded ? table.n : 4000);
   const marks = new JointMarks(stage, scene);
   const labels = new Labels(stage, document.getElementById("labels"), scene, arrows);
   const camera = new Camera(stage, box);
   const transport = new Transport(clock);
-  const data = live ? live.history : table;
+  const data = recorded ? table : live.history;
   const plots = new Plots(document.getElementById("charts"), data, clock, quantities(scene, layout), scene.fileName);
   const ledger = new LedgerTable(scene, layout);
   const forces = new ForceTable(scene, layout);
@@ -65,7 +66,7 @@ async function start() {
   wireShow([
     ["Grid", true, (on) => { stage.grid.visible = on; redraw(); }],
     ["Ground", !scene.planar || scene.ground !== null, (on) => { stage.ground.visible = on; redraw(); }],
-    ["Axes", false, (on) => { stage.axes.visible = on; redraw(); }],
+    ["Axes", true, (on) => { labels.compass.hidden = !on; redraw(); }],
     ["Body names", fewBodies && scene.bodies.length > 1, (on) => { labels.shown.bodies = on; redraw(); }],
     ["Joints", true, (on) => { marks.show(on); redraw(); }],
     ["Joint names", false, (on) => { labels.shown.joints = on; redraw(); }],
@@ -83,20 +84,21 @@ async function start() {
   wireFreeBody(scene, choose);
   choose(null);
   wireTooltip(stage, arrows);
-  wirePrint(stage, plots);
+  wirePrint(stage, plots, clock);
   listenToKeys(transport, keys);
   const urdf = document.getElementById("save-urdf");
   if (urdf) urdf.onclick = () => save(`${scene.fileName}.urdf`, document.getElementById("urdf-text").textContent, "application/xml");
 
-  if (live) wireLive(live, stage, transport, redraw);
-  else for (let k = 0; k < table.n; k++) traces.add(traceRow(table, k, scene, layout));
+  if (live) wireLive(live, stage, transport, traces, redraw);
+  if (recorded && scene.traces.length)
+    for (let k = 0; k < table.n; k++) traces.add(table.row(table.time(k), scene.bodies.length, new Float64Array(layout.end)));
 
   const show = () => {
     stage.pose(row);
     arrows.pose(row);
     lines.pose(row);
     for (const { group } of lines.items) group.visible &&= !group.userData.away;
-    traces.reveal(live ? Infinity : Math.floor(table.index(clock.time) + 1e-6) + 1);
+    traces.reveal(!recorded ? Infinity : Math.floor(table.index(clock.time) + 1e-6) + 1);
     camera.move(row);
     ledger.show(row);
     forces.show(row);
@@ -110,7 +112,10 @@ async function start() {
       if (live) {
         row.set(live.row);
         arrows.learn(row);
-        traces.add(row);
+        if (!recorded) {
+          if (clock.time < shown) traces.clear();
+          traces.add(row);
+        }
       } else table.row(clock.time, scene.bodies.length, row);
       shown = clock.time;
       stale = true;
@@ -118,10 +123,10 @@ async function start() {
     if (stale) show();
     stale = false;
     transport.show();
-    if (live && came && now - drawn > 120) {
+    if (!recorded && came && now - drawn > 120) {
       drawn = now;
       plots.draw();
-    } else if (!live) plots.follow();
+    } else if (recorded) plots.follow();
     const moved = stage.viewer.needs_render;
     stage.render();
     if (moved) labels.pose(row);
@@ -135,13 +140,7 @@ async function start() {
   requestAnimationFrame(frame);
 }
 
-// A trace needs only its own three columns of every key frame.
-function traceRow(table, k, scene, layout) {
-  if (!scene.traces.length) return new Float64Array(layout.end);
-  return table.row(table.time(k), scene.bodies.length, new Float64Array(layout.end));
-}
-
-function wireLive(live, stage, transport, redraw) {
+function wireLive(live, stage, transport, traces, redraw) {
   const notice = document.getElementById("notice");
   live.onlink = (on) => {
     notice.textContent = on ? "" : "The connection is lost; waiting for the program to come back.";
@@ -149,7 +148,10 @@ function wireLive(live, stage, transport, redraw) {
   };
   live.onstate = (state) => {
     transport.refit();
-    if (state.restart) live.history.clear();
+    if (state.restart && !live.length) {
+      live.history.clear();
+      traces.clear();
+    }
     const speed = document.getElementById("speed");
     if (![...speed.options].some((option) => Number(option.value) === state.speed))
       speed.append(new Option(`${state.speed}×`, state.speed));

@@ -133,7 +133,7 @@ export class Plots {
       const swatch = document.createElement("i");
       swatch.style.backgroundColor = each.color;
       const reading = document.createElement("output");
-      entry.append(swatch, this.caption(each), " = ", reading, unit ? ` ${unit}` : "");
+      entry.append(swatch, this.caption(each), " = ", reading);
       legend.append(entry);
       return reading;
     });
@@ -143,7 +143,7 @@ export class Plots {
     const paths = members.map((each) => this.samples(each, a, b, Math.floor(inner)));
     let [low, high] = [Infinity, -Infinity];
     for (const path of paths) for (const [, y] of path) [low, high] = [Math.min(low, y), Math.max(high, y)];
-    if (!(high > low)) [low, high] = [(low || 0) - 1, (high || 0) + 1];
+    if (!(high > low)) [low, high] = Number.isFinite(low) ? [low - 1, low + 1] : [-1, 1];
     const pad = 0.06 * (high - low);
     [low, high] = [low - pad, high + pad];
     const sy = (y) => MARGIN.top + ((high - y) / (high - low)) * (HEIGHT - MARGIN.top - MARGIN.bottom);
@@ -156,9 +156,10 @@ export class Plots {
     }
     for (const { x, text } of ticks(a, b, Math.max(2, inner / 90))) {
       svg("line", { class: "rule", x1: sx(x), x2: sx(x), y1: MARGIN.top, y2: bottom }, picture);
-      svg("text", { x: sx(x), y: bottom + 14, "text-anchor": "middle" }, picture).textContent = text;
+      if (sx(x) < width - MARGIN.right - 42)
+        svg("text", { x: sx(x), y: bottom + 15, "text-anchor": "middle" }, picture).textContent = text;
     }
-    svg("text", { class: "unit", x: width - MARGIN.right, y: HEIGHT - 1, "text-anchor": "end" }, picture).textContent = "t [s]";
+    svg("text", { class: "unit", x: width - MARGIN.right, y: bottom + 15, "text-anchor": "end" }, picture).textContent = "t [s]";
     paths.forEach((path, i) => {
       const points = path.map(([t, y]) => `${sx(t).toFixed(1)},${sy(y).toFixed(1)}`).join(" ");
       const { color, dash } = members[i];
@@ -222,6 +223,7 @@ export class Plots {
   }
 
   at({ value }, t) {
+    if (!this.data.n) return NaN;
     const x = this.data.index(t);
     const k = Math.floor(x);
     const low = value(this.data, k);
@@ -239,7 +241,8 @@ export class Plots {
       cursor.setAttribute("x2", sx(t));
       members.forEach((each, i) => {
         const y = this.at(each, t);
-        readings[i].textContent = measure(y);
+        if (Number.isNaN(y)) return;
+        readings[i].textContent = `${measure(y)} ${each.unit}`;
         dots[i].setAttribute("cx", sx(t));
         dots[i].setAttribute("cy", sy(y));
       });

@@ -73,7 +73,6 @@ export class Stage {
     this.light(box, center, size);
     this.layGround(center, size);
     this.layGrid(box, center, size, planar);
-    this.layAxes(size);
     this.paint();
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.paint());
   }
@@ -142,27 +141,6 @@ export class Stage {
     this.root.add(this.grid);
   }
 
-  layAxes(size) {
-    const { Group, Mesh, CylinderGeometry, ConeGeometry, MeshBasicMaterial, Vector3, Quaternion } = this.three;
-    this.axes = new Group();
-    const long = 0.11 * size;
-    const thin = 0.0035 * size;
-    [[1, 0, 0, 0xd55e00], [0, 1, 0, 0x009e73], [0, 0, 1, 0x0072b2]].forEach(([x, y, z, color]) => {
-      const paint = new MeshBasicMaterial({ color });
-      const shaft = new Mesh(new CylinderGeometry(thin, thin, long, 12), paint);
-      shaft.position.y = long / 2;
-      const tip = new Mesh(new ConeGeometry(3.2 * thin, 9 * thin, 16), paint);
-      tip.position.y = long;
-      const arrow = new Group();
-      arrow.add(shaft, tip);
-      arrow.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), new Vector3(x, y, z)));
-      this.axes.add(arrow);
-    });
-    this.axisLength = long;
-    this.axes.visible = false;
-    this.root.add(this.axes);
-  }
-
   paint() {
     const dark = themeIsDark();
     this.groundPaint.color.set(dark ? 0x2a2f36 : 0xd9d6cf);
@@ -195,6 +173,13 @@ export class Stage {
 
   render() {
     if (this.viewer.needs_render) this.viewer.render();
+  }
+
+  // Directions of the world's axes as the camera sees them: right, up, towards the eye.
+  directions() {
+    const { Matrix4, Vector3 } = this.three;
+    const turn = new Matrix4().extractRotation(this.viewer.camera.matrixWorldInverse);
+    return [[1, 0, 0], [0, 0, -1], [0, 1, 0]].map((axis) => new Vector3(...axis).applyMatrix4(turn).toArray());
   }
 
   // Where a point of the world falls in the pane, in pixels; null behind the camera.
