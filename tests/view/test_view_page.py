@@ -14,6 +14,7 @@ from conftest import Visit
 from PIL import Image
 from view_scenes import GRAVITY, MASS, about_y, blocks, pendulum, swarm, swing
 
+from mecanique.view.document import Block, Derivation, Document, Ledger, LedgerRow, Quantity, VerdictTable
 from mecanique.view.page import page, write_page
 from mecanique.view.scene import JointMark, SceneBody, Series, Shape
 
@@ -163,33 +164,56 @@ def test_springs_reach_from_end_to_end(show: Show) -> None:
     seen.clean()
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "</script><script>alert(1)</script>",
-        "constructor",
-        "__proto__",
-        "../../etc",
-        "x" * 3000,
-        "שלום\u202eabc",
-        "{{parcel}}",
-    ],
-    ids=["script", "constructor", "proto", "path", "long", "rtl", "template"],
+HOSTILE = (
+    "</script><script>alert(1)</script>",
+    "<img src=x onerror=alert(1)>",
+    "constructor",
+    "__proto__",
+    "../../etc",
+    "x" * 3000,
+    "שלום\u202eabc",
+    "{{parcel}}",
+    "\\u003c\"'`${1}&amp;",
 )
-def test_hostile_names_are_only_names(show: Show, name: str) -> None:
-    scene = pendulum(duration=0.5, title=name, body=name)
+
+
+def test_hostile_names_are_only_names(show: Show) -> None:
+    """Every text a page shows, hostile: names of everything there is, and the document's texts."""
+    scene, every = swarm(len(HOSTILE), 0.5), " ".join(HOSTILE)
+    bodies = tuple(replace(body, name=name) for body, name in zip(scene.bodies, HOSTILE, strict=True))
+    texts = Document(
+        subtitle=every,
+        derivations=(Derivation(every, (Block(every, every, every),)),),
+        verdict=VerdictTable(False, every, (every,), ((every,),), (every,)),
+        parameters=(Quantity(every, every, 1.0, every, every, 0.0, 2.0),),
+        freedom=(every,),
+        ledger=Ledger((every,), (every,), (LedgerRow(every, "weight", every, scene.t[:, None]),)),
+        urdf=every,
+        file_name=every,
+    )
     hostile = replace(
         scene,
-        joints=(JointMark(name, name, name),),
-        series=(Series(name, name, name, scene.t, name, True),),
-        document=replace(scene.document, subtitle=name, file_name=name, urdf=name),
+        title=every,
+        bodies=bodies,
+        arrows=tuple(replace(scene.arrows[0], name=name, body=name) for name in HOSTILE),
+        joints=tuple(JointMark(name, name, name) for name in HOSTILE),
+        traces=tuple(replace(scene.traces[0], name=name) for name in HOSTILE),
+        series=tuple(Series(name, name, name, scene.t, name, True) for name in HOSTILE),
+        document=texts,
     )
     seen = show(hostile)
     seen.page.on("dialog", lambda dialog: seen.errors.append(dialog.message))
     seen.seek(0.25)
-    assert seen.page.locator("h1").text_content() == name
-    assert seen.page.locator(".label.body").last.text_content() == (name if len(name) < 41 else name[:39] + "…")
-    assert seen.body(1)[3:] == pytest.approx(about_y(swing(np.array([0.25]), 2.0)[0])[0].tolist(), abs=1e-3)
+    assert seen.page.locator("h1").text_content() == every
+    assert seen.page.locator("#urdf-text").text_content() == every
+    shown = seen.page.locator(".label.body").all_text_contents()
+    assert shown == [name if len(name) < 41 else name[:39] + "…" for name in HOSTILE]
+    for b in range(len(HOSTILE)):
+        assert seen.body(b)[:3] == pytest.approx(scene.positions[15, b], abs=1e-4)
+    seen.page.click("#tab-urdf")
+    with seen.page.expect_download() as download:
+        seen.page.click("#save-urdf")
+    assert re.fullmatch(r"[\w.-]{1,80}\.urdf", download.value.suggested_filename)
     seen.clean()
 
 
