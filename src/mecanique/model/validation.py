@@ -121,13 +121,14 @@ def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
 
 
 def _names(m: Description) -> Iterator[str]:
+    driven = m.coordinates.driven
     kinds: dict[str, list[str]] = {
         "body": [body.name for body in m.bodies],
         "joint": [joint.name for joint in m.joints],
         "force": [force.name for force in m.forces],
         "loop": [loop.name for loop in m.loops],
         "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
-        "coordinate": [*m.coordinates.names, *m.coordinates.driven],
+        "coordinate": [*m.coordinates.names, *driven],
     }
     joint_coordinates = [name for joint in m.joints for name in joint.coordinates]
     if not m.name.strip():
@@ -138,21 +139,21 @@ def _names(m: Description) -> Iterator[str]:
                 yield f"a {kind} has no name"
             elif not name.isprintable():
                 yield f"{kind} {name!r} has unprintable characters in its name"
-            if count > 1 and not (kind == "coordinate" and name in m.coordinates.driven):
+            if count > 1 and not (kind == "coordinate" and name in driven):
                 yield f"{kind} {name!r} is there {count} times"
     for name, count in Counter(joint_coordinates).items():
         if count > 1:
             yield f"coordinate {name!r} belongs to {count} joints"
     of_joints = set(joint_coordinates)
     of_quaternions = {name for j in m.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates}
-    for name in m.coordinates.driven:
+    for name in driven:
         if name not in of_joints:
             yield f"the coordinate map sets {name!r}, which is no joint coordinate"
         elif name in of_quaternions:
             yield f"the coordinate map sets {name!r}, but a quaternion's joint cannot be driven"
-    moved = set(joint_coordinates).union(*(symbols_in(scalar) for scalar in m.coordinates.driven.values()))
+    moved = set(joint_coordinates).union(*(symbols_in(scalar) for scalar in driven.values()))
     for name in m.coordinates.names:
-        if name in m.coordinates.driven:
+        if name in driven:
             yield f"{name!r} is both a generalized coordinate and set by the coordinate map"
         elif name not in moved:
             yield f"coordinate {name!r} moves nothing: no joint has it, and the coordinate map does not depend on it"
