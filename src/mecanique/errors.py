@@ -76,7 +76,8 @@ class UrdfError(MecaniqueError):
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None) -> None:
         self.file = file
         self.line = line
-        place = ":".join(str(part) for part in (file, line) if part is not None)
+        lined = "" if line is None else f"line {line}" if file is None else f":{line}"
+        place = f"{file or ''}{lined}"
         super().__init__(f"{place}: {message}" if place else message)
 
 

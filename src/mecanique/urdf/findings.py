@@ -112,7 +112,7 @@ class Report:
             return
         sentences = [f"{e.where}: {e.message}" if e.where else e.message for e in errors]
         if len(errors) == 1:
-            raise UrdfError(f"{sentences[0]}; {errors[0].remedy}", file=self.file, line=errors[0].line)
+            raise UrdfError(f"{sentences[0]}. {errors[0].remedy}", file=self.file, line=errors[0].line)
         place = f"{self.file}:" if self.file else "line "
         listed = [f"{place}{e.line}: {sentence}" for e, sentence in zip(errors, sentences, strict=True)]
         if len(listed) > _MOST_LISTED:

@@ -158,8 +158,10 @@ def _joint(element: Element, report: Report) -> JointText | None:
     limits = _limits(element, kind, report, where)
     damping, friction = _dynamics(element, kind, report, where)
     mimic = _mimic(element, report, where)
-    if name is None or kind is None or parent is None or child is None or axis is None:
+    if name is None or parent is None or child is None:
         return None
+    # what could not be read is reported; something stands in for it, so that the tree is judged too
+    kind, axis = kind or "continuous", axis or _Z
     return JointText(name, element, kind, parent, child, origin, axis, limits, damping, friction, mimic)
 
 
