@@ -220,6 +220,23 @@ class Reference:
         )
         return PointMotion(*np.moveaxis(parts, -2, 0))
 
+    def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the velocity of a body's origin, then its angular velocity, by each velocity v, world axes.
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            t: time [s].
+
+        Returns:
+            Shape (6, nv): what v adds; of a prescribed motion, the part that time makes is left out.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.jacobian(name, q, v, t))
+
     def rates(self, q: Given, v: Given) -> Array:
         """Return the rates q' of the coordinates, shape (nq,).
 

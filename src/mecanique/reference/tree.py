@@ -182,6 +182,15 @@ class Tree:
         change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
         return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
 
+    def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
+        """Return how a body's origin moves and turns with each velocity, world axes, shape (6, nv); v does not matter."""
+        engine, chart = self.engine, self.chart
+        chart.place(q, t)
+        chart.at(q, v, t)
+        frame = engine.holders[body].frame
+        world = self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        return np.asarray(self._pin.computeFrameJacobian(engine.model, engine.data, chart.p, frame, world) @ chart.G)
+
     def rhs(self) -> Rhs:
         """Return f(t, y) = y' for integration."""
         return fast_rhs(self.mechanism, self.engine, self.chart, self.loads, recursive=self.recursive)
