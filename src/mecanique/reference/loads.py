@@ -135,7 +135,7 @@ class Loads:
             for row, at, stiffness, reference in self._springs:
                 forces[row] -= stiffness * (values[at] - reference)
             for row, damping in self._dampers:
-                forces[row] -= damping * u[row]
+                forces[row] -= damping * u.item(row)
             for row, at in self._drives:
                 forces[row] += numbers[at]
         if not self.act_on_bodies:

@@ -88,10 +88,8 @@ class Reactions:
         pose = data.oMi[joint]
         for action in actions:
             if action.site.body in self._carried[name]:
-                x, y, z = pose.translation.tolist()
-                wrench = np.array(action.about((x, y, z)))
-                turn = pose.rotation.T
-                total -= pin.Force(turn @ wrench[:3], turn @ wrench[3:])
+                force, moment = np.array(action.force), np.array(action.moment(*pose.translation.tolist()))
+                total -= pin.Force(pose.rotation.T @ force, pose.rotation.T @ moment)
         return total
 
 

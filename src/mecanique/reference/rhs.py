@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from math import cos, sin
 from typing import TypeAlias
 
 import numpy as np
@@ -24,6 +25,8 @@ _Accelerations: TypeAlias = Callable[[Array, Array, float], Array]
 def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *, recursive: bool) -> Rhs:
     """Return the fastest right-hand side that is right for a mechanism.
 
+    Each answer is an array of its own, because integrators keep what they are given.
+
     Args:
         mechanism: whose motion it is.
         engine: the mechanism inside Pinocchio.
@@ -32,12 +35,14 @@ def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *
         recursive: whether the articulated-body recursion may be used (Featherstone, Rigid Body Dynamics Algorithms,
             2008, ch. 7); otherwise M a = forces − bias is solved.
     """
+    bare = recursive and chart.identical and not loads.act_on_bodies and not loads.act_in_joints
+    if bare and chart.one_hinge:
+        return _hinge(engine, chart, loads)
     accelerations = _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
     nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
     if chart.velocities_are_rates:
 
         def simple(t: float, y: Array) -> Array:
-            # a new array each time: integrators keep what they are given
             out = empty(size)
             v = y[nq:]
             out[:nq] = v
@@ -56,39 +61,59 @@ def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *
     return general
 
 
+def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
+    """A single hinge without springs or loads: every pendulum; half the time would go into generality."""
+    import pinocchio as pin
+
+    aba, model, data, p, none, empty = pin.aba, engine.model, engine.data, chart.p, loads.in_joints, np.empty
+
+    def hinge(t: float, y: Array) -> Array:
+        angle, rate = y.tolist()
+        p[0] = cos(angle)
+        p[1] = sin(angle)
+        out = empty(2)
+        out[0] = rate
+        out[1] = aba(model, data, p, y[1:], none)[0]
+        return out
+
+    return hinge
+
+
 def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
     import pinocchio as pin
 
     aba, move, model, data = pin.aba, pin.forwardKinematics, engine.model, engine.data
     place, p, in_joints, external, update = chart.place, chart.p, loads.in_joints, loads.external.forces, loads.update
-    if chart.identical and not loads.act_on_bodies and not loads.act_in_joints:
+    on_bodies, forced = loads.act_on_bodies, loads.act_on_bodies or loads.act_in_joints
+    if chart.identical:
 
-        def bare(q: Array, v: Array, t: float) -> Array:
-            place(q, t)
-            result: Array = aba(model, data, p, v, in_joints)
-            return result
-
-        return bare
-    G, back = chart.G, np.linalg.inv(chart.G)
-    if loads.act_on_bodies:
-
-        def loaded(q: Array, v: Array, t: float) -> Array:
+        def own(q: Array, v: Array, t: float) -> Array:
             values = place(q, t)
-            u = G @ v
-            move(model, data, p, u)
-            update(values, q, u, v, t)
-            result: Array = back @ aba(model, data, p, u, in_joints, external)
+            if on_bodies:
+                move(model, data, p, v)
+            if forced:
+                update(values, q, v, v, t)
+            result: Array = (
+                aba(model, data, p, v, in_joints, external) if on_bodies else aba(model, data, p, v, in_joints)
+            )
             return result
 
-        return loaded
+        return own
+    forth, back = chart.G.dot, np.linalg.inv(chart.G).dot
 
-    def driven(q: Array, v: Array, t: float) -> Array:
-        u = G @ v
-        update(place(q, t), q, u, v, t)
-        result: Array = back @ aba(model, data, p, u, in_joints)
+    def turned(q: Array, v: Array, t: float) -> Array:
+        values = place(q, t)
+        u = forth(v)
+        if on_bodies:
+            move(model, data, p, u)
+        if forced:
+            update(values, q, u, v, t)
+        result: Array = back(
+            aba(model, data, p, u, in_joints, external) if on_bodies else aba(model, data, p, u, in_joints)
+        )
         return result
 
-    return driven
+    return turned
 
 
 def _solved(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
@@ -97,23 +122,27 @@ def _solved(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) ->
 
     crba, rnea, move, model, data = pin.crba, pin.rnea, pin.forwardKinematics, engine.model, engine.data
     place, at, p, in_joints, external = chart.place, chart.at, chart.p, loads.in_joints, loads.external.forces
+    on_bodies, forced = loads.act_on_bodies, loads.act_on_bodies or loads.act_in_joints
+    # both are overwritten by each call of `at`
+    G, gamma = chart.G, chart.gamma
+    back = G.T.dot
     unknown: Array = np.full(mechanism.nv, np.nan)
+    if not mechanism.nv:
+        return lambda q, v, t: unknown
 
     def solved(q: Array, v: Array, t: float) -> Array:
         values = place(q, t)
         u = at(q, v, t)
-        G = chart.G
-        if loads.act_on_bodies:
+        if on_bodies:
             move(model, data, p, u)
-            loads.update(values, q, u, v, t)
-        elif loads.act_in_joints:
-            loads.update(values, q, u, v, t)
-        mass = G.T @ crba(model, data, p) @ G
+        if forced:
+            update(values, q, u, v, t)
         # inverse dynamics with the external forces is bias less what they do
-        right = G.T @ (in_joints - rnea(model, data, p, u, chart.gamma, external))
-        if not len(right):
-            return unknown
-        _, result, fault = dposv(mass, right)
+        right = back(
+            in_joints - (rnea(model, data, p, u, gamma, external) if on_bodies else rnea(model, data, p, u, gamma))
+        )
+        _, result, fault = dposv(back(crba(model, data, p)).dot(G), right)
         return unknown if fault else result
 
+    update = loads.update
     return solved

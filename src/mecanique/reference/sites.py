@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, TypeAlias, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 from mecanique.reference.answers import Array
 
@@ -39,12 +39,6 @@ class Axes:
         (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self.rotation.tolist()
         return xx * a + xy * b + xz * c, yx * a + yy * b + yz * c, zx * a + zy * b + zz * c
 
-    def from_world(self, vector: Triple) -> Triple:
-        """Return a vector of the world's axes in these."""
-        a, b, c = vector
-        (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = self.rotation.tolist()
-        return xx * a + yx * b + zx * c, xy * a + yy * b + zy * c, xz * a + yz * b + zz * c
-
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -77,9 +71,7 @@ class Site:
         return self.axes.to_world((a + q * z - r * y, b + r * x - p * z, c + p * y - q * x))
 
 
-@final
-@dataclass(frozen=True, eq=False)
-class Action:
+class Action(NamedTuple):
     """A force at a point and a torque, on a body.
 
     Args:
@@ -94,16 +86,13 @@ class Action:
     point: Triple
     torque: Triple
 
-    def about(self, origin: Triple) -> tuple[float, float, float, float, float, float]:
-        """Return force and moment about a point, world axes.
-
-        Args:
-            origin: shape (3,), in the world [m].
-        """
-        fx, fy, fz = self.force
-        x, y, z = (p - o for p, o in zip(self.point, origin, strict=True))
-        a, b, c = self.torque
-        return fx, fy, fz, a + y * fz - z * fy, b + z * fx - x * fz, c + x * fy - y * fx
+    def moment(self, x: float, y: float, z: float) -> Triple:
+        """Return the moment about the point (x, y, z) of the world, world axes [N·m]."""
+        (fx, fy, fz), (px, py, pz), (a, b, c) = self.force, self.point, self.torque
+        px -= x
+        py -= y
+        pz -= z
+        return a + py * fz - pz * fy, b + pz * fx - px * fz, c + px * fy - py * fx
 
 
 @final
@@ -121,7 +110,8 @@ class External:
         """pinocchio.StdVec_Force: one for each joint, in its axes, at its origin."""
         for _ in range(joints):
             self.forces.append(pin.Force.Zero())
-        self._views = [(self.forces[joint].linear, self.forces[joint].angular) for joint in range(joints)]
+        # views of the engine's own memory
+        self._wrenches = [self.forces[joint].vector for joint in range(joints)]
         self._used: set[int] = set()
 
     def set(self, actions: Iterable[Action]) -> None:
@@ -130,25 +120,33 @@ class External:
         Args:
             actions: what acts on them.
         """
-        sums: dict[int, tuple[Axes, list[float]]] = {}
+        sums: dict[int, list[Any]] = {}
         for action in actions:
             axes = action.site.axes
             if not axes.joint:
                 continue
-            x, y, z = axes.origin.tolist()
-            wrench = action.about((x, y, z))
+            fx, fy, fz = action.force
+            mx, my, mz = action.moment(*axes.origin.tolist())
             if axes.joint in sums:
-                total = sums[axes.joint][1]
-                for k in range(6):
-                    total[k] += wrench[k]
+                total = sums[axes.joint]
+                total[1] += fx
+                total[2] += fy
+                total[3] += fz
+                total[4] += mx
+                total[5] += my
+                total[6] += mz
             else:
-                sums[axes.joint] = axes, list(wrench)
+                sums[axes.joint] = [axes, fx, fy, fz, mx, my, mz]
         for joint in self._used - sums.keys():
-            linear, angular = self._views[joint]
-            linear[:] = 0.0
-            angular[:] = 0.0
-        for joint, (axes, (fx, fy, fz, mx, my, mz)) in sums.items():
-            linear, angular = self._views[joint]
-            linear[:] = axes.from_world((fx, fy, fz))
-            angular[:] = axes.from_world((mx, my, mz))
+            self._wrenches[joint][:] = 0.0
+        for joint, (axes, fx, fy, fz, mx, my, mz) in sums.items():
+            (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes.rotation.tolist()
+            self._wrenches[joint][:] = (
+                xx * fx + yx * fy + zx * fz,
+                xy * fx + yy * fy + zy * fz,
+                xz * fx + yz * fy + zz * fz,
+                xx * mx + yx * my + zx * mz,
+                xy * mx + yy * my + zy * mz,
+                xz * mx + yz * my + zz * mz,
+            )
         self._used = set(sums)
