@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol, final
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, final
 
 import numpy as np
 
 from mecanique.derive.states import Given, States
+from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from mecanique.derive.derivation import Derivation, Stage
+    from mecanique.derive.matrices import Linear
+    from mecanique.derive.printing import Equation
 
 __all__ = ["Equations", "Numeric"]
 
@@ -33,19 +41,182 @@ class Numeric(Protocol):
 
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Equations:
     """Derived equations of motion M(q, t) a + bias(q, v, t) = forces(q, v, t).
+
+    What is computed is there for any mechanism. What is read (`M`, `h`, `Q`, `equations`, `steps`, and the text, LaTeX
+    and MathML of these) is derived when it is first asked for, and is there if `symbolic` is true.
 
     Args:
         mechanism: what they describe.
         method: how they were derived.
         numeric: computes them.
+        derive_symbols: derives them symbolically; raises a DerivationError if they have no closed form of reasonable
+            length.
     """
 
     mechanism: Mechanism
     method: str
     numeric: Numeric
+    derive_symbols: Callable[[], Derivation]
+
+    @cached_property
+    def _outcome(self) -> Derivation | DerivationError:
+        try:
+            return self.derive_symbols()
+        except DerivationError as error:
+            return error
+
+    @property
+    def symbolic(self) -> bool:
+        """Whether they can be read, not only computed."""
+        return not isinstance(self._outcome, DerivationError)
+
+    @property
+    def why_not(self) -> str:
+        """Why they cannot be read, in one sentence; empty if they can."""
+        return str(self._outcome) if isinstance(self._outcome, DerivationError) else ""
+
+    @property
+    def derivation(self) -> Derivation:
+        """The derivation as Poisson series.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        if isinstance(self._outcome, DerivationError):
+            raise self._outcome
+        return self._outcome
+
+    @cached_property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations of motion as a textbook prints them, one for each velocity.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        from mecanique.derive.printing import equations
+        from mecanique.derive.tidying import without_common_divisor
+
+        return equations([without_common_divisor(row) for row in self.derivation.rows])
+
+    @cached_property
+    def M(self) -> Any:
+        """The mass matrix, a sympy Matrix of shape (nv, nv).
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return _matrix(self.derivation.M)
+
+    @cached_property
+    def h(self) -> Any:
+        """Coriolis, centrifugal and rheonomic inertia terms and gravity, a sympy Matrix of shape (nv, 1).
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return _matrix([[entry] for entry in self.derivation.h])
+
+    @cached_property
+    def Q(self) -> Any:
+        """Generalized forces of springs, dampers, drives and loads, a sympy Matrix of shape (nv, 1).
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return _matrix([[entry] for entry in self.derivation.Q])
+
+    @property
+    def steps(self) -> tuple[Stage, ...]:
+        """The steps of the derivation.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return self.derivation.stages
+
+    @cached_property
+    def linear(self) -> Linear | None:
+        """The matrices of M q'' + C q' + K q = f if the equations are linear with constant coefficients, else None.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        from mecanique.derive.matrices import linear
+
+        return linear(self.derivation)
+
+    def matrix_form(self) -> str:
+        """Return linear equations of motion as M q'' + C q' + K q = f with all matrices, as text.
+
+        Raises:
+            DerivationError: if they are not linear with constant coefficients.
+        """
+        if self.linear is None:
+            raise DerivationError(
+                f"the equations of {self.mechanism.name!r} are not linear with constant coefficients; "
+                "linearize them about an equilibrium first"
+            )
+        return self.linear.text()
+
+    def holds(self, q: Given, t: float = 0.0) -> bool:
+        """Return whether a state is one that the symbolic equations hold for, e.g. springs not turned inside out.
+
+        Args:
+            q: shape (nq,), or values by coordinate name.
+            t: [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if there is no symbolic form.
+        """
+        states = States.of(self.mechanism, q, None, t)
+        values = {name: float(np.ravel(value)[0]) for name, value in states.values.items()}
+        return all(assumption.holds(values) for assumption in self.derivation.assumptions)
+
+    def text(self, steps: bool = False) -> str:
+        """Return the equations of motion as text, one line each.
+
+        Args:
+            steps: whether to show how they came about.
+        """
+        from mecanique.derive.report import text
+
+        return text(self, steps) if self.symbolic else self._absent()
+
+    def latex(self, steps: bool = False) -> str:
+        """Return the equations of motion in LaTeX, for mathematics mode; with steps, a fragment of a document.
+
+        Args:
+            steps: whether to show how they came about.
+        """
+        from mecanique.derive.report import latex
+
+        return latex(self, steps) if self.symbolic else f"\\text{{{self._absent()}}}"
+
+    def mathml(self, steps: bool = False) -> str:
+        """Return the equations of motion in MathML, an element each; with steps, a fragment of an HTML page.
+
+        Args:
+            steps: whether to show how they came about.
+        """
+        from mecanique.derive.report import mathml
+
+        return mathml(self, steps)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        return f"<Equations of {self.mechanism.name!r} by {self.method}, v = ({', '.join(self.mechanism.velocities)})>"
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def _absent(self) -> str:
+        return f"The equations of {self.mechanism.name!r} are computed, not written out: {self.why_not}."
 
     def mass_matrix(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
         """Return the mass matrix M, shape (nv, nv) or (n, nv, nv).
@@ -117,3 +288,11 @@ class Equations:
         states = States.of(self.mechanism, q, v, t)
         T, V = self.numeric.energy(states)
         return states.shaped(T), states.shaped(V)
+
+
+def _matrix(rows: Any) -> Any:
+    from sympy import Matrix
+
+    from mecanique.derive.expressions import to_sympy
+
+    return Matrix([[to_sympy(entry) for entry in row] for row in rows])

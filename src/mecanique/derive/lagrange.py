@@ -1,12 +1,28 @@
-"""Lagrange's equations of the second kind: d/dt ∂T/∂v − ∂T/∂q + ∂V/∂q = Q."""
+"""Lagrange's equations of the second kind: d/dt ∂T/∂q' − ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q, in Poisson series.
+
+Where a joint turns by a quaternion its velocities ω, or v and ω, are no rates of coordinates, and the operator gains
+the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v (H. Lamb, Hydrodynamics, 1932, art. 124, eqs. 2).
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from typing import final
+
+from mecanique.derive.algebra import Algebra
+from mecanique.derive.derivation import Derivation
 from mecanique.derive.equations import Equations
+from mecanique.derive.kinematics import Kinematics
+from mecanique.derive.poisson import Series
+from mecanique.derive.poses import combination
 from mecanique.derive.recursion import Recursion
+from mecanique.derive.stages import coordinate_stages, energy_stages, quaternion_stages, work_stages
+from mecanique.derive.tidying import tidy
+from mecanique.derive.work import work_of
+from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["derive_equations"]
+__all__ = ["Lagrange", "derive_equations"]
 
 
 def derive_equations(mechanism: Mechanism) -> Equations:
@@ -15,4 +31,153 @@ def derive_equations(mechanism: Mechanism) -> Equations:
     Args:
         mechanism: any mechanism.
     """
-    return Equations(mechanism, "lagrange", Recursion(mechanism))
+    return Equations(mechanism, "lagrange", Recursion(mechanism), lambda: Lagrange(mechanism).derivation())
+
+
+@final
+class Lagrange:
+    """Energies, dissipation and virtual work of a mechanism as series, and what Lagrange's operator makes of them.
+
+    Args:
+        mechanism: any mechanism.
+
+    Raises:
+        DerivationError: if the mechanism has no closed form of reasonable length.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.algebra = algebra = Algebra(mechanism)
+        self.kinematics = Kinematics(algebra)
+        self.works = [work_of(self.kinematics, force) for force in mechanism.forces]
+        self.kinetic = [*self._bodies(), *self._rotors()]
+        self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
+        self.gravity = tidy(algebra.ring.sum(self._weights()))
+        self.V = tidy(self.gravity + self._sum("potential"))
+        self.D = self._sum("dissipation")
+
+    def derivation(self) -> Derivation:
+        """Return the equations of motion with their steps."""
+        algebra = self.algebra
+        ring, names = algebra.ring, algebra.velocities
+        momenta = algebra.partials(self.T)
+        rates = [p.ddt() for p in momenta]
+        turning = self._turning(momenta)
+        slopes, falls = algebra.along(self.T), algebra.along(self.gravity)
+        M, h, Q = [], [], []
+        for k in range(len(names)):
+            inertia = rates[k] + turning[k] - slopes[k] + falls[k]
+            row, rest = inertia.linear(algebra.accelerations)
+            M.append(tuple(tidy(entry) for entry in row))
+            h.append(self._tidied(rest))
+            Q.append(self._tidied(ring.sum([work.forces[k] for work in self.works])))
+        return Derivation(
+            algebra=algebra,
+            M=tuple(M),
+            h=tuple(h),
+            Q=tuple(Q),
+            stages=(
+                *quaternion_stages(algebra),
+                *energy_stages(self.kinetic, self.T, self.gravity, self.works, self.V),
+                *work_stages(algebra, self.works, self.D),
+                *coordinate_stages(
+                    algebra,
+                    list(zip(momenta, rates, turning, slopes, strict=True)),
+                    algebra.along(self.V),
+                    algebra.partials(self.D),
+                ),
+            ),
+            assumptions=tuple(a for work in self.works for a in work.assumptions),
+            lengths=self._lengths(),
+            closing=self._closing(),
+        )
+
+    def _bodies(self) -> Iterator[tuple[str, Series]]:
+        """Name and kinetic energy ½ tr(Ḣ J Ḣᵀ) of each body."""
+        for body in self.kinematics.bodies:
+            rate, J = self.kinematics.rate(body), self.kinematics.moments(body)
+            columns = [[combination(row, [J[i][k] for i in range(4)]) for k in range(4)] for row in rate]
+            halves = [self.algebra.lifted(combination(a, b)) / 2 for a, b in zip(columns, rate, strict=True)]
+            yield body, tidy(self.algebra.ring.sum(halves))
+
+    def _rotors(self) -> Iterator[tuple[str, Series]]:
+        """Name of the joint and kinetic energy ½ I r'² of each rotor."""
+        algebra = self.algebra
+        for link in self.kinematics.tree:
+            inertia = algebra.series(link.armature)
+            if inertia:
+                yield link.joint, inertia * algebra.lifted(algebra.values[link.coordinates[0]]).ddt() ** 2 / 2
+
+    def _weights(self) -> list[Series]:
+        """−g·(m c) of each body."""
+        algebra, terms = self.algebra, []
+        g = [algebra.arithmetic(component, algebra.values) for component in algebra.mechanism.gravity]
+        for body in self.kinematics.bodies:
+            pose, J = self.kinematics.pose(body), self.kinematics.moments(body)
+            moment = [combination(row, [J[i][3] for i in range(4)]) for row in pose]
+            terms.append(-algebra.lifted(combination(g, moment)))
+        return terms
+
+    def _sum(self, kind: str) -> Series:
+        scalars = [work.scalar for work in self.works if work.kind == kind and work.scalar is not None]
+        return tidy(self.algebra.ring.sum(scalars))
+
+    def _lengths(self) -> dict[str, str]:
+        """What each root in the length of a spring or damper is, by its name."""
+        ring, found = self.algebra.ring, dict[str, list[str]]()
+        whole: dict[str, bool] = {}
+        for work in self.works:
+            for g in work.length.generators() if work.length is not None else ():
+                if g.index in ring.atoms and ring.atoms[g.index].named:
+                    found.setdefault(g.name, []).append(work.name)
+                    whole[g.name] = work.length == ring[g.name]
+        return {
+            name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
+            + (" [m]" if whole[name] else "")
+            for name, owners in found.items()
+        }
+
+    def _closing(self) -> str:
+        """The sentence before the equations of motion."""
+        found = {work.kind for work in self.works}
+        loss = " + ∂D/∂q'" if "dissipation" in found else ""
+        drive = "Q" if "work" in found else "0"
+        quasi = any(not name.endswith("'") for name in self.algebra.velocities)
+        return f"Lagrange's equations are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q" + (
+            ", and for a velocity that is no rate of a coordinate the terms of Euler and Kirchhoff are added."
+            if quasi
+            else "."
+        )
+
+    def _turning(self, momenta: list[Series]) -> list[Series]:
+        """ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion's joint, zero for all other velocities."""
+        algebra = self.algebra
+        found = [algebra.ring.number(0)] * len(momenta)
+        for joint in algebra.mechanism.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                at = [algebra.velocities.index(name) for name in joint.velocities]
+                rates = [algebra.ring[name] for name in joint.velocities]
+                spin, moment = rates[-3:], [momenta[k] for k in at[-3:]]
+                turned = _cross(spin, moment)
+                if isinstance(joint, Floating):
+                    push = [momenta[k] for k in at[:3]]
+                    turned = [a + b for a, b in zip(turned, _cross(rates[:3], push), strict=True)]
+                    turned = _cross(spin, push) + turned
+                for k, term in zip(at, turned, strict=True):
+                    found[k] = term
+        return found
+
+    def _tidied(self, series: Series) -> Series:
+        """Tidied velocity by velocity, so that roots cancel where they belong together."""
+        algebra = self.algebra
+        terms = []
+        for powers, coefficient in series.coefficients(algebra.velocities).items():
+            term = tidy(coefficient)
+            for name, power in zip(algebra.velocities, powers, strict=True):
+                term = term * algebra.ring[name] ** power
+            terms.append(term)
+        return algebra.ring.sum(terms)
+
+
+def _cross(a: list[Series], b: list[Series]) -> list[Series]:
+    (x, y, z), (u, v, w) = a, b
+    return [y * w - z * v, z * u - x * w, x * v - y * u]

@@ -26,6 +26,7 @@ __all__ = [
     "origin",
     "poses",
     "product",
+    "quaternion_rotation",
     "times_point",
 ]
 
@@ -125,11 +126,7 @@ def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matr
         return _shift([_times(arithmetic(c, {}), values[link.coordinates[0]]) for c in link.axis])
     if link.kind in ("ball", "free"):
         *position, x, y, z, w = (values[name] for name in link.coordinates)
-        turn = (
-            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-        )
+        turn = quaternion_rotation(x, y, z, w)
         return [[*row, offset] for row, offset in zip(turn, position or (0, 0, 0), strict=True)]
     return [list(row) for row in IDENTITY]
 
@@ -162,6 +159,22 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
             total[i][3] = total[3][i] = _plus(total[i][3], first[i])
         total[3][3] = _plus(total[3][3], mass)
     return total
+
+
+def quaternion_rotation(x: Any, y: Any, z: Any, w: Any) -> tuple[tuple[Any, Any, Any], ...]:
+    """Return the rotation of a unit quaternion, three rows of three scalars.
+
+    Args:
+        x: first component.
+        y: second component.
+        z: third component.
+        w: scalar component.
+    """
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:

@@ -42,6 +42,19 @@ class Ring:
         self.rates[self.index(v)] = self._adjoin(name + "''", Kind.ACCELERATION)
         return q
 
+    def quasi_coordinates(self, names: Iterable[str], velocities: Iterable[str]) -> tuple[list[Series], list[Series]]:
+        """Adjoin coordinates whose rates are to be set in `rates`, and the velocities these are linear in.
+
+        Args:
+            names: of the coordinates, e.g. of a quaternion.
+            velocities: of the velocities; the acceleration of each is name'.
+        """
+        moved = [self._adjoin(name, Kind.COORDINATE) for name in names]
+        rates = [self._adjoin(name, Kind.VELOCITY) for name in velocities]
+        for v in rates:
+            self.rates[self.index(v)] = self._adjoin(self.generators[self.index(v)].name + "'", Kind.ACCELERATION)
+        return moved, rates
+
     def velocity(self, name: str) -> Series:
         """Return the velocity of a coordinate."""
         return self.rates[self._index_of(name, Kind.COORDINATE)]
