@@ -1,0 +1,54 @@
+"""Names of quantities as they are written: base letter, subscript, dots and Greek."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import final
+
+__all__ = ["GREEK", "Letter"]
+
+_SPELLED = (
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma tau upsilon phi chi "
+    "psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
+)
+_SIGNS = "α β γ δ ε ζ η θ ι κ λ μ ν ξ ο π ρ σ τ υ φ χ ψ ω Γ Δ Θ Λ Ξ Π Σ Υ Φ Ψ Ω"
+GREEK = dict(zip(_SPELLED.split(), _SIGNS.split(), strict=True))
+"""Greek letters by their names."""
+
+_NAMES = {sign: name for name, sign in GREEK.items()}
+_NICKNAMES = {"th": "theta", "lam": "lambda", "eps": "epsilon"}
+_SUBSCRIPTS = str.maketrans("₀₁₂₃₄₅₆₇₈₉", "0123456789")
+_SHAPE = re.compile(r"(?P<base>[^\W\d_]+|.)(?:_?(?P<subscript>\w+))?")
+
+
+@final
+@dataclass(frozen=True)
+class Letter:
+    """A name taken apart: "theta1''" is theta with subscript 1 and two dots.
+
+    Args:
+        base: the letter or word; a Greek letter by its name.
+        subscript: what stands below it, "" for nothing; a Greek letter by its name.
+        dots: how many time derivatives.
+    """
+
+    base: str
+    subscript: str
+    dots: int
+
+    @classmethod
+    def of(cls, name: str) -> Letter:
+        """Return a name taken apart.
+
+        Args:
+            name: e.g. "m1", "k_theta", "θ'", "x''".
+        """
+        stem = name.rstrip("'")
+        shape = _SHAPE.fullmatch(stem.translate(_SUBSCRIPTS))
+        base, subscript = (shape["base"], shape["subscript"] or "") if shape else (stem, "")
+        return cls(_spelled(base), _spelled(subscript), len(name) - len(stem))
+
+
+def _spelled(word: str) -> str:
+    return _NAMES.get(word) or _NICKNAMES.get(word, word)
