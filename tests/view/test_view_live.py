@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import json
+import signal
+import socket
 import struct
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from http.client import HTTPConnection
+from pathlib import Path
 from typing import TypeVar
 from urllib.parse import urlsplit
 
@@ -59,9 +64,9 @@ def until(condition: Callable[[], bool], seconds: float = 8.0) -> None:
         time.sleep(0.02)
 
 
-async def leave(socket: WebSocketClientConnection) -> None:
-    socket.close()
-    while await socket.read_message() is not None:
+async def leave(link: WebSocketClientConnection) -> None:
+    link.close()
+    while await link.read_message() is not None:
         pass
 
 
@@ -203,6 +208,28 @@ def test_it_is_gone_after_close() -> None:
     LiveView(pendulum(), port=port).close()
 
 
+def test_control_c_ends_it_and_leaves_nothing(tmp_path: Path) -> None:
+    script = tmp_path / "show.py"
+    script.write_text(
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from view_scenes import pendulum\nfrom mecanique.view.live import LiveView\n"
+        "with LiveView(pendulum(duration=0.5)) as view:\n"
+        "    print(view.url, flush=True)\n    view.play(repeat=True)\n"
+    )
+    with subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout is not None
+        address = urlsplit(run.stdout.readline().strip())
+        time.sleep(0.2)
+        run.send_signal(signal.SIGINT)
+        _, complaint = run.communicate(timeout=10)
+    assert complaint.rstrip().endswith("KeyboardInterrupt")
+    assert complaint.count("Traceback") == 1
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.1", address.port or 0), timeout=2)
+
+
 def test_a_taken_port_is_named(view: LiveView) -> None:
     with pytest.raises(InputError, match=r"port \d+ of 127.0.0.1: .*expected a free one, or 0"):
         LiveView(pendulum(), port=urlsplit(view.url).port or 0)
@@ -216,19 +243,19 @@ def test_a_slow_page_is_sent_only_the_latest_frame() -> None:
     with LiveView(scene) as view:
 
         async def watch() -> tuple[list[int], int]:
-            socket = await connect(view, Origin=origin(view))
-            assert json.loads(str(await socket.read_message()))["paused"] is False
-            numbers = [number(await socket.read_message())]
+            link = await connect(view, Origin=origin(view))
+            assert json.loads(str(await link.read_message()))["paused"] is False
+            numbers = [number(await link.read_message())]
             start = time.perf_counter()
             for frame in frames:
                 view.send(frame)
             spent = time.perf_counter() - start
             assert spent < len(frames) / 60, "60 frames a second of 100 bodies"
             await asyncio.sleep(0.1)
-            numbers.append(number(await socket.read_message()))
-            await socket.write_message(json.dumps({"do": "ack", "value": numbers[-1]}))
-            numbers.append(number(await socket.read_message()))
-            await leave(socket)
+            numbers.append(number(await link.read_message()))
+            await link.write_message(json.dumps({"do": "ack", "value": numbers[-1]}))
+            numbers.append(number(await link.read_message()))
+            await leave(link)
             return numbers, view._server._number
 
         numbers, last = run(watch())
