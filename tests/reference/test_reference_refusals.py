@@ -126,8 +126,12 @@ def test_a_motion_that_moves_no_mass(joint: Joint, shape: Shape, names: str) -> 
         from dataclasses import replace
 
         joint = replace(joint, coordinate="q")
-    with pytest.raises(EngineError, match=rf"{names}.+moves no mass.+give the body mass or inertia"):
-        Reference(chain(joint, shapes={"tip": shape}))
+    reference = Reference(chain(joint, shapes={"tip": shape}))
+    assert reference.massless is not None
+    assert reference.mass_matrix(None) @ list(reference.massless.values()) == pytest.approx(0, abs=1e-15)
+    for ask in (lambda: reference.acceleration(None), lambda: reference.reactions(None), reference.rhs):
+        with pytest.raises(EngineError, match=rf"{names}.+moves no mass.+give the body mass or inertia"):
+            ask()
 
 
 def test_a_massless_bar_that_carries_a_particle_is_refused_only_where_they_align() -> None:

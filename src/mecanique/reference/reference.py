@@ -35,7 +35,7 @@ class Reference:
         mechanism: what to load.
 
     Raises:
-        EngineError: if it is too large for Pinocchio, has a motion that moves no mass, or is not read as it is written.
+        EngineError: if it is too large for Pinocchio, or is not read as it is written.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -48,6 +48,12 @@ class Reference:
         import pinocchio
 
         return str(pinocchio.__version__)
+
+    @property
+    def massless(self) -> dict[str, float] | None:
+        """A motion that moves no mass, by velocity name: no acceleration is determined; None if there is none."""
+        mode = self._tree.massless
+        return None if mode is None else dict(zip(self.mechanism.velocities, mode.tolist(), strict=True))
 
     def mass_matrix(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the mass matrix M, shape (nv, nv).
@@ -259,7 +265,7 @@ class Reference:
         raises (`ArithmeticError`, `ValueError`) where a map or a force is not defined.
 
         Raises:
-            EngineError: if the mechanism has loops.
+            EngineError: if a motion moves no mass, or the mechanism has loops.
         """
         self._need_tree("accelerations")
         return self._tree.rhs()

@@ -35,7 +35,7 @@ class Tree:
         mechanism: what to load.
 
     Raises:
-        EngineError: if it is too large for Pinocchio, has a motion that moves no mass, or is not read as it is written.
+        EngineError: if it is too large for Pinocchio, or is not read as it is written.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -54,6 +54,8 @@ class Tree:
         self._resting = -resting.mass * float(self.engine.model.gravity.linear @ resting.lever)
         self.moving_mass = float(sum(self.engine.model.inertias[k].mass for k in range(1, self.engine.model.njoints)))
         """Mass of the bodies that the ground does not hold [kg]."""
+        self.massless: Array | None = None
+        """A motion that moves no mass in any state looked at, shape (nv,); None if there is none."""
         self.recursive = self._probe()
         """Whether the articulated-body recursion gives the accelerations; else M a = forces − bias is solved."""
 
@@ -183,7 +185,7 @@ class Tree:
         return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
 
     def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
-        """Return how a body's origin moves and turns with each velocity, world axes, shape (6, nv); v does not matter."""
+        """Return how a body moves with each velocity, world axes, shape (6, nv); the value of v does not matter."""
         engine, chart = self.engine, self.chart
         chart.place(q, t)
         chart.at(q, v, t)
@@ -192,7 +194,13 @@ class Tree:
         return np.asarray(self._pin.computeFrameJacobian(engine.model, engine.data, chart.p, frame, world) @ chart.G)
 
     def rhs(self) -> Rhs:
-        """Return f(t, y) = y' for integration."""
+        """Return f(t, y) = y' for integration.
+
+        Raises:
+            EngineError: if a motion moves no mass in any state looked at.
+        """
+        if self.massless is not None:
+            self._refuse(self.massless, "")
         return fast_rhs(self.mechanism, self.engine, self.chart, self.loads, recursive=self.recursive)
 
     def _reduced(self, forces: Array) -> Array:
@@ -222,9 +230,8 @@ class Tree:
             except (ArithmeticError, ValueError, EngineError):
                 # a map or a force that is not defined in this random state
                 continue
-        # loops may determine what the tree leaves open
-        if found is not None and not sound and not self.mechanism.loops:
-            self._refuse(found, "")
+        if not sound:
+            self.massless = found
         return recursive and sound
 
     def _recursion_agrees(self, mass: Array, q: Array, v: Array, t: float) -> bool:
