@@ -68,10 +68,21 @@ from mecanique.model import (
     velocity,
 )
 from mecanique.verify import Verdict, verify
+from mecanique.view import export, view
 
 if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
-    from mecanique.motion import Event, Motion, simulate
+    from mecanique.motion import (
+        Audit,
+        Equilibrium,
+        Event,
+        Linearization,
+        Motion,
+        equilibria,
+        frequency_response,
+        linearize,
+        simulate,
+    )
     from mecanique.reference import Reference, Wrench
     from mecanique.urdf import read_urdf, write_urdf
     from mecanique.urdf.lint import lint
@@ -79,6 +90,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "AnyForce",
+    "Audit",
     "Body",
     "Box",
     "ClosureError",
@@ -88,6 +100,7 @@ __all__ = [
     "DerivationError",
     "EngineError",
     "Equations",
+    "Equilibrium",
     "Event",
     "Fixed",
     "Floating",
@@ -100,6 +113,7 @@ __all__ = [
     "JointForce",
     "JointSpring",
     "Limits",
+    "Linearization",
     "Loop",
     "MecaniqueError",
     "Mechanism",
@@ -133,6 +147,10 @@ __all__ = [
     "cylinder",
     "derive",
     "disk",
+    "equilibria",
+    "export",
+    "frequency_response",
+    "linearize",
     "lint",
     "massless",
     "particle",
@@ -148,15 +166,22 @@ __all__ = [
     "time",
     "velocity",
     "verify",
+    "view",
     "write_urdf",
 ]
 
 _HOMES = {
+    "Audit": "mecanique.motion",
     "Equations": "mecanique.derive.equations",
+    "Equilibrium": "mecanique.motion",
     "Event": "mecanique.motion",
+    "Linearization": "mecanique.motion",
     "Motion": "mecanique.motion",
     "Reference": "mecanique.reference",
     "Wrench": "mecanique.reference",
+    "equilibria": "mecanique.motion",
+    "frequency_response": "mecanique.motion",
+    "linearize": "mecanique.motion",
     "lint": "mecanique.urdf.lint",
     "read_urdf": "mecanique.urdf",
     "robot": "mecanique.urdf.robots",

@@ -1,0 +1,97 @@
+"""Show a motion: one offline page, or live in a browser on this machine."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from mecanique.errors import InputError
+from mecanique.view.document import VerdictTable
+from mecanique.view.live import Changes, LiveView
+from mecanique.view.page import write_page
+from mecanique.view.scene import Frame, Scene
+from mecanique.view.staging import actions_of, scene_of
+from mecanique.view.texts import document_of
+
+__all__ = ["export", "scene", "view"]
+
+
+def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: Any = None) -> Scene:
+    """Return a motion with all that is said about it, as pure data.
+
+    Args:
+        motion: the `Motion`.
+        equations: derived `Equations`, one or several; by default every method derives them.
+        verdict: the `Verdict`; by default the equations are compared at 100 states.
+    """
+    from mecanique.derive import METHODS, derive
+    from mecanique.motion.motion import Motion
+    from mecanique.verify import verify
+
+    if not isinstance(motion, Motion):
+        raise InputError(f"expected a Motion, as simulate returns it, got {type(motion).__name__}")
+    mechanism = motion.mechanism
+    derived = [derive(mechanism, method) for method in METHODS] if equations is None else equations
+    several = derived if isinstance(derived, Sequence) else (derived,)
+    compared = verify(mechanism) if verdict is None else verdict
+    actions = actions_of(motion)
+    return scene_of(motion, document_of(motion, several, compared, actions), actions)
+
+
+def export(
+    motion: Any,
+    path: str | os.PathLike[str],
+    *,
+    equations: Sequence[Any] | Any | None = None,
+    verdict: Any = None,
+) -> Path:
+    """Write a motion as one offline page, see `mecanique.export`."""
+    target = Path(path)
+    if not target.parent.is_dir():
+        raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
+    return write_page(scene(motion, equations, verdict), target)
+
+
+def view(motion: Any, *, speed: float, port: int, open_browser: bool) -> None:
+    """Show a motion live, see `mecanique.view`."""
+    if not 0 < speed < float("inf"):
+        raise InputError(f"expected a speed above 0, got {speed!r}")
+    first = scene(motion)
+    with LiveView(first, port=port, open_browser=open_browser) as live:
+        print(f"{live.url}\nCtrl-C ends the view.", flush=True)
+
+        def frames(changes: Changes) -> Iterator[Frame]:
+            shown = first
+            if changes:
+                shown = _changed(motion, changes, first)
+                live.show(shown)
+            yield from (shown.frame(k) for k in range(len(shown.t)))
+
+        try:
+            live.stream(frames, speed=speed, hold=True)
+        except KeyboardInterrupt:
+            return
+
+
+def _changed(motion: Any, changes: Changes, first: Scene) -> Scene:
+    """The motion again, with the values that were set in the page."""
+    from mecanique.derive import derive
+    from mecanique.motion import simulate
+
+    parameters = {name: value for (kind, name), value in changes.items() if kind == "parameter"}
+    mechanism = motion.mechanism.replace(**parameters)
+    q = dict(zip(mechanism.coordinates, motion.q[0].tolist(), strict=True))
+    v = dict(zip(mechanism.velocities, motion.v[0].tolist(), strict=True))
+    for (kind, name), value in changes.items():
+        if kind == "initial":
+            (q if name in q else v)[name] = value
+    again = simulate(mechanism, q=q, v=v, duration=float(motion.t[-1] - motion.t[0]), rtol=motion.statistics.rtol)
+    actions = actions_of(again)
+    document = document_of(again, [derive(mechanism)], None, actions)
+    table = replace(first.document.verdict, notes=(*first.document.verdict.notes, "Found at the first values."))
+    return scene_of(
+        again, replace(document, verdict=table if first.document.verdict.columns else VerdictTable()), actions
+    )
