@@ -134,6 +134,21 @@ def test_the_ground_is_welded_to_the_world_for_drake() -> None:
     assert [joint.get("name") for joint in parsed(write_urdf(own)).iter("joint")] == ["j"]
 
 
+def test_springs_on_a_ground_named_world_end_at_a_link_welded_to_it() -> None:
+    system = Mechanism(
+        "own",
+        bodies=(Body("world"), Body("b", ball(1, 0.1))),
+        joints=(Prismatic("j", "world", "b"),),
+        forces=(Spring("s", "world", (0, 0, 1), "b", (0, 0, 0), 2.0, 0.5), JointSpring("k", "j", 3.0)),
+        ground="world",
+    )
+    root = parsed(write_urdf(system))
+    (weld,) = (joint for joint in root.iter("joint") if joint.get("type") == "fixed")
+    assert [end.get("link") for end in weld] == ["world", "world_anchor"]
+    assert attributes(root.find(f".//{DRAKE}linear_spring_damper_body_A")) == {"name": "world_anchor"}
+    assert [frame.get("link") for frame in root.findall("frame")] == ["world_anchor", "b"]
+
+
 def test_a_hinge_without_bounds_is_continuous_and_one_with_bounds_has_all_four_limits() -> None:
     bounded = Limits(lower=-1.5, upper=math.inf, effort=7.25)
     root = parsed(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Literal
 
@@ -25,7 +25,7 @@ from mecanique.urdf.dialect import (
     WORLD,
 )
 from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
-from mecanique.urdf.write_forces import forces_and_loops
+from mecanique.urdf.write_forces import ends_of_tags, forces_and_loops
 
 __all__ = ["write_urdf"]
 
@@ -43,7 +43,8 @@ def write_urdf(
     The text is URDF 1.0 and says in comments what the format has no words for: parameters, gravity, the coordinate
     map, loads and inputs. What only Drake reads stands in `drake:` tags:
 
-    - the ground is welded to a link `world`, unless a body has that name, so that Drake fixes it too;
+    - the ground is welded to a link `world`, unless a body has that name, so that Drake fixes it too; where springs
+      or loops end at a body of that name, they end at a link welded to it, because Drake looks for none on the world;
     - springs and dampers between points become `drake:linear_spring_damper`. Drake demands a free length above zero,
       so a spring without length is a comment with its exact values;
     - a spring in a joint becomes a `drake:linear_bushing_rpy` along or about the joint's axis, the same force as long
@@ -78,15 +79,15 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
     for rgba, name in colors.items():
         yield Tag("material", Tag("color", rgba=numbers(rgba, f"color {name}")), name=name)
     taken = {body.name for body in mechanism.bodies}
+    steps = [step for chain in links.values() for step in chain]
+    anchor = ""
     if WORLD not in taken:
         yield Tag("link", name=WORLD)
-        yield Tag(
-            "joint",
-            Tag("parent", link=WORLD),
-            Tag("child", link=mechanism.ground),
-            name=unused(f"{WORLD}_to_{mechanism.ground}", (step.name for chain in links.values() for step in chain)),
-            type="fixed",
-        )
+        yield _weld(WORLD, mechanism.ground, steps)
+    elif WORLD in ends_of_tags(mechanism):
+        anchor = unused(f"{WORLD}_anchor", taken | {step.child for step in steps})
+        yield Tag("link", name=anchor)
+        yield _weld(WORLD, anchor, steps)
     for body in mechanism.bodies:
         yield _link(mechanism, body, colors)
     for joint in mechanism.joints:
@@ -100,7 +101,12 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
         for step in chain:
             yield _joint(mechanism, joint, step)
     yield from _actuators(mechanism)
-    yield from forces_and_loops(mechanism)
+    yield from forces_and_loops(mechanism, {WORLD: anchor} if anchor else {})
+
+
+def _weld(parent: str, child: str, steps: Iterable[SimpleJoint]) -> Tag:
+    name = unused(f"{parent}_to_{child}", (step.name for step in steps))
+    return Tag("joint", Tag("parent", link=parent), Tag("child", link=child), name=name, type="fixed")
 
 
 def _preface(mechanism: Mechanism) -> Iterator[str]:

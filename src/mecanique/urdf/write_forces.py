@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from mecanique.model.forces import Damper, JointSpring, Spring
 from mecanique.model.joints import Prismatic, Revolute
@@ -13,35 +13,55 @@ from mecanique.model.placement import Matrix3, rotation
 from mecanique.urdf.dialect import BALL_CONSTRAINT, BUSHING, SPRING_DAMPER, Extension
 from mecanique.urdf.markup import Comment, Node, Tag, number, numbers
 
-__all__ = ["forces_and_loops"]
+__all__ = ["ends_of_tags", "forces_and_loops"]
 
 
-def forces_and_loops(mechanism: Mechanism) -> Iterator[Node]:
-    """Give the elements of springs, dampers and loops, each after a comment with its name.
+def ends_of_tags(mechanism: Mechanism) -> set[str]:
+    """Return the names of the bodies at which a spring, a damper or a loop ends.
 
     Args:
         mechanism: whose forces and loops they are.
     """
+    ends: set[str] = set()
+    for force in mechanism.forces:
+        match force:
+            case Spring() | Damper():
+                ends |= {force.body_a, force.body_b}
+            case JointSpring():
+                joint = mechanism.joint(force.joint)
+                ends |= {joint.parent, joint.child}
+    for loop in mechanism.loops:
+        ends |= {loop.body_a, loop.body_b}
+    return ends
+
+
+def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterator[Node]:
+    """Give the elements of springs, dampers and loops, each after a comment with its name.
+
+    Args:
+        mechanism: whose forces and loops they are.
+        anchors: body -> the link that stands for it in the tags.
+    """
     for force in mechanism.forces:
         match force:
             case Spring():
-                yield from _spring(mechanism, force)
+                yield from _spring(mechanism, force, anchors)
             case Damper():
                 yield Comment(f"damper {force.name}")
-                yield _between(
-                    mechanism, force, free_length=1.0, stiffness=0.0, damping=mechanism.evaluate(force.damping)
-                )
+                constants = {"free_length": 1.0, "stiffness": 0.0, "damping": mechanism.evaluate(force.damping)}
+                yield _between(mechanism, force, anchors, constants)
             case JointSpring():
-                yield from _joint_spring(mechanism, force)
+                yield from _joint_spring(mechanism, force, anchors)
     for loop in mechanism.loops:
-        yield from _loop(mechanism, loop)
+        yield from _loop(mechanism, loop, anchors)
 
 
-def _spring(mechanism: Mechanism, spring: Spring) -> Iterator[Node]:
+def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) -> Iterator[Node]:
     stiffness, free = (mechanism.evaluate(scalar) for scalar in (spring.stiffness, spring.free_length))
     if free > 0:
         yield Comment(f"spring {spring.name}")
-        yield _between(mechanism, spring, free_length=free, stiffness=stiffness, damping=0.0)
+        constants = {"free_length": free, "stiffness": stiffness, "damping": 0.0}
+        yield _between(mechanism, spring, anchors, constants)
         return
     ends = (
         f"{body} ({numbers((mechanism.evaluate(c) for c in point), f'spring {spring.name!r}')})"
@@ -53,20 +73,22 @@ def _spring(mechanism: Mechanism, spring: Spring) -> Iterator[Node]:
     )
 
 
-def _between(mechanism: Mechanism, force: Spring | Damper, **constants: float) -> Tag:
+def _between(
+    mechanism: Mechanism, force: Spring | Damper, anchors: Mapping[str, str], constants: Mapping[str, float]
+) -> Tag:
     where = f"force {force.name!r}"
     point_a, point_b = ([mechanism.evaluate(c) for c in point] for point in (force.point_a, force.point_b))
     contents = {
-        "body_a": force.body_a,
+        "body_a": anchors.get(force.body_a, force.body_a),
         "point_a": numbers(point_a, where),
-        "body_b": force.body_b,
+        "body_b": anchors.get(force.body_b, force.body_b),
         "point_b": numbers(point_b, where),
         **{role: number(value, where) for role, value in constants.items()},
     }
     return _extension(SPRING_DAMPER, contents)
 
 
-def _joint_spring(mechanism: Mechanism, spring: JointSpring) -> Iterator[Node]:
+def _joint_spring(mechanism: Mechanism, spring: JointSpring, anchors: Mapping[str, str]) -> Iterator[Node]:
     """A bushing between two frames whose x axes lie along the joint's axis; frame A stands at the reference."""
     joint = mechanism.joint(spring.joint)
     if not isinstance(joint, (Revolute, Prismatic)):
@@ -98,7 +120,9 @@ def _joint_spring(mechanism: Mechanism, spring: JointSpring) -> Iterator[Node]:
         (frame_a, joint.parent, origin, in_parent),
         (frame_c, joint.child, (0.0, 0.0, 0.0), across),
     ):
-        yield Tag("frame", name=name, link=link, xyz=numbers(xyz, where), rpy=numbers(_rpy(turn), where))
+        yield Tag(
+            "frame", name=name, link=anchors.get(link, link), xyz=numbers(xyz, where), rpy=numbers(_rpy(turn), where)
+        )
     contents = {
         "frame_a": frame_a,
         "frame_c": frame_c,
@@ -110,7 +134,7 @@ def _joint_spring(mechanism: Mechanism, spring: JointSpring) -> Iterator[Node]:
     yield _extension(BUSHING, contents)
 
 
-def _loop(mechanism: Mechanism, loop: Loop) -> Iterator[Node]:
+def _loop(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> Iterator[Node]:
     where = f"loop {loop.name!r}"
     ends = [
         (body, [mechanism.evaluate(c) for c in frame.xyz], [mechanism.evaluate(angle) for angle in frame.rpy])
@@ -120,9 +144,9 @@ def _loop(mechanism: Mechanism, loop: Loop) -> Iterator[Node]:
         (body_a, point_a, _), (body_b, point_b, _) = ends
         yield Comment(f"ball loop {loop.name}")
         contents = {
-            "body_a": body_a,
+            "body_a": anchors.get(body_a, body_a),
             "point_a": numbers(point_a, where),
-            "body_b": body_b,
+            "body_b": anchors.get(body_b, body_b),
             "point_b": numbers(point_b, where),
         }
         yield _extension(BALL_CONSTRAINT, contents)
