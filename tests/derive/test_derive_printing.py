@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -532,3 +534,13 @@ def test_printing_takes_little_time() -> None:
         for equation in equations(derived):
             equation.text()
         assert time.perf_counter() - start < 1.0  # measured: 0.05 s; the rest is for a busy machine
+
+
+def test_deriving_does_not_import_sympy() -> None:
+    code = (
+        "import sys; from mecanique.derive.ring import Ring; from mecanique.derive.functions import cos; "
+        "import mecanique.derive.printing; r = Ring(); q = r.coordinate('q'); "
+        "print(r.euler(r.velocity('q')**2 + cos(q)), 'sympy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["[2*q''", "+", "sin(1*(q))]", "False"]

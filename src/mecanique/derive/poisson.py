@@ -9,44 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import Enum
 from fractions import Fraction
 from typing import Any, Protocol, final
 
+from mecanique.derive.generators import Generator, Kind
 from mecanique.derive.monomials import REACH, exponent, exponents, generators_in, power
 from mecanique.derive.parts import Parts, check_size, largest, lowest_terms, product, size
 from mecanique.errors import DerivationError
 
 __all__ = ["Angle", "Atom", "Basis", "Generator", "Kind", "Series", "canonical"]
-
-
-class Kind(Enum):
-    """What a generator of a ring stands for."""
-
-    PARAMETER = "parameter"
-    COORDINATE = "coordinate"
-    VELOCITY = "velocity"
-    ACCELERATION = "acceleration"
-    INPUT = "input"
-    TIME = "time"
-    CONSTANT = "constant"
-    ATOM = "atom"
-
-
-@final
-@dataclass(frozen=True)
-class Generator:
-    """A named indeterminate of a ring.
-
-    Args:
-        name: its name, e.g. "q", "q'" for a velocity, "q''" for an acceleration.
-        kind: what it stands for.
-        index: its place in monomials.
-    """
-
-    name: str
-    kind: Kind
-    index: int
 
 
 @final
