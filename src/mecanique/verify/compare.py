@@ -55,15 +55,15 @@ def compared(mechanism: Mechanism, samples: int, seed: int) -> Verdict:
     from mecanique.reference import Reference
     from mecanique.verify.sources import affordable, in_house
 
-    states = random_states(mechanism, samples, seed)
-    forms, notes = in_house(mechanism)
+    ours = in_house(mechanism)
+    states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
     if mechanism.loops:
         names = ", ".join(loop.name for loop in mechanism.loops)
         notes = (*notes, f"left out: the acceleration, which the loops {names} determine; the open tree is compared")
     free = not mechanism.loops
     theirs = values_of(Reference(mechanism), states, free=free)
     rows: list[Row] = []
-    for name, form in forms.items():
+    for name, form in ours.forms.items():
         some = affordable(name, states)
         if len(some) < len(states):
             notes = (

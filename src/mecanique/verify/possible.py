@@ -1,9 +1,9 @@
 """At which states the equations mean anything.
 
-The coordinate map must be defined there, and the coordinates must not be next to a singular point of theirs: where two
-axes of a gimbal fall in line, the mass matrix has no inverse, and rounding errors of the acceleration grow without
-bound. A spring's length is a square root. On a line it is the root of a perfect square, a + x, and the derivation in
-closed form takes the branch that holds while the spring is not turned inside out.
+The coordinate map must be defined there, springs and dampers must have a length, and the coordinates must not be next
+to a singular point of theirs: where two axes of a gimbal fall in line, the mass matrix has no inverse, and rounding
+errors of the acceleration grow without bound. Where the closed form takes something for granted, e.g. that a spring on
+a line is not turned inside out, that must hold.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.derive.evaluation import evaluate
 from mecanique.derive.links import links
 from mecanique.derive.poses import Arithmetic, joint_values, poses, times_point
 from mecanique.derive.recursion import Recursion
+from mecanique.derive.springs import Assumption
 from mecanique.derive.states import States
 from mecanique.model.forces import Damper, Spring
 from mecanique.model.mechanism import Mechanism
@@ -44,26 +46,24 @@ class Sampled(Protocol):
         """Times, shape (n,) [s]."""
 
 
-def is_possible(mechanism: Mechanism, states: Sampled, lengths: Flags) -> Flags:
+def is_possible(mechanism: Mechanism, states: Sampled, assumptions: Sequence[Assumption] = ()) -> Flags:
     """Return at which states the equations of motion are defined, shape (n,).
 
     Args:
         mechanism: the mechanism.
         states: candidates.
-        lengths: which coordinates are lengths, shape (nq,).
+        assumptions: what the closed form takes for granted.
     """
+    possible = np.ones(len(states.t), dtype=bool)
     with np.errstate(all="ignore"):
         values = _values(mechanism, states.q, states.t)
-        possible = np.ones(len(states.t), dtype=bool)
         for name in mechanism.coordinates.driven:
             possible &= np.isfinite(values[name])
         for force in mechanism.forces:
             if isinstance(force, (Spring, Damper)):
-                here = _span(mechanism, force, values, len(states.t))
-                # the same angles, with every length as drawn in the description
-                drawn = _values(mechanism, np.where(lengths, 0.0, states.q), states.t)
-                there = _span(mechanism, force, drawn, len(states.t))
-                possible &= _keeps_its_sense(here, there, isinstance(force, Damper) or _is_always_slack(force))
+                possible &= _has_length(_span(mechanism, force, values, len(states.t)))
+        for assumption in assumptions:
+            possible &= evaluate(assumption.positive, values) > 0
     return possible & _is_regular(mechanism, states, possible)
 
 
@@ -110,15 +110,8 @@ def _span(mechanism: Mechanism, force: Spring | Damper, values: dict[str, Any], 
     return np.asarray(ends[1] - ends[0])
 
 
-def _keeps_its_sense(here: Array, there: Array, either_way: bool) -> Flags:
-    length, before = np.linalg.norm(here, axis=1), np.linalg.norm(there, axis=1)
-    typical = float(np.nanmedian(np.maximum(length, before))) if np.isfinite(length).any() else 0.0
-    apart = length > _NEAR * typical
-    cosine = np.sum(here * there, axis=1) / np.where(length * before > 0, length * before, 1.0)
-    keeps: Flags = apart & (cosine > (-2.0 if either_way else -1 + 1e-12))
-    return keeps
-
-
-def _is_always_slack(spring: Spring | Damper) -> bool:
-    """A spring of free length zero pulls with k times its span, without any root."""
-    return isinstance(spring, Spring) and isinstance(spring.free_length, float) and spring.free_length == 0
+def _has_length(span: Array) -> Flags:
+    length = np.linalg.norm(span, axis=1)
+    known = length[np.isfinite(length)]
+    long_enough: Flags = length > _NEAR * (np.median(known) if len(known) else 0.0)
+    return long_enough

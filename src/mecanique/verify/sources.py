@@ -2,32 +2,64 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import final
+
 import numpy as np
 
+from mecanique.derive import derive
 from mecanique.derive.definition import Definition
+from mecanique.derive.derivation import Derivation
 from mecanique.derive.equations import Equations
-from mecanique.derive.recursion import Recursion
+from mecanique.derive.springs import Assumption
+from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.verify.closed_form import ClosedForm
 from mecanique.verify.compare import Dynamics
 from mecanique.verify.states import States
 
-__all__ = ["affordable", "in_house"]
+__all__ = ["InHouse", "affordable", "in_house"]
 
-_BUDGET = 2_500
+_BUDGET = 3_600
 """Number of states times nv² that the jets are asked for."""
 
+_READABLE = 12
+"""Closed forms of mechanisms with more velocities than this are not even tried: they fill books."""
 
-def in_house(mechanism: Mechanism) -> tuple[dict[str, Dynamics], tuple[str, ...]]:
-    """Return every form of the in-house derivation that can treat a mechanism, by name, and what was left out.
+
+@final
+@dataclass(frozen=True)
+class InHouse:
+    """The in-house derivation of one mechanism.
+
+    Args:
+        forms: its forms, by name.
+        assumptions: what the closed form takes for granted.
+        notes: what was left out, and why.
+    """
+
+    forms: dict[str, Dynamics]
+    assumptions: tuple[Assumption, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+def in_house(mechanism: Mechanism) -> InHouse:
+    """Return every form of the in-house derivation that can treat a mechanism.
 
     Args:
         mechanism: what to derive.
     """
+    symbols = derive(mechanism)
     forms: dict[str, Dynamics] = {
-        "jets": Equations(mechanism, "definition", Definition(mechanism)),
-        "recursion": Equations(mechanism, "recursion", Recursion(mechanism)),
+        "jets": Equations(mechanism, "definition", Definition(mechanism), _no_symbols),
+        "recursion": symbols,
     }
-    return forms, ()
+    if mechanism.nv > _READABLE:
+        return InHouse(forms, notes=(f"left out: the closed form, made for at most {_READABLE} velocities",))
+    if not symbols.symbolic:
+        return InHouse(forms, notes=(f"left out: the closed form ({symbols.why_not})",))
+    forms["closed form"] = ClosedForm(mechanism, symbols.derivation)
+    return InHouse(forms, symbols.derivation.assumptions)
 
 
 def affordable(name: str, states: States) -> States:
@@ -39,3 +71,7 @@ def affordable(name: str, states: States) -> States:
     """
     most = max(3, _BUDGET // max(states.v.shape[1], 1) ** 2) if name == "jets" else len(states)
     return states.at(np.arange(min(most, len(states))))
+
+
+def _no_symbols() -> Derivation:
+    raise DerivationError("Lagrange's operator on jets gives numbers only")

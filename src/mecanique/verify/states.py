@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.derive.springs import Assumption
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.forces import Damper, Spring
@@ -62,13 +64,14 @@ class States:
         return States(self.q[indices], self.v[indices], self.t[indices])
 
 
-def random_states(mechanism: Mechanism, samples: int, seed: int) -> States:
+def random_states(mechanism: Mechanism, samples: int, seed: int, assumptions: Sequence[Assumption] = ()) -> States:
     """Return random states: angles in (−π, π), lengths within 0.4 characteristic lengths, unit quaternions.
 
     Args:
         mechanism: the mechanism.
         samples: number of states, at least 1.
         seed: of numpy's default generator, at least 0.
+        assumptions: what must hold besides.
 
     Raises:
         InputError: if `samples` or `seed` is not a whole number in its range, or no possible state is found.
@@ -78,7 +81,7 @@ def random_states(mechanism: Mechanism, samples: int, seed: int) -> States:
     lot, found = max(samples, _LOT), list[States]()
     for _ in range(_ROUNDS):
         candidates = _drawn(mechanism, lot, random)
-        at = np.flatnonzero(is_possible(mechanism, candidates, _lengths(mechanism)))
+        at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
             return States(*(np.concatenate([getattr(part, name) for part in found]) for name in ("q", "v", "t")))
@@ -136,15 +139,6 @@ def whole(number: object, what: str, least: int) -> int:
     if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
         raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
     return int(number)
-
-
-def _lengths(mechanism: Mechanism) -> npt.NDArray[np.bool_]:
-    """Which coordinates are lengths, shape (nq,)."""
-    quaternions = {
-        name for j in mechanism.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates[-4:]
-    }
-    other = _angles(mechanism) | quaternions
-    return np.array([name not in other for name in mechanism.coordinates], dtype=bool)
 
 
 def _angles(mechanism: Mechanism) -> set[str]:

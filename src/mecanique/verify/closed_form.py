@@ -1,0 +1,100 @@
+"""The closed form of a derivation, as numbers: what is printed takes part in the comparison itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derive.derivation import Derivation
+from mecanique.derive.evaluation import Evaluation
+from mecanique.derive.poisson import Series
+from mecanique.derive.states import Given, States
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["ClosedForm"]
+
+Array = npt.NDArray[np.float64]
+
+
+@final
+class ClosedForm:
+    """The series of a symbolic derivation, evaluated at n states at once.
+
+    Args:
+        mechanism: what was derived.
+        derivation: its closed form.
+    """
+
+    def __init__(self, mechanism: Mechanism, derivation: Derivation) -> None:
+        self._mechanism = mechanism
+        self._derivation = derivation
+        stated = [result for stage in derivation.stages for result in stage.results]
+        self._energies = [
+            next((r.right for r in stated if (r.left.quantity, r.left.by) == (letter, "")), None) for letter in "TV"
+        ]
+
+    def mass_matrix(self, q: Given, t: Any = 0.0) -> Array:
+        """Return M, shape (n, nv, nv).
+
+        Args:
+            q: shape (n, nq).
+            t: shape () or (n,) [s].
+        """
+        size = self._mechanism.nv
+        return self._evaluated([m for row in self._derivation.M for m in row], q, None, t).reshape(-1, size, size)
+
+    def bias(self, q: Given, v: Given, t: Any = 0.0) -> Array:
+        """Return h, shape (n, nv).
+
+        Args:
+            q: shape (n, nq).
+            v: shape (n, nv).
+            t: shape () or (n,) [s].
+        """
+        return self._evaluated(self._derivation.h, q, v, t)
+
+    def forces(self, q: Given, v: Given, t: Any = 0.0) -> Array:
+        """Return Q, shape (n, nv).
+
+        Args:
+            q: shape (n, nq).
+            v: shape (n, nv).
+            t: shape () or (n,) [s].
+        """
+        return self._evaluated(self._derivation.Q, q, v, t)
+
+    def acceleration(self, q: Given, v: Given, t: Any = 0.0) -> Array:
+        """Return the solution a of M a + h = Q, shape (n, nv); not a number where M has no inverse.
+
+        Args:
+            q: shape (n, nq).
+            v: shape (n, nv).
+            t: shape () or (n,) [s].
+        """
+        mass, rest = self.mass_matrix(q, t), self.forces(q, v, t) - self.bias(q, v, t)
+        try:
+            return np.asarray(np.linalg.solve(mass, rest[..., None])[..., 0])
+        except np.linalg.LinAlgError:
+            return np.full(rest.shape, np.nan)
+
+    def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, Array]:
+        """Return the kinetic and the potential energy that the steps state, each shape (n,) [J].
+
+        Args:
+            q: shape (n, nq).
+            v: shape (n, nv).
+            t: shape () or (n,) [s].
+        """
+        zero = self._derivation.algebra.ring.number(0)
+        T, V = self._evaluated([zero if series is None else series for series in self._energies], q, v, t).T
+        return T, V
+
+    def _evaluated(self, series: Sequence[Series], q: Given, v: Given, t: Any) -> Array:
+        states = States.of(self._mechanism, q, v, t)
+        with np.errstate(all="ignore"):
+            value = Evaluation(self._derivation.algebra.ring, states.values)
+            columns = [np.broadcast_to(value(one), (len(states),)) for one in series]
+        return np.stack(columns, axis=-1).astype(float) if columns else np.zeros((len(states), 0))
