@@ -20,7 +20,7 @@ class Energy(NamedTuple):
 
     Args:
         kinetic: T, the rotors' (armature) included.
-        gravity: V of gravity, −Σ m g·c; zero if every body's center is at the world's origin.
+        gravity: V of gravity, −Σ m g·c over all bodies but the ground; zero if every center is at the world's origin.
         springs: V of the springs, ½ k (elongation)² each.
     """
 
@@ -72,10 +72,15 @@ class PointMotion(NamedTuple):
 class Wrench:
     """A force and a moment of a parent on its child, at the joint (the child's origin), world axes.
 
+    Of a loop: of body a on body b, at the origin of the loop's frame on body b.
+
     Args:
         force: shape (3,) or (n, 3) [N].
         moment: shape (3,) or (n, 3) [N·m].
+        undetermined: names of components, e.g. "force y", that redundant constraints leave undetermined; their values
+            are those of the least multipliers, one possibility among many.
     """
 
     force: Array
     moment: Array
+    undetermined: tuple[str, ...] = ()

@@ -19,7 +19,7 @@ from mecanique.reference.loads import Loads
 from mecanique.reference.probe import backward_error, massless_mode, random_states, reach_of
 from mecanique.reference.reactions import Reactions
 from mecanique.reference.rhs import Rhs, fast_rhs
-from mecanique.reference.sites import External
+from mecanique.reference.sites import Action, External
 
 __all__ = ["Tree"]
 
@@ -50,7 +50,9 @@ class Tree:
         self._supported = External(self.engine.model.njoints)
         holders = self.engine.holders
         self._body_frames = [holders[body.name].frame for body in mechanism.bodies]
-        resting = sum((holder.inertia for holder in holders.values() if not holder.joint), pin.Inertia.Zero())
+        # Pinocchio leaves out what is welded to the ground; the ground itself is no part of the energy
+        welded = (holder for name, holder in holders.items() if not holder.joint and name != mechanism.ground)
+        resting = sum((holder.inertia for holder in welded), pin.Inertia.Zero())
         self._resting = -resting.mass * float(self.engine.model.gravity.linear @ resting.lever)
         self.moving_mass = float(sum(self.engine.model.inertias[k].mass for k in range(1, self.engine.model.njoints)))
         """Mass of the bodies that the ground does not hold [kg]."""
@@ -157,14 +159,28 @@ class Tree:
 
     def reactions(self, q: Array, v: Array, t: float) -> Array:
         """Return force and moment of each parent on its child, in the order of the joints, shape (n, 2, 3)."""
-        engine, chart, loads = self.engine, self.chart, self.loads
+        loads = self.loads
         a = self.acceleration(q, v, t)
         values, u, rate = self.move(q, v, t, a)
-        actions = loads.update(values, q, u, v, t) + loads.across_joints()
+        return self.transmitted(loads.update(values, q, u, v, t) + loads.across_joints(), u, rate)
+
+    def transmitted(self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False) -> Array:
+        """Return what the joints transmit to balance what acts on the bodies, shape (n, 2, 3), as `reactions` does.
+
+        The work space must hold the state in question.
+
+        Args:
+            actions: all forces on the bodies but gravity and the reactions.
+            u: the engine's velocities.
+            rate: the engine's accelerations.
+            weightless: whether to leave gravity out.
+        """
+        engine = self.engine
+        model = engine.weightless if weightless else engine.model
         self._supported.set(actions)
-        self._pin.rnea(engine.model, engine.data, chart.p, u, rate, self._supported.forces)
+        self._pin.rnea(model, engine.data, self.chart.p, u, rate, self._supported.forces)
         found = self._reactions.read(actions)
-        return np.array([found[joint.name] for joint in self.mechanism.joints])
+        return np.array([found[joint.name] for joint in self.mechanism.joints]).reshape(-1, 2, 3)
 
     def poses(self, q: Array, t: float) -> Array:
         """Return the pose of every body, in their order, shape (nb, 4, 4)."""
