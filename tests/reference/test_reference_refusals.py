@@ -157,6 +157,12 @@ def test_masses_that_the_parser_loses() -> None:
         Reference(heavy)
 
 
+def test_an_inertia_that_rounding_made_negative_is_no_reason_to_stop() -> None:
+    flat = Shape(1.0, (0, 0, 0.1), (1.0, 1.0, -1e-12, 0, 0, 0))
+    reference = Reference(chain(Revolute("j", "ground", "b", axis=(1, 0, 0)), shapes={"b": flat}))
+    assert reference.mass_matrix([0.0]) == pytest.approx(np.array([[1.01]]))
+
+
 def test_a_spring_without_direction() -> None:
     mechanism = chain(
         Prismatic("x", "ground", "b", axis=(1, 0, 0)),

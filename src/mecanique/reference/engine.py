@@ -159,8 +159,10 @@ def _holder(pin: Any, mechanism: Mechanism, body: Body, frame: Any, frames: dict
     ixx, iyy, izz, ixy, ixz, iyz = (mechanism.evaluate(entry) for entry in body.inertia)
     tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     center = np.array([mechanism.evaluate(c) for c in body.center])
-    inertia = frame.placement.act(pin.Inertia(mechanism.evaluate(body.mass), center, tensor))
-    return Holder(frame.parentJoint, frame.placement.copy(), inertia, frames[body.name])
+    # set part by part, because the constructor refuses principal moments that rounding made negative
+    inertia = pin.Inertia.Zero()
+    inertia.mass, inertia.lever, inertia.inertia = mechanism.evaluate(body.mass), center, tensor
+    return Holder(frame.parentJoint, frame.placement.copy(), frame.placement.act(inertia), frames[body.name])
 
 
 def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[str, Holder]) -> None:
