@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, final
 
 from mecanique.derive.derivation import Left, Result
 from mecanique.derive.printing import Equation, expression
@@ -15,7 +16,7 @@ from mecanique.derive.writers import Latex, MathML, Text, Writer
 if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
 
-__all__ = ["latex", "mathml", "text"]
+__all__ = ["TITLES", "Section", "latex", "mathml", "sections", "text"]
 
 TITLES = {"lagrange": "Lagrange's equations of the second kind"}
 """What each method is called."""
@@ -83,22 +84,55 @@ def mathml(equations: Equations, steps: bool) -> str:
     """
     if not equations.symbolic:
         return f"<p>{escape(equations.text())}</p>"
-    elements = [equation.mathml() for equation in equations.equations]
     if not steps:
-        return "\n".join(elements)
+        return "\n".join(equation.mathml() for equation in equations.equations)
     writer = MathML()
     out = [f"<h3>{escape(_heading(equations))}</h3>", "<dl>"]
     for m in meanings(equations):
         out.append(f"<dt>{_MATH.format('inline', _symbol(m, writer))}</dt><dd>{escape(m.sentence)}</dd>")
     out.append("</dl>")
-    for stage in equations.steps:
-        out += [f"<h4>{escape(stage.title)}</h4>", f"<p>{escape(stage.explanation)}</p>"]
-        out += [_MATH.format("block", _line(result, writer)) for result in stage.results]
-    out += ["<h4>Equations of motion</h4>", f"<p>{escape(_closing(equations))}</p>", *elements]
-    if equations.linear is not None:
-        out += ["<p>They are linear:</p>", equations.linear.mathml()]
-    out += [f"<p>{escape(sentence)}</p>" for sentence in _assumptions(equations, Text())]
+    for section in sections(equations):
+        out += [f"<h4>{escape(section.title)}</h4>", f"<p>{escape(section.explanation)}</p>", *section.formulas]
     return "\n".join(out)
+
+
+@final
+@dataclass(frozen=True)
+class Section:
+    """A step of a derivation, written out.
+
+    Args:
+        title: its name.
+        explanation: why it is taken, in plain text.
+        formulas: what it gives, MathML elements.
+    """
+
+    title: str
+    explanation: str
+    formulas: tuple[str, ...]
+
+
+def sections(equations: Equations) -> tuple[Section, ...]:
+    """Return the steps of a derivation in MathML; the last holds the equations of motion.
+
+    Args:
+        equations: derived symbolically.
+    """
+    writer = MathML()
+    out = [
+        Section(
+            stage.title,
+            stage.explanation,
+            tuple(_MATH.format("block", _line(result, writer)) for result in stage.results),
+        )
+        for stage in equations.steps
+    ]
+    formulas = tuple(equation.mathml() for equation in equations.equations)
+    closing = " ".join([_closing(equations), *_assumptions(equations, Text())])
+    if equations.linear is not None:
+        formulas += (equations.linear.mathml(),)
+        closing += " The last line is the same in matrices: the equations are linear."
+    return (*out, Section("Equations of motion", closing, formulas))
 
 
 def _closing(equations: Equations) -> str:
