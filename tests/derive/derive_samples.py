@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
-from sympy import cos, sin, sqrt
+from sympy import asin, cos, exp, sin, sqrt, tanh
 
 from mecanique.derive.states import States
 from mecanique.model import (
@@ -35,13 +35,14 @@ from mecanique.model import (
     velocity,
 )
 
-SAMPLES = ("everything", "driven", "rheonomic", "planar")
+SAMPLES = ("everything", "driven", "rheonomic", "planar", "three_dimensional", "functions", "free")
 
 
 @cache
 def sample(name: str) -> Mechanism:
     """Return one of the mechanisms by name."""
-    return {"everything": everything, "driven": driven, "rheonomic": rheonomic, "planar": planar}[name]()
+    builders = (everything, driven, rheonomic, planar, three_dimensional, functions, free)
+    return {builder.__name__: builder for builder in builders}[name]()
 
 
 def states(mechanism: Mechanism, n: int, seed: int = 0) -> States:
@@ -179,4 +180,67 @@ def planar() -> Mechanism:
         parameters=(m, J, k, a, c, g),
         inputs=(F,),
         gravity=(0, 0, -g),
+    )
+
+
+def three_dimensional() -> Mechanism:
+    """Return an arm with inclined axes, turned placements, armature and forces in its own axes."""
+    m, length, k = Parameter("m", 1.2, "kg"), Parameter("l", 0.8, "m"), Parameter("k", 5.0, "N/m")
+    body = Shape(m, (0, 0, length / 2), (m * length**2 / 12, m * length**2 / 9, m * length**2 / 18, 0, 0, 0.01))
+    return Mechanism(
+        name="three_dimensional",
+        bodies=(Body("ground"), Body("first", body), Body("second", body)),
+        joints=(
+            Revolute("tilted", "ground", "first", axis=(1, 1, 0), armature=0.1, coordinate="alpha"),
+            Universal("cardan", "first", "second", origin=Placement((0, 0, length), (np.pi / 4, 0, np.pi / 3))),
+        ),
+        forces=(
+            Spring("spring", "ground", (1, 0, 0), "second", (0, 0, length), k, 0.5),
+            Force("push", "second", (0, 0, length), (1, 2, 3), axes="first"),
+            Torque("twist", "second", (0.3, 0.2, 0.1), axes="second"),
+        ),
+        parameters=(m, length, k),
+        gravity=(0, 0, -9.81),
+    )
+
+
+def functions() -> Mechanism:
+    """Return a bead on a curve, driven through arcs and roots, with loads that are no polynomials."""
+    m, R = Parameter("m", 0.5, "kg"), Parameter("R", 6.0, "m")
+    s, u = coordinate("s"), Input("u", 0.3 * sin(2 * time()), "m")
+    return Mechanism(
+        name="functions",
+        bodies=(Body("ground"), Body("slider", Shape(m)), Body("arm", Shape(2 * m).at((R, 0, 0)))),
+        joints=(
+            Prismatic("slide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+            Revolute("turn", "slider", "arm", axis=(0, -1, 0), coordinate="theta"),
+        ),
+        forces=(
+            Force("drag", "slider", (0, 0, 0), (-tanh(velocity("s")) * exp(-s / R), 0, 0)),
+            JointSpring("spring", "turn", 3.0, 0.2),
+            JointDamper("grease", "turn", 0.4),
+        ),
+        parameters=(m, R),
+        inputs=(u,),
+        coordinates=Coordinates(("s",), {"x": sqrt(R**2 + s**2) + u, "theta": asin(s / R)}),
+    )
+
+
+def free() -> Mechanism:
+    """Return a free body that carries a swinging arm, with a load in its own axes and one in the world's."""
+    m, J = Parameter("m", 2.0, "kg"), Parameter("J", 0.4, "kg·m²")
+    return Mechanism(
+        name="free",
+        bodies=(Body("ground"), Body("base", Shape(m, (0, 0, 0.1), (J, 2 * J, J, 0, 0, 0))), Body("arm", Shape(1.0))),
+        joints=(
+            Floating("flight", "ground", "base", origin=Placement((1, 2, 3), (0, 0, np.pi / 3))),
+            Prismatic("slide", "base", "arm", axis=(0, 1, 0), origin=Placement((0.5, 0, 0)), coordinate="y"),
+        ),
+        forces=(
+            Force("thrust", "base", (0, 0, -1), (0, 1, 5), axes="base"),
+            Force("wind", "arm", (0, 0, 0), (1, 0, 0)),
+            Torque("wheel", "arm", (0, 0, 2), axes="base"),
+        ),
+        parameters=(m, J),
+        gravity=(0, 0, -9.81),
     )

@@ -143,7 +143,7 @@ class Algebra:
         """A float as the fraction, or the square root of a fraction, that it stands for."""
         series = self.ring.number(value)
         square = Fraction(value * value).limit_denominator(1000)
-        if series.denominator > 1_000_000 and abs(float(square) - value * value) <= 4e-16 * value * value:
+        if series.denominator > 1_000_000 and abs(float(square) - value * value) <= 2e-15 * value * value:
             root: Series = sqrt(self.ring.number(square))
             return root if value > 0 else -root
         return series
