@@ -119,12 +119,12 @@ def test_run_does_everything() -> None:
 
 def test_run_takes_a_urdf_file_and_ends_with_one_on_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
     mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
-    words = ("run", "cart.urdf", "--duration", "0.2", "--samples", "5", "-q", "q=1", "-o", "page.html")
+    words = ("run", "cart.urdf", "--duration", "0.2", "--samples", "5", "-q", "pin=1", "-o", "page.html")
     assert "agrees" in fine(*words)
     monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5)))
     result = call(*words)
     assert result.exit_code == 1
-    assert "disagrees" in result.stdout
+    assert "DISAGREES" in result.stdout
     assert Path("page.html").is_file()
 
 

@@ -32,7 +32,7 @@ def test_it_disagrees_when_one_row_does_and_says_where() -> None:
     assert found.worst == 0.25
     text = str(found)
     assert text.startswith("p<b>: DISAGREES at 100 random states (seed 7): bias (tolerance 1e-09)")
-    assert "bias, jets and Pinocchio, worst at q = 0.1, q' = -2, t = 3" in text
+    assert "bias, jets and Pinocchio: worst at q = 0.1, q' = -2, t = 3" in text
     assert "mass matrix, jets" not in text
     assert text.endswith("left out: nothing")
 
@@ -55,11 +55,25 @@ def test_nothing_compared_is_no_agreement() -> None:
     assert "nothing was compared" in str(found)
 
 
-def test_the_table_has_one_line_per_row() -> None:
-    lines = str(verdict(GOOD, BAD)).splitlines()
-    assert lines[1].split() == ["quantity", "sources", "worst", "relative", "difference"]
-    assert lines[2].split() == ["mass", "matrix", "jets", "=", "Pinocchio", "2.0e-16"]
-    assert lines[3].split() == ["bias", "jets", "=", "Pinocchio", "2.5e-01", "disagrees"]
+def test_the_table_has_a_line_per_quantity_and_a_column_per_source() -> None:
+    other = replace(GOOD, sources=("recursion", "Pinocchio"), worst=3e-15)
+    found = verdict(GOOD, other, BAD)
+    assert found.table == (
+        ("difference from Pinocchio", "jets", "recursion"),
+        ("mass matrix", "2.0e-16", "3.0e-15"),
+        ("bias", "2.5e-01 !", ""),
+    )
+    lines = str(found).splitlines()
+    assert lines[1].split() == ["difference", "from", "Pinocchio", "jets", "recursion"]
+    assert lines[2].split() == ["mass", "matrix", "2.0e-16", "3.0e-15"]
+    assert lines[3].split() == ["bias", "2.5e-01", "!"]
+    mixed = verdict(GOOD, replace(GOOD, sources=("jets", "recursion")))
+    assert mixed.table[0] == ("relative difference", "jets = Pinocchio", "jets = recursion")
+
+
+def test_remarks_are_told_below() -> None:
+    found = verdict(replace(GOOD, remark="up to a constant"))
+    assert found.remarks == ("mass matrix, jets and Pinocchio: up to a constant", "left out: nothing")
 
 
 def test_json_holds_everything() -> None:

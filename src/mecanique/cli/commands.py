@@ -104,7 +104,10 @@ def run(
         verdict = mq.verify(mechanism, samples=samples, seed=seed)
     say("")
     heading("Verdict")
+    heading(verdict.summary, "green" if verdict.agrees else "bold red")
     show(verdict_table(verdict))
+    for remark in verdict.remarks:
+        say(remark)
     motion = simulated(chosen, q, v, duration, rtol)
     say("")
     heading("Motion")

@@ -23,11 +23,11 @@ def say(text: str) -> None:
     typer.echo(text)
 
 
-def heading(text: str) -> None:
+def heading(text: str, style: str = "bold") -> None:
     """Print a heading."""
     from rich.text import Text
 
-    _console().print(Text(text, style="bold"))
+    _console().print(Text(text, style=style), soft_wrap=True)
 
 
 def show(table: Table) -> None:
@@ -77,18 +77,16 @@ def verdict_table(verdict: Verdict) -> Table:
     from rich.table import Table
     from rich.text import Text
 
-    style = "green" if verdict.agrees else "bold red"
-    table = Table(title=Text(verdict.summary, style=style), title_justify="left", box=None, pad_edge=False)
-    for column in ("quantity", "sources", "worst", ""):
-        table.add_column(column, justify="right" if column == "worst" else "left", overflow="fold")
-    for row in verdict.rows:
-        fine = row.worst <= verdict.tolerance
-        cells = (row.quantity, " = ".join(row.sources), f"{row.worst:.1e}", row.remark if fine else "disagrees")
-        table.add_row(*(Text(cell, style="" if fine else "red") for cell in cells))
+    head, *lines = verdict.table
+    table = Table(box=None, pad_edge=False)
+    for column in head:
+        table.add_column(column, overflow="fold")
+    for line in lines:
+        table.add_row(*(Text(cell, style="bold red" if cell.endswith("!") else "") for cell in line))
     return table
 
 
 def _console() -> Console:
     from rich.console import Console
 
-    return Console(highlight=False, soft_wrap=False)
+    return Console(highlight=False)

@@ -127,27 +127,50 @@ class Verdict:
         values = (*row.q, *row.v, row.t)
         return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
 
-    def __str__(self) -> str:
-        cells = [("quantity", "sources", "worst relative difference", ""), *map(self._cells, self.rows)]
-        widths = [max(len(row[k]) for row in cells) for k in range(3)]
-        lines = ["  ".join([*map(str.ljust, row[:3], widths), row[3]]).rstrip() for row in cells]
+    @property
+    def table(self) -> tuple[tuple[str, ...], ...]:
+        """Worst relative differences as words: a head, then a line per quantity, a column per pair of sources."""
+        pairs = tuple(dict.fromkeys(row.sources for row in self.rows))
+        others = {other for _, other in pairs}
+        heads = [first if len(others) == 1 else f"{first} = {other}" for first, other in pairs]
+        what = f"difference from {others.pop()}" if len(others) == 1 else "relative difference"
+        worst = {(row.quantity, row.sources): row for row in self.rows}
+        lines = [
+            (quantity, *(self._cell(worst.get((quantity, pair))) for pair in pairs))
+            for quantity in dict.fromkeys(row.quantity for row in self.rows)
+        ]
+        return ((what, *heads), *lines)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be said besides: where the sources disagree, what a row is subject to, what was left out."""
+        told = []
         for row in self.rows:
+            pair = f"{row.quantity}, {' and '.join(row.sources)}"
+            if row.remark:
+                told.append(f"{pair}: {row.remark}")
             if not row.worst <= self.tolerance:
-                lines.append(f"{row.quantity}, {' and '.join(row.sources)}, worst at {self.state(row)}")
-        return "\n".join([self.summary, *lines, *self.notes])
+                told.append(f"{pair}: worst at {self.state(row)}")
+        return (*told, *self.notes)
+
+    def __str__(self) -> str:
+        widths = [max(map(len, column)) for column in zip(*self.table, strict=True)]
+        lines = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in self.table]
+        return "\n".join([self.summary, *lines, *self.remarks])
 
     def _repr_html_(self) -> str:
-        head, *body = [("quantity", "sources", "worst relative difference", ""), *map(self._cells, self.rows)]
+        head, *body = self.table
         rows = ["".join(f"<th>{escape(cell)}</th>" for cell in head)]
-        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in row) for row in body]
+        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
         table = "".join(f"<tr>{row}</tr>" for row in rows)
-        notes = "".join(f"<p>{escape(note)}</p>" for note in self.notes)
-        return f"<table><caption>{escape(self.summary)}</caption>{table}</table>{notes}"
+        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
+        return f"<table><caption>{escape(self.summary)}</caption>{table}</table>{remarks}"
 
-    def _cells(self, row: Row) -> tuple[str, str, str, str]:
+    def _cell(self, row: Row | None) -> str:
+        if row is None:
+            return ""
         worst = f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite"
-        said = "" if row.worst <= self.tolerance else "disagrees"
-        return row.quantity, " = ".join(row.sources), worst, "; ".join(filter(None, (said, row.remark)))
+        return worst if row.worst <= self.tolerance else f"{worst} !"
 
 
 def _number(value: float) -> float | None:
