@@ -8,7 +8,9 @@ import pytest
 import mecanique as mq
 
 
-@pytest.mark.parametrize("name", ["double_pendulum", "free_rigid_body", "gyroscope", "kapitza_pendulum", "two_blocks"])
+@pytest.mark.parametrize(
+    "name", ["double_pendulum", "free_rigid_body", "gyroscope", "kapitza_pendulum", "simple_pendulum", "two_blocks"]
+)
 def test_points_move_as_the_jacobian_says(name: str) -> None:
     mechanism = mq.textbook.load(name)
     reference = mq.Reference(mechanism)

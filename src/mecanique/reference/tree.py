@@ -207,7 +207,9 @@ class Tree:
         chart.at(q, v, t)
         frame = engine.holders[body].frame
         world = self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
-        return np.asarray(self._pin.computeFrameJacobian(engine.model, engine.data, chart.p, frame, world) @ chart.G)
+        # Pinocchio gives a single column as a vector
+        own = self._pin.computeFrameJacobian(engine.model, engine.data, chart.p, frame, world).reshape(6, -1)
+        return np.asarray(own @ chart.G)
 
     def rhs(self) -> Rhs:
         """Return f(t, y) = y' for integration.
