@@ -83,7 +83,7 @@ if TYPE_CHECKING:
         linearize,
         simulate,
     )
-    from mecanique.reference import Reference, Wrench
+    from mecanique.reference import Freedom, Reference, Wrench, assemble, assembly_branches, degrees_of_freedom
     from mecanique.urdf import read_urdf, write_urdf
     from mecanique.urdf.lint import lint
     from mecanique.urdf.robots import robot, robots
@@ -105,6 +105,7 @@ __all__ = [
     "Fixed",
     "Floating",
     "Force",
+    "Freedom",
     "Input",
     "InputError",
     "IntegrationError",
@@ -138,6 +139,8 @@ __all__ = [
     "Verdict",
     "Visual",
     "Wrench",
+    "assemble",
+    "assembly_branches",
     "ball",
     "bar",
     "box",
@@ -145,6 +148,7 @@ __all__ = [
     "cone",
     "coordinate",
     "cylinder",
+    "degrees_of_freedom",
     "derive",
     "disk",
     "equilibria",
@@ -175,10 +179,14 @@ _HOMES = {
     "Equations": "mecanique.derive.equations",
     "Equilibrium": "mecanique.motion",
     "Event": "mecanique.motion",
+    "Freedom": "mecanique.reference",
     "Linearization": "mecanique.motion",
     "Motion": "mecanique.motion",
     "Reference": "mecanique.reference",
     "Wrench": "mecanique.reference",
+    "assemble": "mecanique.reference",
+    "assembly_branches": "mecanique.reference",
+    "degrees_of_freedom": "mecanique.reference",
     "equilibria": "mecanique.motion",
     "frequency_response": "mecanique.motion",
     "linearize": "mecanique.motion",

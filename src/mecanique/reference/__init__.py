@@ -4,6 +4,18 @@ This room is the only place that imports pinocchio, and it does so when a `Refer
 """
 
 from mecanique.reference.answers import Energy, Momentum, PointMotion, Wrench
+from mecanique.reference.assembly import assemble, assembly_branches
+from mecanique.reference.freedom import Freedom, degrees_of_freedom
 from mecanique.reference.reference import Reference
 
-__all__ = ["Energy", "Momentum", "PointMotion", "Reference", "Wrench"]
+__all__ = [
+    "Energy",
+    "Freedom",
+    "Momentum",
+    "PointMotion",
+    "Reference",
+    "Wrench",
+    "assemble",
+    "assembly_branches",
+    "degrees_of_freedom",
+]

@@ -105,7 +105,8 @@ class Loads:
             for joint in mechanism.joints
             if isinstance(joint, (Revolute, Prismatic))
         ]
-        self._origins = {body: self._seat(engine, body) for body in engine.holders}
+        self.sites = {body: self._seat(engine, body) for body in engine.holders}
+        """The origin of each body."""
         self.external = External(engine.model.njoints)
         """What acts on the engine's bodies."""
         self.in_joints: Array = np.zeros(engine.model.nv)
@@ -152,7 +153,7 @@ class Loads:
             if force:
                 a, b, c = child.axes.to_world(joint.axis)
                 along, against = (a * force, b * force, c * force), (-a * force, -b * force, -c * force)
-                point, other = child.position(), self._origins[parent]
+                point, other = child.position(), self.sites[parent]
                 if isinstance(joint, Revolute):
                     actions += [Action(child, _ZERO, point, along), Action(other, _ZERO, point, against)]
                 else:

@@ -7,6 +7,7 @@ Analytical Dynamics, 1996, ch. 3; Shabana, Dynamics of Multibody Systems, sect. 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -35,6 +36,7 @@ class Split:
         range_right: shape (n, rank), the directions they close.
         null: shape (n, n − rank), the directions that stay free.
         determined: shape (m,), whether each row's multiplier is unique.
+        loose: shape (m, m − rank), orthonormal combinations of rows that constrain nothing.
     """
 
     rank: int
@@ -43,6 +45,7 @@ class Split:
     range_right: np.ndarray
     null: np.ndarray
     determined: np.ndarray
+    loose: np.ndarray
 
 
 @final
@@ -73,7 +76,7 @@ def split(jacobian: np.ndarray, tolerance: float = RANK_TOLERANCE) -> Split:
     left, singular, right = np.linalg.svd(jacobian)
     rank = int((singular > tolerance * max(singular[0], 1e-300)).sum()) if singular.size and singular[0] > 0 else 0
     loose = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
-    return Split(rank, left[:, :rank], singular[:rank], right[:rank].T, right[rank:].T, loose < 1e-9)
+    return Split(rank, left[:, :rank], singular[:rank], right[:rank].T, right[rank:].T, loose < 1e-9, left[:, rank:])
 
 
 def solve(
@@ -84,6 +87,7 @@ def solve(
     *,
     rows: np.ndarray | None = None,
     columns: np.ndarray | None = None,
+    names: Sequence[str] | None = None,
 ) -> ConstrainedMotion:
     """Return the acceleration that satisfies M a + h = Jᵀ λ and J a + γ = 0.
 
@@ -94,9 +98,10 @@ def solve(
         gamma: shape (m,), the part of the constraints' second derivative without a.
         rows: shape (m,), factors that bring the rows to one unit; ones by default.
         columns: shape (n,), factors that bring the coordinates to one unit; ones by default.
+        names: of the velocities, for the message; their indices by default.
 
     Raises:
-        ClosureError: if a free direction carries no mass; its message names the largest components by index.
+        ClosureError: if a free direction carries no mass; its message names the largest components.
     """
     rows = np.ones(len(gamma)) if rows is None else rows
     columns = np.ones(len(h)) if columns is None else columns
@@ -110,7 +115,8 @@ def solve(
         if free[0] <= MASS_TOLERANCE * max(free[-1], np.abs(scaled_mass).max(), 1e-300):
             mode = parts.null @ directions[:, 0]
             leading = np.argsort(-np.abs(mode))[:3]
-            moved = ", ".join(f"{mode[k]:+.2f} at coordinate {k}" for k in leading if abs(mode[k]) > 0.1)
+            called = [f"coordinate {k}" for k in range(len(mode))] if names is None else names
+            moved = ", ".join(f"{mode[k]:+.2f} at {called[k]}" for k in leading if abs(mode[k]) > 0.1)
             raise ClosureError(f"a free direction carries no mass ({moved}); give a body in it mass or inertia")
         particular = particular - parts.null @ np.linalg.solve(
             reduced, parts.null.T @ (scaled_h + scaled_mass @ particular)

@@ -7,11 +7,13 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
 from mecanique.reference.answers import Array, Energy, Momentum, PointMotion, Wrench
+from mecanique.reference.closed import COMPONENTS, Closed
 from mecanique.reference.rhs import Rhs
 from mecanique.reference.states import Given, States, checked
 from mecanique.reference.tree import Tree
@@ -41,6 +43,7 @@ class Reference:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self._tree = Tree(mechanism)
+        self._closed = Closed(self._tree) if mechanism.loops else None
 
     @cached_property
     def version(self) -> str:
@@ -93,10 +96,11 @@ class Reference:
             t: time [s].
 
         Raises:
-            EngineError: if a motion moves no mass in this state, or the mechanism has loops.
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+            ClosureError: if a motion that the loops leave free moves no mass.
         """
-        self._need_tree("accelerations")
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.acceleration(q, v, t))
+        moving: Tree | Closed = self._tree if self._closed is None else self._closed
+        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: moving.acceleration(q, v, t))
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
         """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
@@ -168,20 +172,45 @@ class Reference:
         along its axis is what keeps it on the map. In a joint with an armature, −armature · r'' along or about its
         axis is what turns the rotor.
 
+        After the joints come the loops by their names (after a joint of the same name, with "loop " before it): what
+        body a does to body b, at the origin of the loop's frame on body b. What redundant constraints leave
+        undetermined is the least that will do, and named in `undetermined`.
+
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
 
         Raises:
-            EngineError: if a motion moves no mass in this state, or the mechanism has loops.
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+            ClosureError: if a motion that the loops leave free moves no mass.
         """
-        self._need_tree("reactions")
-        names = [joint.name for joint in self.mechanism.joints]
+        names = self._carriers
         if not names:
             return {}
+        if self._closed is not None:
+            return self._transmitted(checked(self.mechanism, q, v, t=t), self._closed)
         parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t))
         return {name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)}
+
+    def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
+        """Return the components of reactions and loop forces that redundant constraints leave undetermined, by name.
+
+        Joints and loops of which everything is determined are left out.
+
+        Args:
+            q: shape (nq,), one position.
+            t: time [s].
+
+        Raises:
+            EngineError: if a loop is open.
+        """
+        states = checked(self.mechanism, q, t=t)
+        if self._closed is None:
+            return {}
+        self._closed.refuse_open(states.q[0], float(states.t[0]))
+        flags = self._closed.undetermined(states.q[0], float(states.t[0]))
+        return {name: _named(row) for name, row in zip(self._carriers, flags, strict=True) if row.any()}
 
     def poses(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the pose of every body in the world, in the order of the mechanism's bodies, shape (nb, 4, 4).
@@ -264,11 +293,36 @@ class Reference:
         Where the motion is not determined it gives numbers that are not finite, or raises what Python's own arithmetic
         raises (`ArithmeticError`, `ValueError`) where a map or a force is not defined.
 
+        Loops must be closed; how far a state has left them is not looked at.
+
         Raises:
-            EngineError: if a motion moves no mass, or the mechanism has loops.
+            EngineError: if a motion of a tree moves no mass.
         """
-        self._need_tree("accelerations")
-        return self._tree.rhs()
+        return self._tree.rhs() if self._closed is None else self._closed.rhs()
+
+    @property
+    def closed(self) -> Closed | None:
+        """The loops and the motion they leave free; None for a tree."""
+        return self._closed
+
+    @cached_property
+    def _carriers(self) -> list[str]:
+        joints = [joint.name for joint in self.mechanism.joints]
+        return joints + [f"loop {loop.name}" if loop.name in joints else loop.name for loop in self.mechanism.loops]
+
+    def _transmitted(self, states: States, closed: Closed) -> dict[str, Wrench]:
+        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+
+        def one(q: Array, v: Array, a: Array, t: float) -> Array:
+            found = closed.reactions(q, v, t)
+            np.logical_or(flags, found.undetermined, out=flags)
+            return found.wrenches
+
+        parts = self._answer(states, one)
+        return {
+            name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :], _named(flags[k]))
+            for k, name in enumerate(self._carriers)
+        }
 
     def _answer(self, states: States, one: Callable[[Array, Array, Array, float], Array]) -> Array:
         rows = []
@@ -289,9 +343,6 @@ class Reference:
             rows.append(row)
         return np.array(rows) if states.many else rows[0]
 
-    def _need_tree(self, what: str) -> None:
-        if self.mechanism.loops:
-            raise EngineError(
-                f"mechanism {self.mechanism.name!r} has loops, and its {what} depend on them; the reference answers "
-                "for the tree alone"
-            )
+
+def _named(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(name for name, loose in zip(COMPONENTS, flags, strict=True) if loose)
