@@ -17,6 +17,9 @@ from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Algebra"]
 
+MOST_TERMS = 5_000
+"""Longest series: a robot with six hinges stays below it, and what exceeds it is refused within seconds."""
+
 _CONSTANTS = {"exp(1)": "E"}
 
 
@@ -35,7 +38,7 @@ class Algebra:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.ring = ring = Ring()
+        self.ring = ring = Ring(most_terms=MOST_TERMS)
         self.arithmetic = Arithmetic(function_without_arcs, self.number)
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in self.velocities)

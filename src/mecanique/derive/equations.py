@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, final
 import numpy as np
 
 from mecanique.derive.states import Given, States
-from mecanique.errors import DerivationError
+from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -36,8 +36,17 @@ class Numeric(Protocol):
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv)."""
 
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv)."""
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, shape (n, nv)."""
+
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return kinetic and potential energy, each shape (n,)."""
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the origin and about the center of mass, each shape (n, 3)."""
 
 
 @final
@@ -45,8 +54,9 @@ class Numeric(Protocol):
 class Equations:
     """Derived equations of motion M(q, t) a + bias(q, v, t) = forces(q, v, t).
 
-    What is computed is there for any mechanism. What is read (`M`, `h`, `Q`, `equations`, `steps`, and the text, LaTeX
-    and MathML of these) is derived when it is first asked for, and is there if `symbolic` is true.
+    What is computed is there for any mechanism; of one with loops, M, bias and forces of its tree. What is read (`M`,
+    `h`, `Q`, `equations`, `steps`, and the text, LaTeX and MathML of these) is derived when it is first asked for, and
+    is there if `symbolic` is true.
 
     Args:
         mechanism: what they describe.
@@ -269,10 +279,68 @@ class Equations:
 
         Raises:
             InputError: if a shape is wrong or a number is not finite.
-            DerivationError: if a motion meets no inertia.
+            DerivationError: if a motion meets no inertia, or if the mechanism has loops.
         """
+        if self.mechanism.loops:
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r} has loops: its accelerations depend on their forces, which these "
+                "equations of the tree leave out; use Reference"
+            )
         states = States.of(self.mechanism, q, v, t)
         return states.shaped(self.numeric.acceleration(states))
+
+    def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            a: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        rates = States.of(self.mechanism, None, a)
+        if len(states) != len(rates) and 1 not in (len(states), len(rates)):
+            raise InputError(f"expected as many accelerations as states, got {len(rates)} and {len(states)}")
+        if len(states) < len(rates):
+            q, v, t = (np.repeat(x, len(rates), axis=0) for x in (states.q, states.v, states.t))
+            states = States(self.mechanism, q, v, t, single=False)
+        given = np.broadcast_to(rates.v, states.v.shape)
+        return states.shaped(self.numeric.inverse_dynamics(states, given) - self.numeric.forces(states))
+
+    def gravity(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the part of the bias that gravity makes, ∂V/∂q of gravity, shape (nv,) or (n, nv).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, None, t)
+        return states.shaped(self.numeric.gravity(states))
+
+    def momentum(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, world axes.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Returns:
+            Each shape (3,) or (n, 3) [kg·m/s, then kg·m²/s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        linear, angular, about_center = self.numeric.momentum(states)
+        return states.shaped(linear), states.shaped(angular), states.shaped(about_center)
 
     def energy(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """Return the kinetic energy T and the potential energy V of gravity and springs, each shape () or (n,) [J].

@@ -19,6 +19,7 @@ from mecanique.derive.recursion import Recursion
 from mecanique.derive.stages import coordinate_stages, energy_stages, quaternion_stages, work_stages
 from mecanique.derive.tidying import tidy
 from mecanique.derive.work import work_of
+from mecanique.errors import DerivationError
 from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
@@ -46,6 +47,10 @@ class Lagrange:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
+        if mechanism.loops:
+            raise DerivationError(
+                f"mechanism {mechanism.name!r} has loops, whose forces Lagrange's equations of the tree do not show"
+            )
         self.algebra = algebra = Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
         self.works = [work_of(self.kinematics, force) for force in mechanism.forces]
@@ -93,11 +98,18 @@ class Lagrange:
 
     def _bodies(self) -> Iterator[tuple[str, Series]]:
         """Name and kinetic energy ½ tr(Ḣ J Ḣᵀ) of each body."""
+        terms = 0
         for body in self.kinematics.bodies:
             rate, J = self.kinematics.rate(body), self.kinematics.moments(body)
             columns = [[combination(row, [J[i][k] for i in range(4)]) for k in range(4)] for row in rate]
             halves = [self.algebra.lifted(combination(a, b)) / 2 for a, b in zip(columns, rate, strict=True)]
-            yield body, tidy(self.algebra.ring.sum(halves))
+            energy = tidy(self.algebra.ring.sum(halves))
+            terms += len(energy)
+            if terms > self.algebra.ring.most_terms:
+                raise DerivationError(
+                    f"the kinetic energy has more than {self.algebra.ring.most_terms} terms and would help no reader"
+                )
+            yield body, energy
 
     def _rotors(self) -> Iterator[tuple[str, Series]]:
         """Name of the joint and kinetic energy ½ I r'² of each rotor."""
