@@ -19,7 +19,8 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derive.jets import Jet
-from mecanique.derive.links import Link, links, motions, place_of
+from mecanique.derive.links import Link, links, motions, moving, place_of
+from mecanique.derive.momenta import momenta
 from mecanique.derive.paths import JETS, joint_paths
 from mecanique.derive.poses import Arithmetic, local, moments, origin
 from mecanique.derive.recursion import solved, stacked
@@ -105,6 +106,40 @@ class Definition:
                         spin = turn[1:] @ np.swapaxes(turn[0], -1, -2)
                         Q = Q + C[:, 0] * spin[..., 2, 1] + C[:, 1] * spin[..., 0, 2] + C[:, 2] * spin[..., 1, 0]
         return np.asarray(Q.T)
+
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv): Lagrange's operator along a motion with these accelerations.
+
+        Args:
+            states: where, how fast and when.
+            a: shape (n, nv), accelerations.
+        """
+        return self._operator(states, a)
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return ∂V/∂q of gravity, shape (n, nv).
+
+        Args:
+            states: where.
+        """
+        _, H = self._motion(states, np.zeros_like(states.v))
+        E = np.zeros((self._mechanism.nv, len(states)))
+        for place, J in self._bodies:
+            E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
+        return np.asarray(E.T)
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+        The bodies that the ground holds do not count.
+
+        Args:
+            states: where and how fast.
+        """
+        _, H = self._motion(states, np.zeros_like(states.v))
+        free = moving(self._tree)
+        bodies = [(H[place].c, J) for place, J in self._bodies if free[place]]
+        return momenta([c[0, 0] for c, _ in bodies], [c[1, 0] for c, _ in bodies], [J for _, J in bodies], len(states))
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a from M a + bias = forces, shape (n, nv).

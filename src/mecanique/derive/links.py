@@ -16,7 +16,7 @@ from mecanique.model.joints import Fixed, Floating, Planar, Prismatic, Revolute,
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 
-__all__ = ["Kind", "Link", "hat", "links", "motions", "place_of"]
+__all__ = ["Kind", "Link", "hat", "links", "motions", "moving", "place_of"]
 
 Kind: TypeAlias = Literal["fixed", "turn", "slide", "ball", "free"]
 
@@ -108,6 +108,18 @@ def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
         mechanism: the mechanism.
     """
     return {mechanism.ground: -1, **{link.body: place for place, link in enumerate(tree) if link.body is not None}}
+
+
+def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
+    """Return of each link whether a joint lets it move against the ground.
+
+    Args:
+        tree: the links of the mechanism.
+    """
+    found: list[bool] = []
+    for link in tree:
+        found.append(link.kind != "fixed" or (link.parent >= 0 and found[link.parent]))
+    return tuple(found)
 
 
 def hat(linear: Sequence[float], angular: Sequence[float]) -> np.ndarray:

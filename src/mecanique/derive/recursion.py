@@ -12,8 +12,9 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derive.chart import Chart, Motions
-from mecanique.derive.links import links, motions, place_of
+from mecanique.derive.links import links, motions, moving, place_of
 from mecanique.derive.loads import Loads
+from mecanique.derive.momenta import momenta
 from mecanique.derive.poses import Arithmetic, local, moments, origin
 from mecanique.derive.states import States
 from mecanique.errors import DerivationError
@@ -95,6 +96,31 @@ class Recursion:
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         return move.projected(self._inverse_dynamics(A, move.u, move.gamma + move.spread(a)))
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, shape (n, nv).
+
+        Args:
+            states: where.
+        """
+        move = self._chart.motions(states)
+        A = self._local(move, len(states))
+        H, _ = self._poses(A, np.zeros_like(move.u))
+        D = [np.broadcast_to(-J @ self._gravity.T, (len(states), 4, 4)) for J in self._J]
+        return move.projected(self._collected(A, H, D, len(states)))
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+        The bodies that the ground holds do not count.
+
+        Args:
+            states: where and how fast.
+        """
+        move = self._chart.motions(states)
+        free = np.flatnonzero(moving(self._tree))
+        H, Hd = self._poses(self._local(move, len(states)), move.u)
+        return momenta([H[k] for k in free], [Hd[k] for k in free], [self._J[k] for k in free], len(states))
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a from M a + bias = forces, shape (n, nv).

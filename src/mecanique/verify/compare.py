@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from mecanique.verify.difference import QUANTITIES, relative_difference, scaled
 from mecanique.verify.states import States, random_states
 from mecanique.verify.verdict import Row, Verdict
 
-__all__ = ["TOLERANCE", "Dynamics", "Values", "rows_of", "values_of", "versions"]
+__all__ = ["TOLERANCE", "Dynamics", "Values", "Whole", "rows_of", "values_of", "versions"]
 
 Array = npt.NDArray[np.float64]
 Values: TypeAlias = Mapping[str, Array]
@@ -23,6 +23,9 @@ Values: TypeAlias = Mapping[str, Array]
 
 TOLERANCE = 1e-9
 """Largest relative difference that counts as agreement."""
+
+_BY_WEIGHT = ("kinetic energy", "potential energy", "momentum", "angular momentum")
+"""What grows with the mass, when 1 m/s is all that moves it."""
 
 
 class Dynamics(Protocol):
@@ -42,6 +45,20 @@ class Dynamics(Protocol):
 
     def energy(self, q: Any, v: Any, t: Any = 0.0) -> Any:
         """Kinetic energy, then potential energy in one or several parts."""
+
+
+@runtime_checkable
+class Whole(Dynamics, Protocol):
+    """What a source answers that knows its bodies as well."""
+
+    def gravity(self, q: Any, t: Any = 0.0) -> Any:
+        """Part of the bias that gravity makes."""
+
+    def inverse_dynamics(self, q: Any, v: Any, a: Any, t: Any = 0.0) -> Any:
+        """M a + bias − forces."""
+
+    def momentum(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Momentum, angular momentum about the origin, the same about the center of mass."""
 
 
 def compared(mechanism: Mechanism, samples: int, seed: int) -> Verdict:
@@ -104,6 +121,14 @@ def values_of(source: Dynamics, states: States, *, free: bool = True) -> dict[st
     }
     if free:
         given["acceleration"] = source.acceleration(q, v, t)
+    if isinstance(source, Whole):
+        momentum, _, about_center = source.momentum(q, v, t)
+        given |= {
+            "gravity": source.gravity(q, t),
+            "inverse dynamics": source.inverse_dynamics(q, v, states.a, t),
+            "momentum": momentum,
+            "angular momentum": about_center,
+        }
     return {quantity: np.asarray(value, dtype=float) for quantity, value in given.items()}
 
 
@@ -124,7 +149,7 @@ def rows_of(
     rows = []
     for quantity in (name for name in QUANTITIES if name in ours):
         x, y = (scaled(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs))
-        least = {"mass matrix": 1.0, "kinetic energy": weight, "potential energy": weight}.get(quantity, weight**0.5)
+        least = 1.0 if quantity == "mass matrix" else weight if quantity in _BY_WEIGHT else weight**0.5
         difference, remark = relative_difference(x, y, least), ""
         if quantity == "potential energy" and difference.max() > TOLERANCE:
             # a potential is known up to a constant only; differences decide

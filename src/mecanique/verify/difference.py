@@ -4,9 +4,9 @@ Entries of one vector have different units as soon as angles and lengths are mix
 beside a heavy trunk. So they are made alike first, with d_i = √M_ii of the engine's mass matrix:
 
 - mass matrix: M_ij / (d_i d_j),
-- bias and generalized forces: f_i / d_i,
+- bias, gravity, inverse dynamics and generalized forces: f_i / d_i,
 - acceleration: a_i d_i,
-- energies: as they are.
+- energies and momenta: as they are.
 
 The relative difference of x and y at a state is ‖x − y‖ / max(‖x‖, ‖y‖, floor). The floor keeps a value that happens
 to pass through zero from being judged against its own rounding errors: a thousandth of the root mean square of ‖y‖
@@ -22,7 +22,18 @@ __all__ = ["QUANTITIES", "relative_difference", "scaled"]
 
 Array = npt.NDArray[np.float64]
 
-QUANTITIES = ("mass matrix", "bias", "forces", "acceleration", "kinetic energy", "potential energy")
+QUANTITIES = (
+    "mass matrix",
+    "bias",
+    "gravity",
+    "forces",
+    "inverse dynamics",
+    "acceleration",
+    "kinetic energy",
+    "potential energy",
+    "momentum",
+    "angular momentum",
+)
 """What is compared, in the order of the table."""
 
 _SMALL = 1e-3
@@ -42,7 +53,7 @@ def scaled(quantity: str, values: Array, mass: Array) -> Array:
     match quantity:
         case "mass matrix":
             values = values / (d[:, :, None] * d[:, None, :])
-        case "bias" | "forces":
+        case "bias" | "gravity" | "forces" | "inverse dynamics":
             values = values / d
         case "acceleration":
             values = values * d

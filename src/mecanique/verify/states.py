@@ -46,11 +46,13 @@ class States:
         q: coordinates, shape (n, nq).
         v: velocities, shape (n, nv).
         t: times, shape (n,) [s].
+        a: accelerations for inverse dynamics, shape (n, nv).
     """
 
     q: Array
     v: Array
     t: Array
+    a: Array
 
     def __len__(self) -> int:
         return len(self.t)
@@ -61,7 +63,7 @@ class States:
         Args:
             indices: which ones.
         """
-        return States(self.q[indices], self.v[indices], self.t[indices])
+        return States(self.q[indices], self.v[indices], self.t[indices], self.a[indices])
 
 
 def random_states(mechanism: Mechanism, samples: int, seed: int, assumptions: Sequence[Assumption] = ()) -> States:
@@ -84,7 +86,7 @@ def random_states(mechanism: Mechanism, samples: int, seed: int, assumptions: Se
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
-            return States(*(np.concatenate([getattr(part, name) for part in found]) for name in ("q", "v", "t")))
+            return States(*(np.concatenate([getattr(part, name) for part in found]) for name in ("q", "v", "t", "a")))
     raise InputError(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined and no spring or "
         f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * lot} random ones"
@@ -104,7 +106,8 @@ def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> S
     fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
     v = random.uniform(-fast, fast, (samples, mechanism.nv))
     t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
-    return States(q, v, t)
+    a = random.uniform(-fast, fast, (samples, mechanism.nv))
+    return States(q, v, t, a)
 
 
 def characteristic_length(mechanism: Mechanism) -> float:
