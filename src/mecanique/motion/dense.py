@@ -2,9 +2,9 @@
 
 At each step the integrator knows q, v and a, hence q, q̇ and q̈ to its tolerance: the polynomial of degree 11 through
 four neighboring steps (Hermite, in Newton's form with confluent nodes) is as accurate as the eighth-order steps
-themselves and costs no evaluation of the equations. Implicit methods do not give q̈ that accurately on stiff systems;
-their steps are interpolated through the values of eight neighbors alone, as such multistep methods do themselves.
-Polynomials never reach across a break: an impact, or a kink in a sampled input.
+themselves and costs no evaluation of the equations. Polynomials never reach across a break: an impact, or a kink in a
+sampled input. Implicit methods do not give q̈ that accurately on stiff systems, and their steps differ too much in
+length; each of their steps is a stretch of its own, through points of the method's own interpolation.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Curve:
         a: shape (n, nv), rates of the velocities.
         breaks: shape (s,), index of the first step of each smooth stretch, 0 first.
         rates: the maps between v and q̇.
-        smooth: whether a is as accurate as q and v, so that polynomials may use it.
+        smooth: whether polynomials use q, v and a of neighboring steps; otherwise those of each stretch's points alone.
     """
 
     t: np.ndarray
@@ -71,22 +71,22 @@ class Curve:
     @cached_property
     def intervals(self) -> np.ndarray:
         """Index of the step at the start of each interval, shape (m,)."""
-        ends = set((self.breaks[1:] - 1).tolist())
-        return np.array([i for i in range(len(self.t) - 1) if i not in ends], dtype=int)
+        return np.delete(np.arange(len(self.t) - 1), self.breaks[1:] - 1)
 
     @cached_property
     def _pieces(self) -> _Pieces:
-        count, repeat = (4, 3) if self.smooth else (8, 1)
         if self.smooth:
+            count, repeat = 4, 3
             data = [self.q, self.rates.first(self.q, self.v), self.rates.second(self.q, self.v, self.a) / 2]
         else:
+            count, repeat = int(np.diff(np.append(self.breaks, len(self.t))).max()), 1
             data = [np.hstack([self.q, self.v])]
         nodes, used = _stencils(self.t, self.intervals, self.breaks, count)
         return _newton(self.t, data, nodes, used, repeat, self.intervals)
 
     @property
     def error(self) -> np.ndarray:
-        """Estimate of the interpolation's error in q (and v, if not smooth) on each interval, shape (m, nq)."""
+        """Estimate of the interpolation's error in q on each interval, shape (m, nq); for smooth curves."""
         return self._pieces.error
 
     def __call__(self, t: float | np.ndarray) -> State:
@@ -142,7 +142,9 @@ def _stencils(t: np.ndarray, starts: np.ndarray, breaks: np.ndarray, count: int)
     used = np.full(len(starts), 2)
     left, right = starts.copy(), starts + 1  # outermost nodes chosen so far
     below, above = starts - 1, starts + 2  # next candidates
-    for _ in range(2 * count):
+    while (used < count).any():
+        if not ((below >= low) | (above <= high))[used < count].any():
+            break
         gap_left, gap_right = t[left] - t[below.clip(0)], t[above.clip(max=len(t) - 1)] - t[right]
         can_left, can_right = below >= low, above <= high
         # a step too near to a chosen one is passed over

@@ -17,8 +17,8 @@ from mecanique.motion.quadrature import integral
 
 __all__ = ["Energies", "energies", "is_rheonomic"]
 
-TIME_STEP = 2e-3
-"""Step of the differences that give ∂L/∂t of prescribed motions [s]; of sixth order."""
+TIME_STEP = 0.1
+"""Step of the sixth-order differences that give ∂L/∂t of prescribed motions, in lengths of an integrator's step."""
 
 
 @final
@@ -122,9 +122,11 @@ def _work(mechanism: Mechanism, reference: Any, curve: Curve, times: np.ndarray)
     if not rheonomic:
         return work
 
+    lengths = curve.t[curve.intervals + 1] - curve.t[curve.intervals]
+    h = TIME_STEP * float(np.median(lengths)) if len(lengths) else 1.0
+
     def minus_slope(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """−∂L/∂t by central differences of sixth order."""
-        h = TIME_STEP
+        """−∂L/∂t."""
         total = np.zeros(len(t))
         for k, weight in ((1, 45.0), (2, -9.0), (3, 1.0)):
             for side in (1, -1):

@@ -57,7 +57,7 @@ def simulate(
         duration: how long [s].
         rtol: relative tolerance of each step, in 1e-14…1e-1.
         atol: absolute tolerance of each step, in the units of q and v; as rtol by default.
-        method: "auto", or one of "dop853", "lsoda", "radau", "bdf". "auto" takes dop853 and changes to lsoda if the
+        method: "auto", or one of "dop853", "lsoda", "radau", "bdf". "auto" takes dop853 and changes to radau if the
             equations turn out to be stiff.
         fps: samples per second of the resulting arrays; the last sample is at the end exactly.
         samples: instead of fps, the number of samples, or their times [s], shape (n,).
@@ -93,17 +93,17 @@ def simulate(
     reason = "non-stiff equations"
     while True:
         steps = Steps()
-        task = Task(rhs, rtol, atol, longest, int(max_steps))
+        task = Task(rhs, not METHODS[chosen].smooth, rtol, atol, longest, int(max_steps))
         watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end))
         trouble, curve = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
         if method == "auto" and chosen == "dop853" and trouble is not None and trouble[0] == "stiff":
-            chosen, reason = "lsoda", f"stiff equations, found by dop853 at t = {steps.t[-1]:.4g} s"
+            chosen, reason = "radau", f"stiff equations, found by dop853 at t = {steps.t[-1]:.4g} s"
             continue
         break
     if curve is None:
         raise _error(trouble, task, steps, mechanism, None)
     text = f"{chosen} ({METHODS[chosen].title})" + (f"; chosen for {reason}" if method == "auto" else "")
-    statistics = Statistics(len(curve.t) - 1, task.evaluations, perf_counter() - begin, rtol, atol)
+    statistics = Statistics(steps.taken, task.evaluations, perf_counter() - begin, rtol, atol)
     last = float(curve.t[-1])
     if last < end:  # stopped early: by an event, by trouble or by the user
         times = np.append(times[times < last], last)
@@ -170,17 +170,13 @@ def _integrate(
 def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:
     """Halve the intervals on which the polynomial is less accurate than the steps."""
     curve = steps.curve(nq, rates, smooth)
-    if len(curve.t) < 2:
+    if len(curve.t) < 2 or not smooth:
         return curve
     for _ in range(REFINEMENTS):
         at = curve.intervals
         length = curve.t[at + 1] - curve.t[at]
-        if smooth:
-            size = np.abs(rates.first(curve.q[at], curve.v[at]))
-            excess = 4 * curve.error / length[:, None] / (task.atol + task.rtol * (1 + size))
-        else:
-            size = np.abs(np.hstack([curve.q[at], curve.v[at]]))
-            excess = curve.error / (task.atol + task.rtol * (1 + size))
+        speed = np.abs(rates.first(curve.q[at], curve.v[at]))
+        excess = curve.error / length[:, None] / (task.atol + task.rtol * (1 + speed))
         # below a millionth of the median no error is worth a step: kinks would be halved for ever
         coarse = np.flatnonzero((excess.max(axis=1) > 1) & (length > 1e-6 * np.median(length)))
         if not len(coarse):

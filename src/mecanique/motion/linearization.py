@@ -273,7 +273,8 @@ def _differences(function: Callable[[np.ndarray], np.ndarray], count: int, h: fl
 
 
 def _scaled(modes: np.ndarray) -> np.ndarray:
-    """Scale each column so that its largest component is 1."""
-    largest = np.abs(modes).argmax(axis=0)
+    """Scale each column so that its largest component, the first of equal ones, is 1."""
+    sizes = np.abs(modes)
+    largest = (sizes >= sizes.max(axis=0, initial=0.0) * (1 - 1e-9)).argmax(axis=0)
     scaled: np.ndarray = modes / modes[largest, np.arange(modes.shape[1])]
     return scaled

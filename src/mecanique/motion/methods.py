@@ -13,6 +13,9 @@ from mecanique.motion.steps import RightHandSide, Steps
 
 __all__ = ["METHODS", "Method", "Outcome", "Task", "advance"]
 
+LEAST_RTOL = 2.3e-14
+"""The least relative tolerance that SciPy's classes take."""
+
 Outcome: TypeAlias = Literal["end", "stopped", "stiff", "too many steps", "step too small", "fault"]
 """How a stretch ended: at its end, by the watcher, or by what stopped the method."""
 
@@ -27,6 +30,7 @@ class Task:
 
     Args:
         rhs: the equations.
+        implicit: whether they need an implicit method.
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
         max_step: longest step, infinite if it need not be bounded [s].
@@ -36,6 +40,7 @@ class Task:
     """
 
     rhs: RightHandSide
+    implicit: bool
     rtol: float
     atol: float
     max_step: float
@@ -56,7 +61,8 @@ class Method:
     Args:
         title: what it is, in a few words.
         run: how it integrates.
-        smooth: whether the rates at its steps are as accurate as the states.
+        smooth: whether the rates at its steps are as accurate as the states, so that neighboring steps can be
+            interpolated with them; otherwise each step is noted by several points of the method's own interpolation.
     """
 
     title: str
@@ -65,7 +71,7 @@ class Method:
 
 
 def advance(task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
-    """Return the state at a time, from the state at a time near it, by the eighth-order method.
+    """Return the state at a time, from the state at an earlier time near it.
 
     Args:
         task: the equations and tolerances.
@@ -76,24 +82,40 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
     if end == t:
         same: np.ndarray = y.copy()
         return same
+    follow = _Follower(task)
+    if task.implicit:
+        from scipy.integrate import Radau
+
+        solver = Radau(follow, t, y, end, rtol=max(task.rtol, LEAST_RTOL), atol=task.atol, first_step=end - t)
+        while solver.status == "running":
+            solver.step()
+        return np.array(solver.y) if solver.status == "finished" else np.full(len(y), np.nan)
     from scipy.integrate import ode
 
-    def rate(s: float, x: np.ndarray) -> np.ndarray:
-        task.evaluations += 1
-        try:
-            slope = task.rhs(s, x)
-        except BaseException as error:
-            task.fault = error
-            slope = np.full(len(x), np.nan)
-        return slope
-
-    solver = ode(rate).set_integrator(
+    explicit = ode(follow).set_integrator(
         "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a failure shows as a state that is not finite, or at the next step
-        result: np.ndarray = solver.set_initial_value(y, t).integrate(end)
+        result: np.ndarray = explicit.set_initial_value(y, t).integrate(end)
     return result
+
+
+@final
+class _Follower:
+    """The equations as SciPy's integrators may call them: counted, and raising nothing."""
+
+    def __init__(self, task: Task) -> None:
+        self._task = task
+
+    def __call__(self, t: float, y: np.ndarray) -> np.ndarray:
+        task = self._task
+        task.evaluations += 1
+        try:
+            return task.rhs(t, y)
+        except BaseException as error:
+            task.fault = error
+            return np.full(len(y), np.nan)
 
 
 def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> Outcome:
@@ -152,26 +174,19 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
     return outcomes[solver.get_return_code()]
 
 
-def _implicit(name: Literal["LSODA", "Radau", "BDF"]) -> Run:
+def _implicit(name: Literal["LSODA", "Radau", "BDF"], degree: int) -> Run:
+    """The run of one of SciPy's classes, whose steps are polynomials of a degree."""
+    places = np.arange(1, degree + 1) / degree
+
     def run(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> Outcome:
         from scipy import integrate
 
-        calls = 0
-
-        def follow(t: float, y: np.ndarray) -> np.ndarray:
-            nonlocal calls
-            calls += 1
-            try:
-                return task.rhs(t, y)
-            except BaseException as error:
-                task.fault = error
-                return np.full(len(y), np.nan)
-
+        steps.spread = True
+        follow = _Follower(task)
         solver_type = {"LSODA": integrate.LSODA, "Radau": integrate.Radau, "BDF": integrate.BDF}[name]
-        outcome: Outcome = "end"
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # the solver's status says the same
-            rtol = max(task.rtol, 2.3e-14)  # the least SciPy takes
+            rtol = max(task.rtol, LEAST_RTOL)
             solver = solver_type(
                 follow, steps.t[-1], steps.y[-1], end, rtol=rtol, atol=task.atol, max_step=task.max_step
             )
@@ -179,29 +194,30 @@ def _implicit(name: Literal["LSODA", "Radau", "BDF"]) -> Run:
                 try:
                     solver.step()
                 except (ValueError, ArithmeticError, np.linalg.LinAlgError):  # a state that is not finite
-                    outcome = "step too small"
-                    break
-                if task.fault is not None or solver.status == "failed":
-                    outcome = "step too small"
-                    break
-                steps.add(float(solver.t), solver.y, follow(solver.t, solver.y))
+                    return "fault" if task.fault is not None else "step too small"
+                if task.fault is not None:
+                    return "fault"
+                if solver.status == "failed":
+                    return "step too small"
+                before, now = float(solver.t_old or 0.0), float(solver.t)
+                times = before + places * (now - before)
+                times[-1] = now
+                states = np.asarray(solver.dense_output()(times)).T
+                states[-1] = solver.y
+                steps.add_spread(times, states, np.array([follow(t, y) for t, y in zip(times, states, strict=True)]))
                 if watch():
-                    outcome = "stopped"
-                    break
+                    return "stopped"
                 if solver.status == "finished":
-                    break
-            else:
-                outcome = "too many steps"
-        task.evaluations += calls
-        return "fault" if task.fault is not None else outcome
+                    return "fault" if task.fault is not None else "end"
+        return "too many steps"
 
     return run
 
 
 METHODS: dict[str, Method] = {
     "dop853": Method("explicit Runge-Kutta of order 8(5,3), Dormand & Prince", _dop853, smooth=True),
-    "lsoda": Method("LSODA, Adams or BDF by stiffness, Hindmarsh & Petzold", _implicit("LSODA"), smooth=False),
-    "radau": Method("implicit Runge-Kutta of order 5, Radau IIA, Hairer & Wanner", _implicit("Radau"), smooth=False),
-    "bdf": Method("backward differentiation formulas of order 1 to 5", _implicit("BDF"), smooth=False),
+    "lsoda": Method("LSODA, Adams or BDF by stiffness, Hindmarsh & Petzold", _implicit("LSODA", 9), smooth=False),
+    "radau": Method("implicit Runge-Kutta of order 5, Radau IIA, Hairer & Wanner", _implicit("Radau", 3), smooth=False),
+    "bdf": Method("backward differentiation formulas of order 1 to 5", _implicit("BDF", 5), smooth=False),
 }
 """Every method by the name `simulate` knows it under."""

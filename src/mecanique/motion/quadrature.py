@@ -14,6 +14,10 @@ __all__ = ["POINTS", "Integrand", "integral"]
 POINTS = 8
 """Gauss points per interval: exact to degree 15 at the interval's end, to degree 7 inside."""
 
+FARTHEST = 0.5
+"""Intervals in which a coordinate moves farther [rad or m] are parted: steps are long where q(t) is simple, but forces
+depend on q in other ways."""
+
 Integrand = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Values, shape (n, k), at times (n,), positions (n, nq) and velocities (n, nv)."""
 
@@ -28,8 +32,7 @@ def integral(curve: Curve, integrand: Integrand, times: np.ndarray) -> np.ndarra
     """
     if len(curve.t) < 2:
         return np.zeros((len(times), integrand(curve.t, curve.q, curve.v).shape[1]))
-    begin = curve.t[curve.intervals]
-    half = (curve.t[curve.intervals + 1] - begin) / 2
+    begin, half = _parts(curve)
     nodes, weights = legendre.leggauss(POINTS)
     t = (begin + half)[:, None] + half[:, None] * nodes
     state = curve(t.ravel())
@@ -52,3 +55,16 @@ def integral(curve: Curve, integrand: Integrand, times: np.ndarray) -> np.ndarra
     part = np.einsum("no,nok->nk", inside, coefficients[piece]) * half[piece, None]
     result: np.ndarray = before[piece] + part
     return result
+
+
+def _parts(curve: Curve) -> tuple[np.ndarray, np.ndarray]:
+    """Return begin and half the length of each part of the motion that is integrated as one."""
+    at = curve.intervals
+    begin, length = curve.t[at], curve.t[at + 1] - curve.t[at]
+    speed = np.abs(curve.rates.first(curve.q, curve.v)).max(axis=1, initial=0.0)
+    distance = np.maximum(speed[at], speed[at + 1]) * length
+    count = np.ceil(distance / FARTHEST).clip(1, 100).astype(int)
+    index = np.repeat(np.arange(len(at)), count)
+    within = np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+    part = (length / count)[index]
+    return begin[index] + within * part, part / 2

@@ -77,7 +77,8 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
         InputError: if the file is no motion, is damaged, or belongs to another mechanism.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
+        # NumPy leaves a file that it opened itself open if it is damaged
+        with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as file:
             data = {name: file[name] for name in file.files}
         about = json.loads(str(data["about"]))
         if about["format"] != FORMAT:

@@ -91,7 +91,7 @@ def trust(motion: Any, accuracy: float) -> Trust:
 def _lyapunov(motion: Any, begin: float, end: float) -> float:
     """The largest exponent, averaged over the second half of the motion and the first alike."""
     rhs = motion.reference.rhs()
-    task = Task(rhs, 1e-12, 1e-12, np.inf, 1_000_000)
+    task = Task(rhs, not motion.curve.smooth, 1e-12, 1e-12, np.inf, 1_000_000)
     nq = motion.mechanism.nq
     rng = np.random.default_rng(0)
     times = np.linspace(begin, end, STRETCHES + 1)

@@ -103,18 +103,18 @@ class Watcher:
         steps = self._steps
         t, y = steps.t[-1], self._renormalized(steps.y[-1])
         if self._pending is None:
-            steps.replace_last(t, y, self._task.rhs(t, y))
+            steps.end_at(t, y, self._task.rhs)
             return False
         which, low, high, sign = self._pending
         self._pending = None
         event = self._events[which]
         found = self._located(which, low, high, sign)
         if found is None:
-            steps.replace_last(t, y, self._task.rhs(t, y))
+            steps.end_at(t, y, self._task.rhs)
             return False
         t, y = found
         self._crossings = [(k, a, min(b, t)) for k, a, b in self._crossings if a < t]
-        steps.replace_last(t, y, self._task.rhs(t, y))
+        steps.end_at(t, y, self._task.rhs)
         q, v = y[: self._nq], y[self._nq :]
         after = v
         if event.name in self._impacts:
@@ -173,36 +173,39 @@ class Watcher:
 
     def _crossed(self) -> bool:
         """Look for sign changes along the last step; note those to record, and the first to halt at."""
-        t0, t1 = self._steps.t[-2:]
-        (y0, y1), (d0, d1) = self._steps.y[-2:], self._steps.dy[-2:]
-        h = t1 - t0
-        before, low = self._before, t0
-        for x in PLACES:
-            # cubic Hermite interpolation is enough to see a sign change
-            a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
-            y = a * y0 + b * y1 + h * x * (1 - x) * ((1 - x) * d0 - x * d1) if x < 1 else y1
-            high = t0 + x * h if x < 1 else t1
-            now = self._measured(high, y)
-            for k, (event, g0, g1) in enumerate(zip(self._events, before, now, strict=True)):
-                rising, falling = g0 < 0 <= g1, g0 > 0 >= g1
-                if not ((rising and event.direction >= 0) or (falling and event.direction <= 0)):
-                    continue
-                if event.stop or event.restitution is not None:
-                    if self._pending is None:
-                        self._pending = k, low, high, 1.0 if falling else -1.0
-                else:
-                    self._crossings.append((k, low, high))
-            if self._pending is not None:
-                return True
-            before, low = now, high
-        self._before = before
+        steps = self._steps
+        for at in range(steps.first, len(steps.t) - 1):
+            t0, t1 = steps.t[at : at + 2]
+            (y0, y1), (d0, d1) = steps.y[at : at + 2], steps.dy[at : at + 2]
+            low, h = t0, t1 - t0
+            for x in PLACES:
+                # cubic Hermite interpolation is enough to see a sign change
+                a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
+                y = a * y0 + b * y1 + h * x * (1 - x) * ((1 - x) * d0 - x * d1) if x < 1 else y1
+                high = t0 + x * h if x < 1 else t1
+                now = self._measured(high, y)
+                self._compare(now, low, high)
+                if self._pending is not None:
+                    return True
+                self._before, low = now, high
         return False
+
+    def _compare(self, now: list[float], low: float, high: float) -> None:
+        for k, (event, g0, g1) in enumerate(zip(self._events, self._before, now, strict=True)):
+            rising, falling = g0 < 0 <= g1, g0 > 0 >= g1
+            if not ((rising and event.direction >= 0) or (falling and event.direction <= 0)):
+                continue
+            if not event.stop and event.restitution is None:
+                self._crossings.append((k, low, high))
+            elif self._pending is None:
+                self._pending = k, low, high, 1.0 if falling else -1.0
 
     def _located(self, which: int, low: float, high: float, sign: float) -> tuple[float, np.ndarray] | None:
         """Return when and in which state the quantity is zero, by integrating from the step before."""
         from scipy.optimize import brentq
 
-        t0, y0, t1 = self._steps.t[-2], self._steps.y[-2], self._steps.t[-1]
+        steps = self._steps
+        t0, y0, t1 = steps.t[steps.first], steps.y[steps.first], steps.t[-1]
         quantity, nq = self._quantities[which], self._nq
 
         def value(t: float) -> float:
@@ -220,7 +223,7 @@ class Watcher:
         if value(high) * sign > 0:
             high = t1
             if value(high) * sign > 0:
-                self._before = self._measured(t1, self._steps.y[-1])
+                self._before = self._measured(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
         return t, self._renormalized(advance(self._task, t0, y0, t))

@@ -1,0 +1,71 @@
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import mecanique as mq
+from mecanique.motion.units import units
+
+
+@pytest.fixture(scope="module")
+def motion() -> mq.Motion:
+    return mq.simulate(mq.textbook.load("cart_pole"), q={"q": 1.0}, duration=1.0)
+
+
+@pytest.mark.parametrize(
+    ("what", "labels"),
+    [
+        ("coordinates", {"t [s]", "x, q", "x', q'"}),
+        ("phase", {"x [m]", "x' [m/s]", "q [rad]", "q' [rad/s]"}),
+        ("energies", {"t [s]", "energy [J]"}),
+        ("reactions", {"t [s]", "force [N]", "moment [N·m]"}),
+    ],
+)
+def test_every_plot_has_units_on_its_axes(motion: mq.Motion, what: str, labels: set[str], tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    figure = motion.plot(what)
+    found = {text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text}
+    assert found == labels
+    assert all(line.get_xdata().size for axes in figure.axes for line in axes.lines)
+    figure.savefig(tmp_path / "a.png")
+    assert (tmp_path / "a.png").stat().st_size > 10_000
+
+
+def test_plots_that_do_not_exist_are_refused(motion: mq.Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(mq.UnknownNameError, match="unknown plot 'energy'; did you mean 'energies'"):
+        motion.plot("energy")
+    with pytest.raises(mq.UnknownNameError, match="unknown joint 'pim'; did you mean 'pin'"):
+        motion.plot("reactions", "pim")
+    monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
+    with pytest.raises(mq.InputError, match=r"plots need matplotlib; install it with: pip install 'mecanique\[plot\]'"):
+        motion.plot()
+
+
+def test_units_follow_the_joints_and_the_map() -> None:
+    q, s = mq.coordinate("q"), mq.coordinate("s")
+    L = mq.Parameter("L", 2.0, "m")
+    mechanism = mq.Mechanism(
+        "all",
+        (mq.Body("ground"), *(mq.Body(name, mq.box(1.0, (1, 1, 1))) for name in "abcde")),
+        (
+            mq.Revolute("r", "ground", "a"),
+            mq.Prismatic("p", "a", "b"),
+            mq.Floating("f", "ground", "c"),
+            mq.Prismatic("d", "ground", "d"),
+            mq.Prismatic("e", "ground", "e"),
+        ),
+        coordinates=mq.Coordinates(("q", "s"), {"r": 2 * q, "p": s + 0.5, "d": L * s / 2, "e": L * q}),
+        parameters=(L,),
+    )
+    found = units(mechanism)
+    assert found["q"] == "rad"
+    assert found["q'"] == "rad/s"
+    assert found["s"] == "m"
+    assert found["f_x"] == "m"
+    assert found["f_qw"] == "1"
+    assert found["f_vx"] == "m/s"
+    assert found["f_wz"] == "rad/s"
+    bead = units(mq.textbook.load("particle_on_circle"))
+    assert "" not in bead.values()
