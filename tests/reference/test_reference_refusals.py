@@ -198,7 +198,7 @@ def test_loops_are_not_ignored() -> None:
     assert reference.mass_matrix([0.0]).shape == (1, 1)
     assert reference.acceleration([0.0]) == pytest.approx([0.0])
     for ask in (reference.acceleration, reference.reactions, reference.undetermined):
-        with pytest.raises(EngineError, match=r"the loops are open at q = \[0.3\] \(close: z by"):
+        with pytest.raises(EngineError, match=r"the loops are open at q = \[0.3\] \(close: y by"):
             ask([0.3])
 
 
