@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -42,7 +43,8 @@ def worst(name: str, samples: int = 20) -> float:
     found = 0.0
     for _ in range(samples):
         q, v = 0.4 * rng.normal(size=mechanism.nq), rng.normal(size=mechanism.nv)
-        theirs_q, theirs_v = np.zeros(plant.num_positions()), np.zeros(plant.num_velocities())
+        theirs_q: Any = np.zeros(plant.num_positions())
+        theirs_v: Any = np.zeros(plant.num_velocities())
         theirs_q[place], theirs_v[place] = q, v
         plant.SetPositions(context, theirs_q)
         plant.SetVelocities(context, theirs_v)
