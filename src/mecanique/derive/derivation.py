@@ -39,11 +39,11 @@ class Result:
     """One line of a derivation, left = right.
 
     Args:
-        left: what is found.
+        left: what is found; a series where an equation relates two sums.
         right: what it is.
     """
 
-    left: Left
+    left: Left | Series
     right: Series
 
 
@@ -77,6 +77,7 @@ class Derivation:
         assumptions: what they take for granted.
         lengths: what each root adjoined for springs and dampers is, by its name in print.
         closing: how the equations of motion follow from the last step, in a sentence.
+        unknowns: what each reaction or virtual displacement in the steps is, by its name.
     """
 
     algebra: Algebra
@@ -87,6 +88,7 @@ class Derivation:
     assumptions: tuple[Assumption, ...] = ()
     lengths: Mapping[str, str] = field(default_factory=dict)
     closing: str = ""
+    unknowns: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def rows(self) -> tuple[Series, ...]:

@@ -20,6 +20,8 @@ class Kind(Enum):
     TIME = "time"
     CONSTANT = "constant"
     ATOM = "atom"
+    REACTION = "reaction"
+    VARIATION = "virtual displacement"
 
 
 @final

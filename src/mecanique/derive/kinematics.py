@@ -141,11 +141,43 @@ class Kinematics:
         at = -1 if axes == "world" else self.place[axes]
         if at >= 0:
             given = [combination(row[:3], given) for row in self._relative[at]]
-        if self._of(at) != carrier:
-            for frame, back in ((self._frames[self._of(at)], False), (self._frames[carrier], True)):
+        return self.between(given, self._of(at), carrier)
+
+    def between(self, components: Sequence[Any], start: int, end: int) -> list[Series]:
+        """Return a vector in the axes of another carrier.
+
+        Args:
+            components: shape (3,), in the axes of the first carrier.
+            start: place of that link, −1 for the world.
+            end: place of the link in whose axes it is wanted, −1 for the world.
+        """
+        given = list(components)
+        if start != end:
+            for frame, back in ((self._frames[start], False), (self._frames[end], True)):
                 rows = [[row[i] for row in frame] for i in range(3)] if back else [row[:3] for row in frame]
                 given = [combination(row, given) for row in rows]
-        return [algebra.lifted(component) for component in given]
+        return [self.algebra.lifted(component) for component in given]
+
+    def change(self, components: Sequence[Series], carrier: int) -> list[Series]:
+        """Return the rate of a vector in the inertial frame, in the axes of its carrier: x' + ω × x.
+
+        Args:
+            components: shape (3,), in the axes of the carrier.
+            carrier: place of that link, −1 for the world.
+        """
+        rates = [component.ddt() for component in components]
+        if carrier < 0:
+            return rates
+        turned = [combination(row[:3], components) for row in self._twist(carrier)]
+        return [rate + self.algebra.lifted(term) for rate, term in zip(rates, turned, strict=True)]
+
+    def turn(self, place: int) -> Matrix:
+        """Return the axes of a link in those of its carrier, three rows of three scalars.
+
+        Args:
+            place: of the link in the tree, −1 for the ground.
+        """
+        return [row[:3] for row in (self._relative[place] if place >= 0 else IDENTITY)]
 
     def moments(self, body: str) -> Matrix:
         """Return the mass moments of a body about its origin, four rows of four scalars.

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["GREEK", "Letter"]
+__all__ = ["GREEK", "Letter", "is_varied"]
 
 _SPELLED = (
     "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi omicron pi rho sigma tau upsilon phi chi "
@@ -48,6 +48,15 @@ class Letter:
         shape = _SHAPE.fullmatch(stem.translate(_SUBSCRIPTS))
         base, subscript = (shape["base"], shape["subscript"] or "") if shape else (stem, "")
         return cls(_spelled(base), _spelled(subscript), len(name) - len(stem))
+
+
+def is_varied(name: str) -> bool:
+    """Return whether a name is that of a virtual displacement or of virtual work, e.g. "δq".
+
+    Args:
+        name: of a quantity.
+    """
+    return name.startswith("δ") and name[1:2].isalpha()
 
 
 def _spelled(word: str) -> str:

@@ -27,9 +27,11 @@ _PLACES = {
     Kind.VELOCITY: FUNCTION_RANK + 2,
     Kind.ACCELERATION: FUNCTION_RANK + 3,
     Kind.INPUT: FUNCTION_RANK + 4,
+    Kind.REACTION: FUNCTION_RANK + 4,
+    Kind.VARIATION: FUNCTION_RANK + 5,
 }
-_RANKED = (Kind.ACCELERATION, Kind.VELOCITY, Kind.COORDINATE, Kind.INPUT)
-_MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT)
+_RANKED = (Kind.ACCELERATION, Kind.VELOCITY, Kind.COORDINATE, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
+_MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
 _GAIN = 2  # products of single angles are preferred to double angles unless they take this many signs more
 
 

@@ -18,7 +18,11 @@ if TYPE_CHECKING:
 
 __all__ = ["TITLES", "Section", "latex", "mathml", "sections", "text"]
 
-TITLES = {"lagrange": "Lagrange's equations of the second kind"}
+TITLES = {
+    "newton_euler": "Newton and Euler's equations of every body cut free",
+    "virtual_work": "d'Alembert's principle and virtual work",
+    "lagrange": "Lagrange's equations of the second kind",
+}
 """What each method is called."""
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
@@ -163,7 +167,9 @@ def _sentence(meaning: Meaning, symbol: str) -> str:
 
 
 def _line(result: Result, writer: Writer) -> str:
-    return writer.equation(_left(result.left, writer), expression(result.right).write(writer))
+    left = result.left
+    written = _left(left, writer) if isinstance(left, Left) else expression(left).write(writer)
+    return writer.equation(written, expression(result.right).write(writer))
 
 
 def _left(left: Left, writer: Writer) -> str:

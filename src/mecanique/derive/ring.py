@@ -85,6 +85,15 @@ class Ring:
         """Adjoin (once) a named irrational constant, e.g. "pi", and return it."""
         return self[name] if name in self._indices else self._adjoin(name, Kind.CONSTANT)
 
+    def unknown(self, name: str, kind: Kind) -> Series:
+        """Adjoin (once) a reaction or a virtual displacement, which has no rate, and return it.
+
+        Args:
+            name: its name.
+            kind: `Kind.REACTION` or `Kind.VARIATION`.
+        """
+        return self[name] if name in self._indices and self._kind(name) is kind else self._adjoin(name, kind)
+
     def number(self, value: object) -> Series:
         """Return a number as a series; a float becomes the simple rational it stands for (see `exact`)."""
         rational = exact(value)

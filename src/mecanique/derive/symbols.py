@@ -42,7 +42,9 @@ def meanings(equations: Equations) -> tuple[Meaning, ...]:
     """
     derivation, mechanism = equations.derivation, equations.mechanism
     ring = derivation.algebra.ring
-    shown = [*derivation.rows, *(result.right for stage in derivation.stages for result in stage.results)]
+    results = [result for stage in derivation.stages for result in stage.results]
+    shown = [*derivation.rows, *(result.right for result in results)]
+    shown += [result.left for result in results if isinstance(result.left, Series)]
     used = {generator.name: generator.kind for series in shown for generator in series.generators()}
     found = [*_coordinates(mechanism)]
     for parameter in mechanism.parameters:
@@ -55,6 +57,7 @@ def meanings(equations: Equations) -> tuple[Meaning, ...]:
         generator = ring.generators[index]
         if atom.named and used.get(generator.name) is Kind.ATOM:
             found.append(Meaning(generator.name, derivation.lengths.get(generator.name, "root"), atom.argument))
+    found += [Meaning(name, sentence) for name, sentence in derivation.unknowns.items()]
     if used.get("t") is Kind.TIME:
         found.append(Meaning("t", "time [s]"))
     return tuple(found)

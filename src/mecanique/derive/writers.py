@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from html import escape
 from typing import final
 
-from mecanique.derive.letters import GREEK, Letter
+from mecanique.derive.letters import GREEK, Letter, is_varied
 
 __all__ = ["Latex", "MathML", "Text", "Writer"]
 
@@ -99,6 +99,8 @@ class Latex(Writer):
 
     def letter(self, name: str, of_time: bool, exponent: str) -> str:
         """Write a named quantity."""
+        if is_varied(name):
+            return f"\\delta {self.letter(name[1:], of_time, exponent)}"
         letter = Letter.of(name)
         written = self._word(letter.base)
         if letter.dots:
@@ -162,6 +164,8 @@ class MathML(Writer):
 
     def letter(self, name: str, of_time: bool, exponent: str) -> str:
         """Write a named quantity."""
+        if is_varied(name):
+            return f"<mrow><mi>δ</mi>{self.letter(name[1:], of_time, exponent)}</mrow>"
         letter = Letter.of(name)
         written = self._word(letter.base)
         if letter.dots:

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.derive.derivation import Derivation
+from mecanique.derive.derivation import Derivation, Left
 from mecanique.derive.evaluation import Evaluation
 from mecanique.derive.poisson import Series
 from mecanique.derive.states import Given, States
@@ -31,9 +31,9 @@ class ClosedForm:
     def __init__(self, mechanism: Mechanism, derivation: Derivation) -> None:
         self._mechanism = mechanism
         self._derivation = derivation
-        stated = [result for stage in derivation.stages for result in stage.results]
+        stated = [r for stage in derivation.stages for r in stage.results]
         self._energies = [
-            next((r.right for r in stated if (r.left.quantity, r.left.by) == (letter, "")), None) for letter in "TV"
+            next((r.right for r in stated if r.left == Left(letter)), None) for letter in "TV"
         ]
 
     def mass_matrix(self, q: Given, t: Any = 0.0) -> Array:
