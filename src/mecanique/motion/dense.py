@@ -75,19 +75,25 @@ class Curve:
 
     @cached_property
     def _pieces(self) -> _Pieces:
+        return self._fitted(self.intervals)
+
+    def _fitted(self, starts: np.ndarray) -> _Pieces:
         if self.smooth:
             count, repeat = 4, 3
             data = [self.q, self.rates.first(self.q, self.v), self.rates.second(self.q, self.v, self.a) / 2]
         else:
             count, repeat = int(np.diff(np.append(self.breaks, len(self.t))).max()), 1
             data = [np.hstack([self.q, self.v])]
-        nodes, used = _stencils(self.t, self.intervals, self.breaks, count)
-        return _newton(self.t, data, nodes, used, repeat, self.intervals)
+        nodes, used = _stencils(self.t, starts, self.breaks, count)
+        return _newton(self.t, data, nodes, used, repeat, starts)
 
-    @property
-    def error(self) -> np.ndarray:
-        """Estimate of the interpolation's error in q on each interval, shape (m, nq); for smooth curves."""
-        return self._pieces.error
+    def error(self, starts: np.ndarray | None = None) -> np.ndarray:
+        """Return an estimate of the interpolation's error in q on intervals of a smooth curve, shape (m, nq).
+
+        Args:
+            starts: shape (m,), index of the step at the start of each interval; all by default.
+        """
+        return self._pieces.error if starts is None else self._fitted(starts).error
 
     def __call__(self, t: float | np.ndarray) -> State:
         """Return the state at times within the motion; at a break, the state after it.

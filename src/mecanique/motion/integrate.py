@@ -27,6 +27,12 @@ __all__ = ["simulate"]
 REFINEMENTS = 8
 """Most rounds of halving intervals on which the interpolation is not accurate enough."""
 
+SHORTEST = 1e-6
+"""Intervals below this fraction of the median are not halved: at an unknown kink that would go on for ever."""
+
+REACH = 3
+"""How many intervals away a new step changes the interpolation."""
+
 
 def simulate(
     mechanism: Mechanism,
@@ -172,25 +178,29 @@ def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> C
     curve = steps.curve(nq, rates, smooth)
     if len(curve.t) < 2 or not smooth:
         return curve
+    at, error = curve.intervals, curve.error()
+    least = SHORTEST * float(np.median(curve.t[at + 1] - curve.t[at]))
     for _ in range(REFINEMENTS):
-        at = curve.intervals
         length = curve.t[at + 1] - curve.t[at]
         speed = np.abs(rates.first(curve.q[at], curve.v[at]))
-        excess = curve.error / length[:, None] / (task.atol + task.rtol * (1 + speed))
-        # below a millionth of the median no error is worth a step: kinks would be halved for ever
-        coarse = np.flatnonzero((excess.max(axis=1) > 1) & (length > 1e-6 * np.median(length)))
+        # the error of v is about that of q in an interval's length
+        excess = error / length[:, None] / (task.atol + task.rtol * (1 + speed))
+        coarse = at[(excess.max(axis=1) > 1) & (length > least)]
         if not len(coarse):
             break
-        t = curve.t[at[coarse]] + length[coarse] / 2
+        t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
         states = [
             advance(task, float(curve.t[i]), np.concatenate([curve.q[i], curve.v[i]]), float(s))
-            for i, s in zip(at[coarse], t, strict=True)
+            for i, s in zip(coarse, t, strict=True)
         ]
         y = np.array(states)
         if not np.isfinite(y).all():
             break
         dy = np.array([task.rhs(float(s), x) for s, x in zip(t, states, strict=True)])
-        curve = curve.with_steps(at[coarse], t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
+        curve = curve.with_steps(coarse, t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
+        new = coarse + np.arange(1, len(coarse) + 1)
+        at = np.intersect1d(curve.intervals, new[:, None] + np.arange(-REACH, REACH + 1))
+        error = curve.error(at)
     return curve
 
 
