@@ -21,12 +21,14 @@ class Block:
         body: MathML, or plain text.
         note: a sentence below it; may be empty.
         final: whether it is the result one looks for.
+        lead: a sentence above it; may be empty.
     """
 
     heading: str
     body: str
     note: str = ""
     final: bool = False
+    lead: str = ""
 
 
 @final

@@ -68,9 +68,10 @@ def _equations(scene: Scene) -> str:
 
 def _block(block: Block) -> str:
     heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
-    note = f'<p class="note">{escape(block.note)}</p>' if block.note else ""
+    lead, note = (f'<p class="note">{escape(text)}</p>' if text else "" for text in (block.lead, block.note))
     kind = "equation result" if block.final else "equation"
-    return f'{heading}<div class="{kind}">{safe(block.body, display=True)}</div>{note}'
+    body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
+    return f"{heading}{lead}{body}{note}"
 
 
 def _plots(scene: Scene) -> str:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from mecanique.errors import InputError
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.view.document import VerdictTable
 from mecanique.view.live import Changes, LiveView
 from mecanique.view.page import write_page
@@ -34,11 +35,20 @@ def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: An
     if not isinstance(motion, Motion):
         raise InputError(f"expected a Motion, as simulate returns it, got {type(motion).__name__}")
     mechanism = motion.mechanism
-    derived = [derive(mechanism, method) for method in METHODS] if equations is None else equations
+    derived = _told(lambda method: derive(mechanism, method), METHODS) if equations is None else equations
     several = derived if isinstance(derived, Sequence) else (derived,)
-    compared = verify(mechanism) if verdict is None else verdict
+    compared = next(iter(_told(lambda _: verify(mechanism), [""])), None) if verdict is None else verdict
     actions = actions_of(motion)
     return scene_of(motion, document_of(motion, several, compared, actions), actions)
+
+
+def _told(make: Callable[[str], Any], names: Iterable[str]) -> list[Any]:
+    """What is made of each name, leaving out what the package cannot treat: a page shows the rest."""
+    made = []
+    for name in names:
+        with suppress(MecaniqueError):
+            made.append(make(name))
+    return made
 
 
 def export(
@@ -66,7 +76,11 @@ def view(motion: Any, *, speed: float, port: int, open_browser: bool) -> None:
         def frames(changes: Changes) -> Iterator[Frame]:
             shown = first
             if changes:
-                shown = _changed(motion, changes, first)
+                try:
+                    shown = _changed(motion, changes, first)
+                except MecaniqueError as error:
+                    # the page says why nothing moves, and the next change starts anew
+                    shown = replace(first, document=replace(first.document, subtitle=str(error)))
                 live.show(shown)
             yield from (shown.frame(k) for k in range(len(shown.t)))
 

@@ -16,6 +16,7 @@ from mecanique.motion.actions import Action, Actions
 from mecanique.motion.units import per_second, units
 from mecanique.view.document import Document
 from mecanique.view.scene import GREY, Arrow, Floats, JointMark, Line, Scene, SceneBody, Series, Shape, Trace
+from mecanique.view.texts import letter
 
 __all__ = ["actions_of", "scene_of"]
 
@@ -173,19 +174,19 @@ def _series(motion: Any) -> Iterator[Series]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     for name in mechanism.coordinates:
-        yield Series(name, name, unit[name], motion[name], "Coordinates", shown=len(mechanism.coordinates) <= 4)
+        yield Series(name, letter(name), unit[name], motion[name], "Coordinates", shown=len(mechanism.coordinates) <= 4)
     for name in mechanism.velocities:
-        yield Series(name, name, unit[name], motion[name], "Velocities")
+        yield Series(name, letter(name), unit[name], motion[name], "Velocities")
     for k, name in enumerate(mechanism.velocities):
-        yield Series(f"{name}'", f"{name}'", per_second(unit[name]), motion.a[:, k], "Accelerations")
+        yield Series(f"{name}'", letter(f"{name}'"), per_second(unit[name]), motion.a[:, k], "Accelerations")
     energy = motion.energy()
     for name, label in (("kinetic", "T"), ("potential", "V"), ("total", "T + V"), ("work", "work of forces")):
         yield Series(f"energy {name}", label, "J", getattr(energy, name), "Energies")
     for joint in mechanism.joints[: MOST_ARROWS // 4]:
         wrench = motion.reactions(joint.name)
         for k, axis in enumerate("xyz"):
-            for vector, letter, size in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
+            for vector, sign, size in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
                 if np.abs(vector[:, k]).max() > 1e-9:
                     yield Series(
-                        f"{joint.name} {letter}{axis}", f"{joint.name} {letter}{axis}", size, vector[:, k], "Reactions"
+                        f"{joint.name} {sign}{axis}", f"{joint.name} {sign}{axis}", size, vector[:, k], "Reactions"
                     )

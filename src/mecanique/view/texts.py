@@ -15,7 +15,7 @@ from mecanique.motion.units import units
 from mecanique.urdf.write import write_urdf
 from mecanique.view.document import Block, Derivation, Document, Ledger, LedgerRow, Quantity, VerdictTable
 
-__all__ = ["document_of"]
+__all__ = ["document_of", "letter"]
 
 MOST_LEDGER_ENTRIES = 200
 """A ledger with more rows times coordinates than this is no longer read."""
@@ -44,6 +44,17 @@ def document_of(motion: Any, equations: Sequence[Any], verdict: Any, actions: Se
     )
 
 
+def letter(name: str) -> str:
+    """Return the name of a quantity as it stands in equations, in MathML.
+
+    Args:
+        name: e.g. "theta'".
+    """
+    from mecanique.derive.writers import MathML
+
+    return MathML().letter(name, False, "")
+
+
 def _derivation(equations: Any) -> Derivation:
     from mecanique.derive.report import TITLES, sections
 
@@ -56,26 +67,16 @@ def _derivation(equations: Any) -> Derivation:
         last = number == len(parts)
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
-            heading = part.title if k == 0 else ""
-            note = part.explanation if k == 0 else ""
-            blocks.append(Block(heading, formula, note, final=last))
+            heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
+            blocks.append(Block(heading, formula, final=last, lead=lead))
     return Derivation(title, tuple(blocks))
 
 
 def _table(verdict: Any) -> VerdictTable:
-    rows = tuple(
-        (
-            row.quantity,
-            " = ".join(row.sources),
-            f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite",
-            verdict.state(row),
-        )
-        for row in verdict.rows
-    )
+    columns, *rows = verdict.table
     versions = ", ".join(f"{name} {number}" for name, number in verdict.versions.items())
-    notes = (*verdict.notes, f"Tolerance {verdict.tolerance:.0e}, seed {verdict.seed}; {versions}.")
-    columns = ("Quantity", "Sources", "Worst relative difference", "Where")
-    return VerdictTable(verdict.agrees, verdict.summary, columns, rows, notes)
+    notes = (*verdict.remarks, f"Tolerance {verdict.tolerance:.0e}, seed {verdict.seed}; {versions}.")
+    return VerdictTable(verdict.agrees, verdict.summary, columns, tuple(rows), notes)
 
 
 def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
@@ -84,7 +85,7 @@ def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
         # a slider from nothing to three times the value keeps masses and lengths sound
         low, high = sorted((0.05 * value, 3 * value)) if value else (0.0, 0.0)
         unit = "" if parameter.unit == "1" else parameter.unit
-        yield Quantity(parameter.symbol, parameter.symbol, value, unit, parameter.meaning, low, high)
+        yield Quantity(parameter.symbol, letter(parameter.symbol), value, unit, parameter.meaning, low, high)
 
 
 def _initial(motion: Any) -> Iterator[Quantity]:
@@ -95,10 +96,10 @@ def _initial(motion: Any) -> Iterator[Quantity]:
         reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
         if own:
             low, high = min(-reach, float(value)), max(reach, float(value))
-            yield Quantity(name, name, float(value), unit[name], "at the start", low, high)
+            yield Quantity(name, letter(name), float(value), unit[name], "at the start", low, high)
     for name, value in zip(mechanism.velocities, motion.v[0], strict=True):
         reach = max(10.0, 2 * abs(float(value)))
-        yield Quantity(name, name, float(value), unit[name], "at the start", -reach, reach)
+        yield Quantity(name, letter(name), float(value), unit[name], "at the start", -reach, reach)
 
 
 def _freedom(mechanism: Mechanism) -> tuple[str, ...]:
@@ -149,10 +150,14 @@ def _ledger(motion: Any, actions: Sequence[Action]) -> Ledger:
         titles = {"weight": f"weight of {name}", "inertia": f"inertia of {name}", "reaction": f"reaction at {name}"}
         where = " and ".join(dict.fromkeys(action.body for action in group))
         rows.append(LedgerRow(titles.get(kind, name), kind, f"of {where}", np.asarray(work)))
+    largest = max(float(np.abs(row.values).max(initial=0.0)) for row in rows)
+    for row in rows:
+        # what an ideal joint's reaction leaves by rounding
+        row.values[np.abs(row.values) < 1e-12 * largest] = 0.0
     generalized = tuple(
         "N·m" if unit[name] == "rad/s" else "N" if unit[name] == "m/s" else "" for name in mechanism.velocities
     )
-    return Ledger(tuple(f"δ{name.removesuffix(chr(39))}" for name in mechanism.velocities), generalized, tuple(rows))
+    return Ledger(tuple(letter(name.removesuffix("'")) for name in mechanism.velocities), generalized, tuple(rows))
 
 
 def _virtual_work(action: Action, jacobian: np.ndarray, origin: np.ndarray) -> np.ndarray:
