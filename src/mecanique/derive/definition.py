@@ -80,7 +80,7 @@ class Definition:
         Args:
             states: where, how fast and when.
         """
-        r, H = self._motion(states, np.zeros_like(states.v))
+        r, H = self.motion(states, np.zeros_like(states.v))
         Q = np.zeros((self._mechanism.nv, len(states)))
         for term in self._spring_energies(r, H):
             Q = Q - term.c[0, 1:]
@@ -122,7 +122,7 @@ class Definition:
         Args:
             states: where.
         """
-        _, H = self._motion(states, np.zeros_like(states.v))
+        _, H = self.motion(states, np.zeros_like(states.v))
         E = np.zeros((self._mechanism.nv, len(states)))
         for place, J in self._bodies:
             E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
@@ -136,7 +136,7 @@ class Definition:
         Args:
             states: where and how fast.
         """
-        _, H = self._motion(states, np.zeros_like(states.v))
+        _, H = self.motion(states, np.zeros_like(states.v))
         free = moving(self._tree)
         bodies = [(H[place].c, J) for place, J in self._bodies if free[place]]
         return momenta([c[0, 0] for c, _ in bodies], [c[1, 0] for c, _ in bodies], [J for _, J in bodies], len(states))
@@ -158,7 +158,7 @@ class Definition:
         Args:
             states: where and how fast.
         """
-        r, H = self._motion(states, np.zeros_like(states.v))
+        r, H = self.motion(states, np.zeros_like(states.v))
         T, V = np.zeros(len(states)), np.zeros(len(states))
         for term in self._kinetic(r, H):
             T = T + term.c[0, 0]
@@ -170,7 +170,7 @@ class Definition:
 
     def _operator(self, states: States, a: np.ndarray) -> np.ndarray:
         """Lagrange's operator on T, and ∂V/∂q of gravity, shape (n, nv)."""
-        r, H = self._motion(states, a)
+        r, H = self.motion(states, a)
         later_r, later_H = {name: _delayed(x) for name, x in r.items()}, [_delayed(pose) for pose in H]
         E = np.zeros((self._mechanism.nv, len(states)))
         for now, later in zip(self._kinetic(r, H), self._kinetic(later_r, later_H), strict=True):
@@ -179,8 +179,13 @@ class Definition:
             E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
         return np.asarray(E.T)
 
-    def _motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:
-        """Jets of the joint coordinates and of every link's pose."""
+    def motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:
+        """Return the jets of the joint coordinates, by name, and of the pose of every link, in the order of the tree.
+
+        Args:
+            states: where, how fast and when.
+            a: shape (n, nv), accelerations.
+        """
         r = joint_paths(states, self._tree, a)
         H: list[Jet] = []
         for link in self._tree:

@@ -14,6 +14,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
+    from mecanique.derive.constrained import Constrained
     from mecanique.derive.derivation import Derivation, Stage
     from mecanique.derive.matrices import Linear
     from mecanique.derive.printing import Equation
@@ -279,15 +280,39 @@ class Equations:
 
         Raises:
             InputError: if a shape is wrong or a number is not finite.
-            DerivationError: if a motion meets no inertia, or if the mechanism has loops.
+            DerivationError: if a motion meets no inertia.
         """
-        if self.mechanism.loops:
-            raise DerivationError(
-                f"mechanism {self.mechanism.name!r} has loops: its accelerations depend on their forces, which these "
-                "equations of the tree leave out; use Reference"
-            )
         states = States.of(self.mechanism, q, v, t)
+        if self.mechanism.loops:
+            return states.shaped(self._constrained.motion(states).acceleration)
         return states.shaped(self.numeric.acceleration(states))
+
+    def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
+        """Return Lagrange's multipliers λ of the loops, by row, "loop: motion it closes"; each shape () or (n,).
+
+        With these M a + bias − forces = Jᵀ λ. Along x, y, z and length they are forces [N] of body a on body b, about
+        x, y, z moments [N·m], in the axes of frame a. Redundant rows share their load with the least sum of squares.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name; the loops closed.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if a motion meets no inertia.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        if not self.mechanism.loops:
+            return {}
+        found = self._constrained.motion(states).multipliers.T
+        return {name: states.shaped(row) for name, row in zip(self._constrained.names, found, strict=True)}
+
+    @cached_property
+    def _constrained(self) -> Constrained:
+        from mecanique.derive.constrained import Constrained
+
+        return Constrained(self.mechanism, self.numeric)
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
         """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).

@@ -1,0 +1,216 @@
+"""Lagrange's equations of the second kind in as many coordinates as there are degrees of freedom.
+
+The loops make the other coordinates functions of the independent ones. These functions are never written down: as
+jets they are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with the constant J of the state, which
+gains one order of ε, or the variations, with every sweep. Lagrange's operator then sees the independent coordinates
+alone, on the same definition as for a tree (`mecanique.derive.definition`).
+"""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derive.closure import Closure
+from mecanique.derive.constrained import constraints
+from mecanique.derive.definition import Definition
+from mecanique.derive.functions import function
+from mecanique.derive.jets import Jet
+from mecanique.derive.links import links, place_of
+from mecanique.derive.paths import JETS
+from mecanique.derive.poses import Arithmetic, joint_values, moments, poses
+from mecanique.derive.states import States
+from mecanique.errors import DerivationError
+from mecanique.model.expression import evaluate
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Reduced"]
+
+_SWEEPS = 40
+_REGULAR = 1e-4
+"""Dependent coordinates are chosen so that J has singular values above this part of the largest."""
+
+
+@final
+class Reduced:
+    """Accelerations of a closed mechanism from its equations in independent coordinates.
+
+    Args:
+        mechanism: a mechanism with loops.
+
+    Raises:
+        DerivationError: if a joint's position is a quaternion, whose components are no coordinates to choose from, or
+            an input is a function.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        for joint in mechanism.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                raise DerivationError(
+                    f"joint {joint.name!r} has a quaternion, of which no independent coordinate is made"
+                )
+        for signal in mechanism.inputs:
+            if callable(signal.signal):
+                raise DerivationError(f"input {signal.symbol!r} is a function, which has no exact derivatives")
+        self._mechanism = mechanism
+        self._tree = links(mechanism)
+        self._closure = Closure(mechanism)
+        self._definition = Definition(mechanism)
+        place = place_of(self._tree, mechanism)
+        self._bodies = [
+            (place[body.name], np.array(moments(body, mechanism.values, Arithmetic()), dtype=float))
+            for body in mechanism.bodies
+            if body.shapes and place[body.name] >= 0
+        ]
+        self._gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return a, shape (n, nv).
+
+        Args:
+            states: where, how fast and when; the loops closed.
+
+        Raises:
+            DerivationError: if a motion that the loops leave free meets no inertia.
+        """
+        J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
+        forces = self._definition.forces(states)
+        result = np.empty_like(states.v)
+        waiting = np.arange(len(states))
+        while len(waiting):
+            rows, dependent = _chosen(J[waiting[0]])
+            block = J[waiting][:, rows][:, :, dependent]
+            fit = np.array([_is_regular(matrix) for matrix in block])
+            fit[0] = True
+            at = waiting[fit]
+            some = States(self._mechanism, states.q[at], states.v[at], states.t[at], single=False)
+            result[at] = self._solved(some, forces[at], rows, dependent, np.linalg.inv(block[fit]))
+            waiting = waiting[~fit]
+        return result
+
+    def _solved(
+        self, states: States, forces: np.ndarray, rows: np.ndarray, dependent: np.ndarray, inverse: np.ndarray
+    ) -> np.ndarray:
+        nv, n = self._mechanism.nv, len(states)
+        free = np.setdiff1d(np.arange(nv), dependent)
+        rest, E = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
+        # the partials of the coordinates: how all follow the independent ones
+        follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
+        M = np.empty((n, len(free), len(free)))
+        for k in range(len(free)):
+            a = np.zeros((n, len(free)))
+            a[:, k] = 1.0
+            M[:, :, k] = self._operator(states, a, rows, dependent, inverse)[1] - E
+        right = np.einsum("nvk,nv->nk", follow, forces) - E
+        try:
+            independent = np.linalg.solve(M, right[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            raise DerivationError(
+                f"mechanism {self._mechanism.name!r}: its loops leave a motion free that meets no inertia; give a body "
+                "in it mass"
+            ) from None
+        without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
+        found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
+        return found
+
+    def _operator(
+        self, states: States, a: np.ndarray, rows: np.ndarray, dependent: np.ndarray, inverse: np.ndarray
+    ) -> tuple[list[Jet], np.ndarray]:
+        """The coordinates as jets, and Lagrange's operator on T − V of gravity in the independent ones, (n, free)."""
+        q = self._paths(states, a, rows, dependent, inverse)
+        r, H = self._placed(states, q)
+        E = np.zeros((a.shape[1], len(states)))
+        terms = [(Jet(H[place].c @ (0.5 * J)), H[place]) for place, J in self._bodies]
+        for half, pose in terms:
+            now = half.ddt().trace_with(pose.ddt())
+            later = _delayed(half).ddt().trace_with(_delayed(pose).ddt())
+            E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
+        for place, J in self._bodies:
+            E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
+        for link in self._tree:
+            inertia = self._mechanism.evaluate(link.armature)
+            if inertia:
+                x = r[link.coordinates[0]]
+                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, _delayed(x)))
+                E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
+        return q, np.asarray(E.T)
+
+    def _paths(
+        self, states: States, a: np.ndarray, rows: np.ndarray, dependent: np.ndarray, inverse: np.ndarray
+    ) -> list[Jet]:
+        nv, n = self._mechanism.nv, len(states)
+        free = np.setdiff1d(np.arange(nv), dependent).tolist()
+        c = np.zeros((nv, 3, 1 + len(free), n))
+        c[:, 0, 0] = states.q.T
+        for k, at in enumerate(free):
+            c[at, 1, 0], c[at, 2, 0], c[at, 0, 1 + k] = states.v[:, at], a[:, k] / 2, 1.0
+        c[dependent, 1, 0] = states.v[:, dependent].T
+        units = self._closure.units
+        last = np.inf
+        for _ in range(_SWEEPS):
+            q = [Jet(x) for x in c]
+            phi = self._closure.rows(self._placed(states, q)[1])
+            off = np.stack([phi[i].c / units[i] for i in rows], axis=-1)
+            size = float(np.abs(off).max(initial=0.0))
+            if size < 1e-15 or (size < 1e-10 and size >= last):
+                break
+            last = size
+            c = c.copy()
+            c[dependent] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
+        return q
+
+    def _placed(self, states: States, q: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
+        mechanism = self._mechanism
+        values: dict[str, Any] = {**mechanism.values, **dict(zip(mechanism.coordinates, q, strict=True))}
+        c = np.zeros(q[0].c.shape)
+        c[0, 0], c[1, 0] = states.t, 1.0
+        values["t"] = Jet(c)
+        for signal in mechanism.inputs:
+            values[signal.symbol] = evaluate(signal.signal, values, function=function)
+        values = joint_values(mechanism, values, JETS)
+        return values, [_as_jet(rows, q[0]) for rows in poses(self._tree, values, JETS)]
+
+
+def _as_jet(rows: list[list[Any]], like: Jet) -> Jet:
+    c = np.zeros((*like.c.shape, 4, 4))
+    c[0, 0, :, 3, 3] = 1.0
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            if isinstance(entry, Jet):
+                c[..., i, k] = entry.c
+            else:
+                c[0, 0, :, i, k] = entry
+    return Jet(c)
+
+
+def _delayed(x: Jet) -> Jet:
+    """The same motion with the variation η = ε instead of η = 1."""
+    c = np.zeros_like(x.c)
+    c[:, 0] = x.c[:, 0]
+    c[1:, 1:] = x.c[:-1, 1:]
+    return Jet(c)
+
+
+def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows that are independent, and as many coordinates that they determine best, by full pivoting."""
+    J = J.copy()
+    rows: list[int] = []
+    columns: list[int] = []
+    top = float(np.abs(J).max(initial=0.0))
+    while len(rows) < min(J.shape):
+        i, k = np.unravel_index(int(np.abs(J).argmax()), J.shape)
+        if not abs(J[i, k]) > 1e-8 * top:
+            break
+        rows.append(int(i))
+        columns.append(int(k))
+        J -= np.outer(J[:, k] / J[i, k], J[i])
+        J[:, k] = 0.0
+        J[i] = 0.0
+    return np.array(sorted(rows), dtype=int), np.array(sorted(columns), dtype=int)
+
+
+def _is_regular(matrix: np.ndarray) -> bool:
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return not len(values) or bool(values[-1] > _REGULAR * values[0])
