@@ -94,7 +94,7 @@ class Actions:
                     yield Action(force.name, "load", force.body, None, self._origin(poses, force.body), zero, parts)
 
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
-        """Yield what each joint does to its child and to its parent.
+        """Yield what each joint does to its child and to its parent, and each loop to its two bodies.
 
         Args:
             t: shape (n,) [s].
@@ -103,10 +103,14 @@ class Actions:
         """
         poses = self._reference.poses(q, t)
         found = self._reference.reactions(q, v, t)
-        for joint in self._mechanism.joints:
-            wrench, at = found[joint.name], self._origin(poses, joint.child)
-            yield Action(joint.name, "reaction", joint.child, joint.parent, at, wrench.force, wrench.moment)
-            yield Action(joint.name, "reaction", joint.parent, joint.child, at, -wrench.force, -wrench.moment)
+        seats = [(joint.child, joint.parent, self._origin(poses, joint.child)) for joint in self._mechanism.joints]
+        seats += [
+            (loop.body_b, loop.body_a, self._point(poses, loop.body_b, loop.frame_b.xyz))
+            for loop in self._mechanism.loops
+        ]
+        for (name, wrench), (body, other, at) in zip(found.items(), seats, strict=True):
+            yield Action(name, "reaction", body, other, at, wrench.force, wrench.moment)
+            yield Action(name, "reaction", other, body, at, -wrench.force, -wrench.moment)
 
     def inertia(self, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> Iterator[Action]:
         """Yield d'Alembert's forces, −m a at the center of mass and minus the rate of the angular momentum about it.
