@@ -2,9 +2,11 @@
 
 At each step the integrator knows q, v and a, hence q, q̇ and q̈ to its tolerance: the polynomial of degree 11 through
 four neighboring steps (Hermite, in Newton's form with confluent nodes) is as accurate as the eighth-order steps
-themselves and costs no evaluation of the equations. Polynomials never reach across a break: an impact, or a kink in a
-sampled input. Implicit methods do not give q̈ that accurately on stiff systems, and their steps differ too much in
-length; each of their steps is a stretch of its own, through points of the method's own interpolation.
+themselves and costs no evaluation of the equations. For v there are two polynomials of that kind: the derivative of
+the one for q, better for long steps, and one through v and a at six steps, better for short ones, where a derivative
+would enlarge rounding; the smaller error estimate decides. Polynomials never reach across a break: an impact, or a
+kink in a sampled input. Implicit methods do not give q̈ that accurately on stiff systems, and their steps differ too
+much in length; each of their steps is a stretch of its own, through points of the method's own interpolation.
 """
 
 from __future__ import annotations
@@ -22,6 +24,12 @@ __all__ = ["Curve", "State"]
 CLOSEST = 0.5
 """Least distance between the nodes of a polynomial, in lengths of its interval; nearer ones would amplify errors."""
 
+DERIVED = 1.5
+"""Error of the derivative of the polynomial for q, in estimated errors of q per length (measured: 0.3 to 4)."""
+
+DOUBTED = 3.0
+"""Factor on the estimate of the polynomial for v: on long steps, where the other is better, it may be too small."""
+
 
 class State(NamedTuple):
     """Where a mechanism is and how it moves.
@@ -38,11 +46,24 @@ class State(NamedTuple):
 
 
 class _Pieces(NamedTuple):
-    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), error estimate (n, k)."""
+    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), estimate of the largest error (n,)."""
 
     nodes: np.ndarray
     coefficients: np.ndarray
     error: np.ndarray
+
+    def at(self, piece: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return values and first derivatives, each of shape (n, k), of one polynomial per time."""
+        nodes, coefficients = self.nodes[piece], self.coefficients[piece]
+        value = coefficients[:, -1].copy()
+        rate = np.zeros_like(value)
+        for order in range(nodes.shape[1] - 2, -1, -1):
+            away = (t - nodes[:, order])[:, None]
+            rate *= away
+            rate += value
+            value *= away
+            value += coefficients[:, order]
+        return value, rate
 
 
 @final
@@ -74,26 +95,41 @@ class Curve:
         return np.delete(np.arange(len(self.t) - 1), self.breaks[1:] - 1)
 
     @cached_property
-    def _pieces(self) -> _Pieces:
+    def _pieces(self) -> tuple[_Pieces, ...]:
         return self._fitted(self.intervals)
 
-    def _fitted(self, starts: np.ndarray) -> _Pieces:
-        if self.smooth:
-            count, repeat = 4, 3
-            data = [self.q, self.rates.first(self.q, self.v), self.rates.second(self.q, self.v, self.a) / 2]
-        else:
-            count, repeat = int(np.diff(np.append(self.breaks, len(self.t))).max()), 1
-            data = [np.hstack([self.q, self.v])]
-        nodes, used = _stencils(self.t, starts, self.breaks, count)
-        return _newton(self.t, data, nodes, used, repeat, starts)
+    def _fitted(self, starts: np.ndarray) -> tuple[_Pieces, ...]:
+        """Polynomials for q and for v on intervals; for both at once if the curve is not smooth."""
+        if not self.smooth:
+            most = int(np.diff(np.append(self.breaks, len(self.t))).max())
+            nodes, used = _stencils(self.t, starts, self.breaks, most)
+            return (_newton(self.t, [np.hstack([self.q, self.v])], nodes, used, starts),)
+        nodes, used = _stencils(self.t, starts, self.breaks, 6)
+        data = [self.q, self.rates.first(self.q, self.v), self.rates.second(self.q, self.v, self.a) / 2]
+        positions = _newton(self.t, data, nodes[:, :4], used.clip(max=4), starts)
+        return positions, _newton(self.t, [self.v, self.a], nodes, used, starts)
 
-    def error(self, starts: np.ndarray | None = None) -> np.ndarray:
-        """Return an estimate of the interpolation's error in q on intervals of a smooth curve, shape (m, nq).
+    def errors(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return estimates of the largest errors in q and in v on intervals of a smooth curve, each of shape (m,).
 
         Args:
             starts: shape (m,), index of the step at the start of each interval; all by default.
         """
-        return self._pieces.error if starts is None else self._fitted(starts).error
+        pieces = self._pieces if starts is None else self._fitted(starts)
+        at = self.intervals if starts is None else starts
+        return pieces[0].error, self._error_of_v(pieces, at).min(axis=0)
+
+    def _error_of_v(self, pieces: tuple[_Pieces, ...], starts: np.ndarray) -> np.ndarray:
+        """Estimates for the derivative of the polynomial for q, and for that of v itself, shape (2, m)."""
+        length = self.t[starts + 1] - self.t[starts]
+        return np.stack([DERIVED * pieces[0].error / length, DOUBTED * pieces[1].error])
+
+    @cached_property
+    def _derived(self) -> np.ndarray:
+        """Whether v is the derivative of q on each interval, shape (m,)."""
+        by_q, by_v = self._error_of_v(self._pieces, self.intervals)
+        derived: np.ndarray = by_q < by_v
+        return derived
 
     def __call__(self, t: float | np.ndarray) -> State:
         """Return the state at times within the motion; at a break, the state after it.
@@ -107,11 +143,14 @@ class Curve:
         else:
             piece = np.searchsorted(self.t[self.intervals], times, side="right") - 1
             piece = piece.clip(0, len(self.intervals) - 1)
-            nodes, coefficients, _ = self._pieces
-            value, rate = _horner(nodes[piece], coefficients[piece], times)
+            value, rate = self._pieces[0].at(piece, times)
             nq = self.q.shape[1]
             q = self.rates.normalized(value[:, :nq])
-            v = self.rates.velocities(q, rate) if self.smooth else value[:, nq:]
+            v = value[:, nq:]
+            if self.smooth:
+                v, _ = self._pieces[1].at(piece, times)
+                derived = self._derived[piece]
+                v[derived] = self.rates.velocities(q[derived], rate[derived])
         return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
 
     def with_steps(self, at: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> Curve:
@@ -170,16 +209,15 @@ def _stencils(t: np.ndarray, starts: np.ndarray, breaks: np.ndarray, count: int)
     return nodes, used
 
 
-def _newton(
-    t: np.ndarray, data: list[np.ndarray], nodes: np.ndarray, used: np.ndarray, repeat: int, starts: np.ndarray
-) -> _Pieces:
-    """Return Newton's form with each node repeated; data holds the values and the Taylor coefficients there."""
+def _newton(t: np.ndarray, data: list[np.ndarray], nodes: np.ndarray, used: np.ndarray, starts: np.ndarray) -> _Pieces:
+    """Return Newton's form; data holds values and Taylor coefficients at the steps, each node counts as often."""
     pieces, count = nodes.shape
+    repeat = len(data)
     size = count * repeat
     width = data[0].shape[1]
     coefficients = np.zeros((pieces, size, width))
     points = np.zeros((pieces, size))
-    error = np.zeros((pieces, width))
+    error = np.zeros(pieces)
     for number in np.unique(used):
         rows = np.flatnonzero(used == number)
         index = np.repeat(nodes[rows, :number], repeat, axis=1)
@@ -199,18 +237,5 @@ def _newton(
         points[rows, : number * repeat] = z
         middle = (t[starts[rows]] + t[starts[rows] + 1]) / 2
         last = np.prod(middle[:, None] - z[:, :-1], axis=1)
-        error[rows] = np.abs(coefficients[rows, number * repeat - 1] * last[:, None])
+        error[rows] = np.abs(coefficients[rows, number * repeat - 1]).max(axis=1, initial=0.0) * np.abs(last)
     return _Pieces(points, coefficients, error)
-
-
-def _horner(nodes: np.ndarray, coefficients: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return values and first derivatives of polynomials in Newton's form, one per time."""
-    value = coefficients[:, -1].copy()
-    rate = np.zeros_like(value)
-    for order in range(nodes.shape[1] - 2, -1, -1):
-        away = (t - nodes[:, order])[:, None]
-        rate *= away
-        rate += value
-        value *= away
-        value += coefficients[:, order]
-    return value, rate

@@ -11,7 +11,8 @@ import numpy as np
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.linearization import Linearization, linearize
+from mecanique.motion.linearization import Linearization
+from mecanique.motion.linearizing import linearize
 from mecanique.motion.rates import Rates
 from mecanique.motion.settings import Values
 from mecanique.motion.units import units
@@ -105,6 +106,8 @@ def equilibrium_near(mechanism: Mechanism, start: np.ndarray, t: float, referenc
     """
     rates = Rates.of(mechanism)
     nv = mechanism.nv
+    if not nv:
+        return start
     q = rates.normalized(np.array(start, dtype=float))
     h = 1e-6
 
@@ -157,6 +160,8 @@ def _random_starts(mechanism: Mechanism, count: int, seed: int) -> list[np.ndarr
 
 def _unwound(mechanism: Mechanism, q: np.ndarray, turning: list[int], t: float, reference: Any) -> np.ndarray:
     """Bring angles to −π…π if that leaves the position an equilibrium (it does not with a torsion spring)."""
+    if not turning:
+        return q
     wound = q.copy()
     wound[turning] = (wound[turning] + np.pi - 1e-9) % (2 * np.pi) - np.pi + 1e-9
     still = np.zeros(mechanism.nv)
@@ -168,7 +173,7 @@ def _same(q: np.ndarray, other: Equilibrium, turning: list[int]) -> bool:
     gap = q - other.q
     gap[turning] = (gap[turning] + np.pi) % (2 * np.pi) - np.pi
     K = other.linearization.K
-    if len(gap) == len(K):
+    if len(gap) == len(K) > 0:
         _, resistance, directions = np.linalg.svd(K)
         free = directions[resistance <= 1e-9 * resistance.max(initial=0.0)]
         gap = gap - free.T @ (free @ gap)

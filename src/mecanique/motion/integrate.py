@@ -30,8 +30,11 @@ REFINEMENTS = 8
 SHORTEST = 1e-6
 """Intervals below this fraction of the median are not halved: at an unknown kink that would go on for ever."""
 
-REACH = 3
+REACH = 5
 """How many intervals away a new step changes the interpolation."""
+
+JITTER = 100 * 2.2e-16
+"""Times of steps are rounded by a part of this fraction of their size; no step more makes that better."""
 
 
 def simulate(
@@ -81,6 +84,8 @@ def simulate(
         IntegrationError: if the integration stops before its end, also by Ctrl-C; it carries the motion until then.
     """
     begin = perf_counter()
+    if not mechanism.nv:
+        raise InputError(f"mechanism {mechanism.name!r} has no coordinate, so nothing in it can be set in motion")
     start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])
     t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     times = sample_times(t0, end, fps, samples)
@@ -178,14 +183,17 @@ def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> C
     curve = steps.curve(nq, rates, smooth)
     if len(curve.t) < 2 or not smooth:
         return curve
-    at, error = curve.intervals, curve.error()
+    at, errors = curve.intervals, curve.errors()
     least = SHORTEST * float(np.median(curve.t[at + 1] - curve.t[at]))
+    jitter = JITTER * float(np.abs(curve.t).max())
     for _ in range(REFINEMENTS):
-        length = curve.t[at + 1] - curve.t[at]
-        speed = np.abs(rates.first(curve.q[at], curve.v[at]))
-        # the error of v is about that of q in an interval's length
-        excess = error / length[:, None] / (task.atol + task.rtol * (1 + speed))
-        coarse = at[(excess.max(axis=1) > 1) & (length > least)]
+        excess = [
+            error / (task.atol + (np.abs(values[at]) * task.rtol + np.abs(rate[at]) * jitter).max(axis=1, initial=0.0))
+            for error, values, rate in zip(
+                errors, (curve.q, curve.v), (rates.first(curve.q, curve.v), curve.a), strict=True
+            )
+        ]
+        coarse = at[(np.maximum(*excess) > 1) & (curve.t[at + 1] - curve.t[at] > least)]
         if not len(coarse):
             break
         t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
@@ -200,7 +208,7 @@ def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> C
         curve = curve.with_steps(coarse, t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
         new = coarse + np.arange(1, len(coarse) + 1)
         at = np.intersect1d(curve.intervals, new[:, None] + np.arange(-REACH, REACH + 1))
-        error = curve.error(at)
+        errors = curve.errors(at)
     return curve
 
 
