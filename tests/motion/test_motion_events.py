@@ -133,3 +133,15 @@ def test_events_of_another_mechanism_are_refused(ball: mq.Mechanism) -> None:
         mq.simulate(ball, events=[Event("e", mq.coordinate("x"))])
     with pytest.raises(mq.InputError, match="an impact depends on positions alone, got z' in it"):
         mq.simulate(ball, events=[Event("e", mq.velocity("z"), restitution=0.5)])
+
+
+@pytest.mark.parametrize("method", ["radau", "bdf", "lsoda"])
+def test_implicit_methods_see_the_same_events(ball: mq.Mechanism, method: str) -> None:
+    events = [Event("floor", "z", -1, restitution=0.8), Event("half", mq.coordinate("z") - 0.3)]
+    motion = mq.simulate(ball, q=[1.0], duration=1.5, rtol=1e-8, method=method, events=events)
+    flights = DROP * np.array([1.0, 1.6])
+    np.testing.assert_allclose(motion.times("floor"), np.cumsum(flights), atol=1e-6)
+    assert len(motion.times("half")) == 4
+    early = mq.simulate(ball, q=[1.0], duration=1.5, rtol=1e-8, method=method, events=[Event("floor", "z", stop=True)])
+    assert early.t[-1] == pytest.approx(DROP, abs=1e-7)
+    np.testing.assert_allclose(early["z"], 1 - G * early.t**2 / 2, atol=1e-6)

@@ -296,3 +296,17 @@ def test_a_motion_can_be_pickled(swing: mq.Motion) -> None:
     np.testing.assert_array_equal(copy.q, swing.q)
     np.testing.assert_array_equal(copy.a, swing.a)
     np.testing.assert_array_equal(copy(3.3).q, swing(3.3).q)
+
+
+def test_rounding_of_late_times_does_not_spoil_what_lies_between_the_steps() -> None:
+    motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=100.0, t0=2000.0, rtol=1e-13)
+    energy = motion["q'"] ** 2 / 6 - G / 2 * np.cos(motion["q"])
+    assert np.ptp(energy) < 1e-9
+
+
+def test_what_cannot_move_is_refused() -> None:
+    mechanism = mq.Mechanism(
+        "welded", (mq.Body("ground"), mq.Body("block", mq.particle(1.0))), (mq.Fixed("weld", "ground", "block"),)
+    )
+    with pytest.raises(mq.InputError, match="'welded' has no coordinate, so nothing in it can be set in motion"):
+        mq.simulate(mechanism)
