@@ -13,7 +13,8 @@ import numpy as np
 
 from mecanique.errors import InputError, IntegrationError, MecaniqueError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.dense import Curve
+from mecanique.motion.closing import Closing
+from mecanique.motion.dense import Curve, State
 from mecanique.motion.events import Event
 from mecanique.motion.methods import METHODS, Outcome, Task, advance
 from mecanique.motion.motion import Motion, Statistics
@@ -57,7 +58,9 @@ def simulate(
 ) -> Motion:
     """Integrate a mechanism's equations of motion.
 
-    The accelerations are the reference's. The motion is accurate to the tolerance at any time, not only at the samples.
+    The accelerations are the reference's. Loops are closed at the start, what is given by name staying as it is if that
+    is possible, and kept closed by projection. The motion is accurate to the tolerance at any time, not only at the
+    samples.
 
     Args:
         mechanism: what moves.
@@ -79,8 +82,9 @@ def simulate(
         reference: the mechanism's `Reference`, if it is there already.
 
     Raises:
-        InputError: if an argument is not what is expected.
+        InputError: if an argument is not what is expected, or the mechanism cannot move.
         UnknownNameError: if a coordinate, velocity, method or name in an event does not exist.
+        ClosureError: if the loops cannot be closed at the start.
         IntegrationError: if the integration stops before its end, also by Ctrl-C; it carries the motion until then.
     """
     begin = perf_counter()
@@ -99,13 +103,17 @@ def simulate(
 
         reference = Reference(mechanism)
     rates = Rates.of(mechanism)
+    closing, remark = None, ""
+    if mechanism.loops:
+        closing = Closing(mechanism, reference, rtol)
+        start, remark = closing.start(q, v, t0)
     rhs = reference.rhs()
     chosen = "dop853" if method == "auto" else method
     reason = "non-stiff equations"
     while True:
         steps = Steps()
         task = Task(rhs, not METHODS[chosen].smooth, rtol, atol, longest, int(max_steps))
-        watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end))
+        watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end), closing)
         trouble, curve = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
         if method == "auto" and chosen == "dop853" and trouble is not None and trouble[0] == "stiff":
             chosen, reason = "radau", f"stiff equations, found by dop853 at t = {steps.t[-1]:.4g} s"
@@ -113,12 +121,14 @@ def simulate(
         break
     if curve is None:
         raise _error(trouble, task, steps, mechanism, None)
-    text = f"{chosen} ({METHODS[chosen].title})" + (f"; chosen for {reason}" if method == "auto" else "")
+    text = f"{chosen} ({METHODS[chosen].title})" + (f"; chosen for {reason}" if method == "auto" else "") + remark
     statistics = Statistics(steps.taken, task.evaluations, perf_counter() - begin, rtol, atol)
     last = float(curve.t[-1])
     if last < end:  # stopped early: by an event, by trouble or by the user
         times = np.append(times[times < last], last)
     state = curve(times)
+    if closing is not None:
+        state = State(times, *closing.all_back(times, state.q, state.v))
     happened = watcher.occurrences(curve)
     motion = Motion(mechanism, times, state.q, state.v, curve, text, statistics, happened, tuple(events), reference)
     if trouble is not None:

@@ -121,7 +121,7 @@ class Motion:
         Raises:
             InputError: if a time is not within the motion.
         """
-        return self.curve(self._times(t))
+        return self._on_loops(self.curve(self._times(t)))
 
     def poses(self, t: float | Sequence[float] | np.ndarray | None = None) -> np.ndarray:
         """Return the pose of every body in the world, in the order of the mechanism's bodies, shape (n, nb, 4, 4).
@@ -151,14 +151,17 @@ class Motion:
     def reactions(self, joint: str, t: Sequence[float] | np.ndarray | None = None) -> Any:
         """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).
 
+        Of a loop: what body a does to body b.
+
         Args:
-            joint: name of the joint.
+            joint: name of the joint, or of a loop.
             t: times, shape (n,) [s]; the samples' by default.
 
         Raises:
-            UnknownNameError: if there is no such joint.
+            UnknownNameError: if there is no such joint or loop.
         """
-        name = self.mechanism.joint(joint).name
+        loops = {loop.name for loop in self.mechanism.loops}
+        name = joint if joint in loops else self.mechanism.joint(joint).name
         if t is None:
             return self._reactions[name]
         state = self._states(t)
@@ -298,4 +301,14 @@ class Motion:
         return times if times.ndim else float(times)
 
     def _states(self, t: float | Sequence[float] | np.ndarray | None) -> State:
-        return State(self.t, self.q, self.v) if t is None else self.curve(self._times(t))
+        return State(self.t, self.q, self.v) if t is None else self(t)
+
+    def _on_loops(self, state: State) -> State:
+        """The state with its loops closed to rounding, not only to the tolerance of the interpolation."""
+        if not self.mechanism.loops:
+            return state
+        from mecanique.motion.closing import Closing
+
+        closing = Closing(self.mechanism, self.reference, self.statistics.rtol)
+        q, v = closing.all_back(np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v))
+        return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])

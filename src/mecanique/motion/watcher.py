@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.closing import Closing
 from mecanique.motion.dense import Curve
 from mecanique.motion.events import Event, Occurrence
 from mecanique.motion.methods import Task, advance
@@ -37,6 +38,7 @@ class Watcher:
         events: what to watch for.
         progress: called with the fraction done.
         span: start and end of the motion [s].
+        closing: keeps the loops closed, if there are any.
 
     Raises:
         UnknownNameError: if an event depends on a name that does not exist.
@@ -53,6 +55,7 @@ class Watcher:
         events: Sequence[Event],
         progress: Callable[[float], object] | None,
         span: tuple[float, float],
+        closing: Closing | None = None,
     ) -> None:
         self.interrupted = False
         self.contact = ""
@@ -76,7 +79,8 @@ class Watcher:
         self._span = span
         self._next = span[0]
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
-        self.idle = not (events or progress or rates.balls)
+        self._closing = closing
+        self.idle = not (events or progress or rates.balls or closing)
         """Whether nothing but an interruption is watched for."""
 
     def __call__(self) -> bool:
@@ -92,6 +96,8 @@ class Watcher:
             self._next = t + (end - begin) / 100
         if self._events and self._crossed():
             return True
+        if self._closing is not None and self._closing.has_left(t, y):
+            return True
         return self._rates.drift(y[: self._nq]) > self._most_drift
 
     def start(self) -> None:
@@ -101,7 +107,7 @@ class Watcher:
     def settle(self) -> bool:
         """Do what the last step asks for; return whether the motion ends there."""
         steps = self._steps
-        t, y = steps.t[-1], self._renormalized(steps.y[-1])
+        t, y = steps.t[-1], self._renormalized(steps.t[-1], steps.y[-1])
         if self._pending is None:
             steps.end_at(t, y, self._task.rhs)
             return False
@@ -168,7 +174,9 @@ class Watcher:
         q, v = y[: self._nq], y[self._nq :]
         return [float(quantity(t, q, v)) for quantity in self._quantities]
 
-    def _renormalized(self, y: np.ndarray) -> np.ndarray:
+    def _renormalized(self, t: float, y: np.ndarray) -> np.ndarray:
+        if self._closing is not None:
+            return self._closing.back(t, y)
         return np.concatenate([self._rates.normalized(y[: self._nq]), y[self._nq :]])
 
     def _crossed(self) -> bool:
@@ -226,4 +234,4 @@ class Watcher:
                 self._before = self._measured(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
-        return t, self._renormalized(advance(self._task, t0, y0, t))
+        return t, self._renormalized(t, advance(self._task, t0, y0, t))

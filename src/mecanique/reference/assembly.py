@@ -34,6 +34,9 @@ __all__ = [
 _CLOSED = 1e-9
 """Loops this near to closed, in characteristic lengths or radians, count as closed."""
 
+_PROJECTED = 1e-9
+"""Singular values below this part of the largest are left alone where a state is brought back."""
+
 _STEPS = 200
 _LONGEST = 0.5
 """Longest step, in characteristic lengths or radians."""
@@ -215,6 +218,31 @@ def closed_velocity(closed: Closed, q: Array, v: Array, t: float, held: Array | 
             break
     result: Array = v + columns * step
     return result
+
+
+def projected(closed: Closed, q: Array, v: Array, t: float) -> tuple[Array, Array]:
+    """Return the closed state next to one that is almost closed: positions by Newton's method, then velocities.
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,).
+        v: shape (nv,).
+        t: time [s].
+    """
+    closures = closed.closures
+    rows, columns = closures.rows, closures.columns
+    size = np.inf
+    for _ in range(4):
+        closure = closures.at(q, v, t)
+        off = rows * closure.residual
+        last, size = size, float(np.abs(off).max(initial=0.0))
+        if size < 1e-15 or size > 0.5 * last:
+            break
+        J = rows[:, None] * closure.jacobian * columns
+        q = moved(closed, q, -columns * np.linalg.lstsq(J, off, rcond=_PROJECTED)[0])
+    J = rows[:, None] * closure.jacobian * columns
+    off = rows * (closure.jacobian @ v + closure.drift)
+    return q, v - columns * np.linalg.lstsq(J, off, rcond=_PROJECTED)[0]
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:

@@ -65,7 +65,7 @@ class Closed:
         """
         engine, chart, loads = self._tree.engine, self._tree.chart, self._tree.loads
         values, u = self.closures.move(q, v, t)
-        closure = self.closures.now()
+        closure = self.closures.now(residual=False)
         loads.update(values, q, u, v, t)
         mass = self._pin.crba(engine.model, engine.data, chart.p)
         # inverse dynamics with the external forces is bias less what they do

@@ -23,6 +23,9 @@ from mecanique.reference.engine import Engine
 
 __all__ = ["Closure", "Closures", "characteristic_length"]
 
+_HAT = np.array([[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]])
+"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
+
 _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
 
 
@@ -71,7 +74,7 @@ class Closures:
             carries[index] = carries[engine.model.parents[index]]
             carries[index, joint.idx_v : joint.idx_v + joint.nv] = 1.0
         self._between: Array = carries[self._joints[:, 1]] - carries[self._joints[:, 0]]
-        self._supports_a: Array = carries[self._joints[:, 0]]
+        self._masks = np.concatenate([self._between, carries[self._joints[:, 0]]]).T
         self._used = np.unique(self._joints)
         self._slot = np.searchsorted(self._used, self._joints)
         owners = [(k, row) for k, loop in enumerate(self._loops) for row in CLOSED[loop.kind]]
@@ -125,32 +128,34 @@ class Closures:
         self._pin.computeJointJacobiansTimeVariation(self._engine.model, self._engine.data, chart.p, self._u)
         return values, self._u
 
-    def now(self) -> Closure:
-        """Return the constraints in the state of the last `move`."""
+    def now(self, *, residual: bool = True) -> Closure:
+        """Return the constraints in the state of the last `move`.
+
+        Args:
+            residual: whether Φ is wanted; it is zero otherwise.
+        """
         data, u = self._engine.data, self._u
         turn, here, place = self._frames()
         # with one velocity the engine's matrices come as vectors
-        J_world, J_rate = data.J.reshape(6, -1), data.dJ.reshape(6, -1)
-        spatial = J_world.reshape(2, 3, -1)
-        # columns of the twist of b against a: the velocity at frame b's origin, the angular velocity
-        linear = spatial[0] + np.cross(spatial[1].T, place[:, None, :]).transpose(0, 2, 1)
-        angular = np.broadcast_to(spatial[1], linear.shape)
+        columns, changes = data.J.reshape(6, -1), data.dJ.reshape(6, -1)
+        # twists at the world's origin, of b against a and of a, and what they change by with constant u
+        sums = np.concatenate([columns * u, changes * u]) @ self._masks
+        (linear, spin, linear_gain, spin_gain), (linear_a, spin_a, *_) = sums.T.reshape(2, -1, 4, 3, 1).swapaxes(1, 2)
+        hats = (np.array([place, spin[:, :, 0], spin_a[:, :, 0]]) @ _HAT).reshape(3, -1, 3, 3)
+        at, turning, turning_a = hats
+        parting = linear - at @ spin
+        moved = linear_a - at @ spin_a + parting
+        change = linear_gain - at @ spin_gain + turning @ moved - turning_a @ parting
         inverse = turn.transpose(0, 2, 1)
-        J = np.concatenate([inverse @ linear, inverse @ angular], axis=1) * self._between[:, None, :]
-        # what the twists of both change by with constant u, at the world's origin
-        gained = (J_rate * u) @ self._between.T
-        whole_a = ((J_world * u) @ self._supports_a.T).T
-        relative = ((J_world * u) @ self._between.T).T
-        spin_a, spin = whole_a[:, 3:], relative[:, 3:]
-        parting = relative[:, :3] + np.cross(spin, place)
-        moved = whole_a[:, :3] + np.cross(spin_a, place) + parting
-        change = gained[:3].T + np.cross(gained[3:].T, place) + np.cross(spin, moved) - np.cross(spin_a, parting)
-        turning = gained[3:].T - np.cross(spin_a, spin)
-        rate, second = (
-            np.concatenate([(inverse @ x[:, :, None])[:, :, 0] for x in pair], axis=1)
-            for pair in ((parting, spin), (change, turning))
-        )
-        return self._selected(here, J, rate, second)
+        inside = inverse @ np.concatenate([parting, spin, change, spin_gain - turning_a @ spin], axis=2)
+        six = inside.transpose(0, 2, 1).reshape(-1, 2, 6)
+        # columns of the twist of b against a: the velocity at frame b's origin, the angular velocity
+        J = np.empty((len(place), 6, len(u)))
+        J[:, :3] = inverse @ (columns[:3] - at @ columns[3:])
+        J[:, 3:] = inverse @ columns[3:]
+        J *= self._between[:, None, :]
+        phi = self._residual(here) if residual else np.zeros(len(self.owner))
+        return self._selected(phi, here, J, six[:, 0], six[:, 1])
 
     def residual(self, q: Array, t: float) -> Array:
         """Return Φ, shape (m,).
@@ -216,7 +221,7 @@ class Closures:
             found[i] = math.atan2(R[1, 0], R[0, 0])
         return found
 
-    def _selected(self, here: tuple[Array, Array], J: Array, rate: Array, second: Array) -> Closure:
+    def _selected(self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array) -> Closure:
         """Choose the rows from the six of each loop; a distance and a turn within a plane mix them."""
         place, turn = here
         at = self.owner, self._component
@@ -233,7 +238,7 @@ class Closures:
             k = self.owner[i]
             spin, x = rate[k, 3:], turn[k][:, 0]
             row, level = _plate_row(turn[k]), float(x[0] ** 2 + x[1] ** 2)
-            slope = np.cross(spin, x)
+            slope = (spin @ _HAT).reshape(3, 3) @ x
             rows[i] = row @ J[k, 3:]
             # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z), so θ'' = w·ω' + w'·ω
             (a, b, c), (da, db, dc) = x, slope
@@ -242,8 +247,8 @@ class Closures:
             gamma[i] = row @ second[k, 3:] + change @ spin
         chart = self._chart
         if chart.identical:
-            return Closure(self._residual(here), rows, np.zeros(len(rows)), gamma)
-        return Closure(self._residual(here), rows @ chart.G, rows @ chart.c, gamma + rows @ chart.gamma)
+            return Closure(phi, rows, np.zeros(len(rows)), gamma)
+        return Closure(phi, rows @ chart.G, rows @ chart.c, gamma + rows @ chart.gamma)
 
 
 def characteristic_length(mechanism: Mechanism) -> float:

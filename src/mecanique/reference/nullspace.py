@@ -118,9 +118,8 @@ def solve(
             called = [f"coordinate {k}" for k in range(len(mode))] if names is None else names
             moved = ", ".join(f"{mode[k]:+.2f} at {called[k]}" for k in leading if abs(mode[k]) > 0.1)
             raise ClosureError(f"a free direction carries no mass ({moved}); give a body in it mass or inertia")
-        particular = particular - parts.null @ np.linalg.solve(
-            reduced, parts.null.T @ (scaled_h + scaled_mass @ particular)
-        )
+        push = parts.null.T @ (scaled_h + scaled_mass @ particular)
+        particular = particular - parts.null @ (directions @ ((directions.T @ push) / free))
     force = scaled_mass @ particular + scaled_h
     multipliers = rows * (parts.range_left @ ((parts.range_right.T @ force) / parts.singular))
     return ConstrainedMotion(columns * particular, multipliers, parts.determined, parts.rank)
