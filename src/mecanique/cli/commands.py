@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 import mecanique as mq
+from mecanique.cli.checks import linted, surveyed
 from mecanique.cli.printing import heading, say, show, verdict_table, working
 from mecanique.cli.words import (
     Coordinates,
@@ -23,6 +24,9 @@ from mecanique.cli.words import (
     guarded,
     simulated,
 )
+
+if TYPE_CHECKING:
+    from mecanique.verify.survey import Survey
 
 __all__ = ["app"]
 
@@ -52,7 +56,7 @@ def _mecanique(
 ) -> None:
     """Equations of motion: derived independently, checked against Pinocchio, then set in motion.
 
-    A SYSTEM is the name of a textbook system or a path to a URDF file.
+    A SYSTEM is the name of a textbook system, a path to a URDF file, or the name of a robot of example-robot-data.
     """
 
 
@@ -140,22 +144,55 @@ def derive(
 @app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
 @guarded
 def verify(
-    system: SystemName,
-    samples: Samples = 100,
+    system: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[SYSTEM]", help="A textbook system, a URDF file or a robot's name.", show_default=False
+        ),
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option(metavar="NUMBER", help="Number of random states to compare at; 100, of --robots 50.")
+    ] = None,
     seed: Seed = 0,
     parameters: Parameters = None,
+    root: Annotated[
+        Literal["fixed", "floating"], typer.Option("--root", help="How the root link of a URDF is held.")
+    ] = "fixed",
+    every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
+    robots: Annotated[bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare the derived equations with Pinocchio; the exit code is 1 if they disagree."""
-    chosen = choose(system, parameters)
-    with working(f"Comparing with Pinocchio at {samples} states"):
-        verdict = mq.verify(chosen.mechanism, samples=samples, seed=seed)
-    if as_json:
-        say(verdict.to_json())
+    if (system is not None) + every + robots != 1:
+        raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
+    outcome: mq.Verdict | Survey
+    if system is None:
+        number = samples if samples is not None else 50 if robots else 100
+        outcome = surveyed(number, seed, robots=robots)
     else:
-        say(str(verdict))
-    if not verdict.agrees:
+        chosen = choose(system, parameters, root)
+        number = 100 if samples is None else samples
+        with working(f"Comparing with Pinocchio at {number} states"):
+            outcome = mq.verify(chosen.mechanism, samples=number, seed=seed)
+    say(outcome.to_json() if as_json else str(outcome))
+    if not outcome.agrees:
         raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique lint panda --json")
+@guarded
+def lint(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")],
+    as_json: AsJson = False,
+    as_sarif: Annotated[bool, typer.Option("--sarif", help="Print SARIF, for editors and code hosts.")] = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Mend what has exactly one safe mend, in a copy.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Where the mended copy goes; it is printed without.")
+    ] = None,
+) -> None:
+    """Say what is wrong in a URDF file; the exit code is 0 without errors, 1 with errors, 2 if it cannot be read."""
+    form = "json" if as_json else "sarif" if as_sarif else "text"
+    raise typer.Exit(linted(file, form, fix=fix, output=output))
 
 
 @app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")

@@ -38,7 +38,8 @@ R = TypeVar("R")
 SystemName: TypeAlias = Annotated[
     str,
     typer.Argument(
-        metavar="SYSTEM", help="Name of a textbook system (see 'mecanique list'), or a path to a URDF file."
+        metavar="SYSTEM",
+        help="Name of a textbook system (see 'mecanique list'), a path to a URDF file, or a robot's name, e.g. panda.",
     ),
 ]
 Parameters: TypeAlias = Annotated[
@@ -79,21 +80,38 @@ class Chosen:
     duration: float = 10.0
 
 
-def choose(system: str, parameters: Sequence[str] | None) -> Chosen:
-    """Return the mechanism that a word names.
+def choose(system: str, parameters: Sequence[str] | None, root: str = "fixed") -> Chosen:
+    """Return the mechanism that a word names: a textbook system, else a file, else a robot.
 
     Args:
-        system: name of a textbook system or path to a URDF file.
+        system: name of a textbook system, path to a URDF file, or name of a robot.
         parameters: words like "l=2".
+        root: "fixed" or "floating", how a URDF's root link is held.
     """
     values = numbers(parameters, "-p")
-    if system.endswith((".urdf", ".xml")) or "/" in system or Path(system).is_file():
-        if not Path(system).is_file():
-            raise mq.InputError(f"expected a URDF file, but there is no file {system!r}")
-        mechanism = mq.read_urdf(Path(system))
-        return Chosen(mechanism.replace(**values) if values else mechanism)
-    entry = mq.textbook.entry(system)
-    return Chosen(mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration)
+    if system in mq.textbook.names():
+        if root == "floating":
+            raise mq.InputError(f"expected a URDF file or a robot for --root floating, got the system {system!r}")
+        entry = mq.textbook.entry(system)
+        return Chosen(mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration)
+    mechanism = mq.read_urdf(_file(system), root="floating" if root == "floating" else "fixed")
+    return Chosen(mechanism.replace(**values) if values else mechanism)
+
+
+def _file(system: str) -> Path:
+    """The URDF file that a word names."""
+    path, robots = Path(system), mq.robots()
+    if path.is_file():
+        return path
+    looks_like_path = system.endswith((".urdf", ".xml")) or (
+        "/" in system and not any("/" in known and known.split("/")[0] == system.split("/")[0] for known in robots)
+    )
+    if looks_like_path:
+        raise mq.InputError(f"expected a URDF file, but there is no file {system!r}")
+    try:
+        return mq.robot(system)
+    except mq.UnknownNameError:
+        raise mq.UnknownNameError("system", system, (*mq.textbook.names(), *robots)) from None
 
 
 def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:

@@ -32,9 +32,7 @@ class ClosedForm:
         self._mechanism = mechanism
         self._derivation = derivation
         stated = [r for stage in derivation.stages for r in stage.results]
-        self._energies = [
-            next((r.right for r in stated if r.left == Left(letter)), None) for letter in "TV"
-        ]
+        self._energies = [next((r.right for r in stated if r.left == Left(letter)), None) for letter in "TV"]
 
     def mass_matrix(self, q: Given, t: Any = 0.0) -> Array:
         """Return M, shape (n, nv, nv).

@@ -61,18 +61,19 @@ class Whole(Dynamics, Protocol):
         """Momentum, angular momentum about the origin, the same about the center of mass."""
 
 
-def compared(mechanism: Mechanism, samples: int, seed: int) -> Verdict:
+def compared(mechanism: Mechanism, samples: int, seed: int, *, closed_form: bool = True) -> Verdict:
     """Compare every form of the in-house derivation with the engine.
 
     Args:
         mechanism: what to verify.
         samples: number of random states.
         seed: of the random states.
+        closed_form: whether the closed form, if there is one, takes part.
     """
     from mecanique.reference import Reference
-    from mecanique.verify.sources import affordable, in_house
+    from mecanique.verify.sources import InHouse, affordable, computed, in_house, is_light
 
-    ours = in_house(mechanism)
+    ours = in_house(mechanism) if closed_form else InHouse(computed(mechanism))
     states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
     if mechanism.loops:
         names = ", ".join(loop.name for loop in mechanism.loops)
@@ -82,13 +83,12 @@ def compared(mechanism: Mechanism, samples: int, seed: int) -> Verdict:
     rows: list[Row] = []
     for name, form in ours.forms.items():
         some = affordable(name, states)
+        light = is_light(name, mechanism)
         if len(some) < len(states):
-            notes = (
-                *notes,
-                f"{name}: at the first {len(some)} states only, their cost grows with the cube of the size",
-            )
+            most = f"{name}: at the first {len(some)} states only{', without the mass matrix' if light else ''}"
+            notes = (*notes, f"{most}, their cost grows with the cube of the size")
         at_some = {quantity: values[: len(some)] for quantity, values in theirs.items()}
-        rows += rows_of((name, "Pinocchio"), values_of(form, some, free=free), at_some, some, mechanism)
+        rows += rows_of((name, "Pinocchio"), values_of(form, some, free=free, light=light), at_some, some, mechanism)
     return Verdict(
         mechanism.name,
         tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
@@ -102,24 +102,26 @@ def compared(mechanism: Mechanism, samples: int, seed: int) -> Verdict:
     )
 
 
-def values_of(source: Dynamics, states: States, *, free: bool = True) -> dict[str, Array]:
+def values_of(source: Dynamics, states: States, *, free: bool = True, light: bool = False) -> dict[str, Array]:
     """Evaluate a source at all states.
 
     Args:
         source: what gives the values.
         states: where.
         free: whether the accelerations are those of a tree; those of loops are left out.
+        light: whether to leave out the mass matrix, and the accelerations that follow from it.
     """
     q, v, t = states.q, states.v, states.t
     kinetic, *potential = source.energy(q, v, t)
     given = {
-        "mass matrix": source.mass_matrix(q, t),
         "bias": source.bias(q, v, t),
         "forces": source.forces(q, v, t),
         "kinetic energy": kinetic,
         "potential energy": sum(potential[1:], potential[0]),
     }
-    if free:
+    if not light:
+        given["mass matrix"] = source.mass_matrix(q, t)
+    if free and not light:
         given["acceleration"] = source.acceleration(q, v, t)
     if isinstance(source, Whole):
         momentum, _, about_center = source.momentum(q, v, t)

@@ -18,7 +18,7 @@ from mecanique.verify.closed_form import ClosedForm
 from mecanique.verify.compare import Dynamics
 from mecanique.verify.states import States
 
-__all__ = ["InHouse", "affordable", "in_house"]
+__all__ = ["InHouse", "affordable", "computed", "in_house", "is_light"]
 
 _BUDGET = 3_600
 """Number of states times nv² that the jets are asked for."""
@@ -50,16 +50,24 @@ def in_house(mechanism: Mechanism) -> InHouse:
         mechanism: what to derive.
     """
     symbols = derive(mechanism)
-    forms: dict[str, Dynamics] = {
-        "jets": Equations(mechanism, "definition", Definition(mechanism), _no_symbols),
-        "recursion": symbols,
-    }
+    forms = computed(mechanism, symbols)
     if mechanism.nv > _READABLE:
         return InHouse(forms, notes=(f"left out: the closed form, made for at most {_READABLE} velocities",))
     if not symbols.symbolic:
         return InHouse(forms, notes=(f"left out: the closed form ({symbols.why_not})",))
     forms["closed form"] = ClosedForm(mechanism, symbols.derivation)
     return InHouse(forms, symbols.derivation.assumptions)
+
+
+def computed(mechanism: Mechanism, symbols: Equations | None = None) -> dict[str, Dynamics]:
+    """Return the forms that only give numbers, by name.
+
+    Args:
+        mechanism: what to derive.
+        symbols: its equations, if they are there already.
+    """
+    jets = Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
+    return {"jets": jets, "recursion": derive(mechanism) if symbols is None else symbols}
 
 
 def affordable(name: str, states: States) -> States:
@@ -71,6 +79,16 @@ def affordable(name: str, states: States) -> States:
     """
     most = max(3, _BUDGET // max(states.v.shape[1], 1) ** 2) if name == "jets" else len(states)
     return states.at(np.arange(min(most, len(states))))
+
+
+def is_light(name: str, mechanism: Mechanism) -> bool:
+    """Return whether a form is not asked for the mass matrix, because that would take it too long.
+
+    Args:
+        name: of the form.
+        mechanism: what is compared.
+    """
+    return name == "jets" and mechanism.nv > _READABLE
 
 
 def _no_symbols() -> Derivation:

@@ -1,0 +1,122 @@
+"""`mecanique lint`, robots by name, and whole collections."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner, Result
+
+from mecanique.cli import app
+from mecanique.verify import survey as survey_module
+from mecanique.verify.survey import Survey
+
+TEXT = '<robot name="arm"><link name="a"/><link name="b"><inertial><mass value="1"/><origin xyz="1 0 0"/>{}</inertial>'
+TEXT += '</link><joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 {}"/>'
+TEXT += '<limit effort="1" velocity="1"/></joint></robot>'
+INERTIA = '<inertia ixx="{}" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("good.urdf").write_text(TEXT.format(INERTIA.format(1), 1), encoding="utf-8")
+    Path("long_axis.urdf").write_text(TEXT.format(INERTIA.format(1), 2), encoding="utf-8")
+    Path("bad.urdf").write_text(TEXT.format(INERTIA.format(5), 1), encoding="utf-8")
+    Path("no.urdf").write_text("no robot", encoding="utf-8")
+
+
+def call(*words: str) -> Result:
+    return CliRunner().invoke(app, words)
+
+
+@pytest.mark.parametrize(
+    ("file", "code", "said"),
+    [
+        ("good.urdf", 0, ""),
+        ("bad.urdf", 1, "bad.urdf:1: error M203 link 'b'"),
+        ("no.urdf", 2, "no.urdf:1: error M002"),
+        ("missing.urdf", 2, "missing.urdf:1: error M001"),
+        ("ur3", 1, "error M101 the robot has no name"),
+    ],
+)
+def test_lint_ends_with_the_right_code(file: str, code: int, said: str) -> None:
+    result = call("lint", file)
+    assert result.exit_code == code, result.output
+    assert said in result.stdout
+
+
+def test_lint_prints_json_and_sarif() -> None:
+    findings = json.loads(call("lint", "bad.urdf", "--json").stdout)["findings"]
+    assert "M203" in {finding["code"] for finding in findings}
+    log = json.loads(call("lint", "bad.urdf", "--sarif").stdout)
+    assert "M203" in {result["ruleId"] for result in log["runs"][0]["results"]}
+
+
+def test_lint_mends_a_copy() -> None:
+    before = Path("long_axis.urdf").read_text(encoding="utf-8")
+    assert "M3" in call("lint", "long_axis.urdf").stdout
+    printed = call("lint", "long_axis.urdf", "--fix")
+    assert printed.exit_code == 0
+    assert printed.stdout == before.replace('"0 0 2"', '"0 0 1"')
+    assert call("lint", "long_axis.urdf", "--fix", "-o", "mended.urdf").exit_code == 0
+    assert Path("mended.urdf").read_text(encoding="utf-8") == printed.stdout
+    assert Path("long_axis.urdf").read_text(encoding="utf-8") == before
+    refused = call("lint", "good.urdf", "-o", "mended.urdf")
+    assert (refused.exit_code, "expected --fix with --output" in refused.stderr) == (2, True)
+
+
+def test_robots_are_known_by_name_and_may_float() -> None:
+    fixed, floating = (
+        json.loads(call("verify", "TwoDofs", "--root", root, "--samples", "3", "--json").stdout)
+        for root in ("fixed", "floating")
+    )
+    assert fixed["agrees"]
+    assert floating["agrees"]
+    assert len(floating["rows"][0]["v"]) == len(fixed["rows"][0]["v"]) + 6
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("verify pandra", "did you mean 'panda'"),
+        ("verify cart_pol", "did you mean 'cart_pole'"),
+        ("verify anymal", "expected one of 'anymal_b_simple/anymal', 'anymal_c_simple/anymal'"),
+        ("verify cart_pole --root floating", "expected a URDF file or a robot for --root floating"),
+    ],
+)
+def test_wrong_names_are_told_the_right_ones(words: str, said: str) -> None:
+    result = call(*words.split())
+    assert result.exit_code == 2
+    assert said in result.stderr
+
+
+@pytest.mark.parametrize("words", [(), ("cart_pole", "--all"), ("--all", "--robots")])
+def test_verify_wants_one_thing(words: tuple[str, ...]) -> None:
+    result = call("verify", *words)
+    assert result.exit_code == 2
+    assert "--robots" in result.stderr
+
+
+@pytest.mark.parametrize("agrees", [True, False])
+def test_collections_are_surveyed(agrees: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[tuple[str, int]] = []
+
+    def survey(kind: str) -> object:
+        def one(samples: int, seed: int, **words: object) -> Survey:
+            asked.append((kind, samples))
+            worst = 1e-15 if agrees else 1.0
+            entry = survey_module.Entry("x", "fixed", 1, worst, "bias", "", 0.0)
+            return Survey((entry,), samples, seed, 1e-9, 0.0)
+
+        return one
+
+    monkeypatch.setattr(survey_module, "survey_systems", survey("systems"))
+    monkeypatch.setattr(survey_module, "survey_robots", survey("robots"))
+    for words in (("--all",), ("--robots",), ("--robots", "--samples", "7")):
+        result = call("verify", *words)
+        assert result.exit_code == (0 if agrees else 1), result.output
+        assert "agree at" in result.stdout
+    assert asked == [("systems", 100), ("robots", 50), ("robots", 7)]
+    assert json.loads(call("verify", "--all", "--json").stdout)["agrees"] is agrees
