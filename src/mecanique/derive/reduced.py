@@ -29,8 +29,8 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["Reduced"]
 
 _SWEEPS = 40
-_REGULAR = 1e-4
-"""Dependent coordinates are chosen so that J has singular values above this part of the largest."""
+_REGULAR = 0.05
+"""Least singular value of the part of J that determines the dependent coordinates, compared with all of J."""
 
 
 @final
@@ -82,7 +82,7 @@ class Reduced:
         while len(waiting):
             rows, dependent = _chosen(J[waiting[0]])
             block = J[waiting][:, rows][:, :, dependent]
-            fit = np.array([_is_regular(matrix) for matrix in block])
+            fit = np.array([_is_regular(*pair) for pair in zip(block, J[waiting], strict=True)])
             fit[0] = True
             at = waiting[fit]
             some = States(self._mechanism, states.q[at], states.v[at], states.t[at], single=False)
@@ -211,6 +211,9 @@ def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array(sorted(rows), dtype=int), np.array(sorted(columns), dtype=int)
 
 
-def _is_regular(matrix: np.ndarray) -> bool:
-    values = np.linalg.svd(matrix, compute_uv=False)
-    return not len(values) or bool(values[-1] > _REGULAR * values[0])
+def _is_regular(block: np.ndarray, J: np.ndarray) -> bool:
+    """Whether a block of J, taken for the dependent coordinates, is about as well conditioned as J itself."""
+    if not len(block):
+        return True
+    whole = np.linalg.svd(J, compute_uv=False)[len(block) - 1]
+    return bool(np.linalg.svd(block, compute_uv=False)[-1] > _REGULAR * whole)

@@ -71,15 +71,11 @@ def compared(mechanism: Mechanism, samples: int, seed: int, *, closed_form: bool
         closed_form: whether the closed form, if there is one, takes part.
     """
     from mecanique.reference import Reference
-    from mecanique.verify.sources import InHouse, affordable, computed, in_house, is_light
+    from mecanique.verify.sources import InHouse, affordable, computed, in_house, independent, is_light
 
     ours = in_house(mechanism) if closed_form else InHouse(computed(mechanism))
     states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
-    if mechanism.loops:
-        names = ", ".join(loop.name for loop in mechanism.loops)
-        notes = (*notes, f"left out: the acceleration, which the loops {names} determine; the open tree is compared")
-    free = not mechanism.loops
-    theirs = values_of(Reference(mechanism), states, free=free)
+    theirs = values_of(Reference(mechanism), states)
     rows: list[Row] = []
     for name, form in ours.forms.items():
         some = affordable(name, states)
@@ -88,7 +84,11 @@ def compared(mechanism: Mechanism, samples: int, seed: int, *, closed_form: bool
             most = f"{name}: at the first {len(some)} states only{', without the mass matrix' if light else ''}"
             notes = (*notes, f"{most}, their cost grows with the cube of the size")
         at_some = {quantity: values[: len(some)] for quantity, values in theirs.items()}
-        rows += rows_of((name, "Pinocchio"), values_of(form, some, free=free, light=light), at_some, some, mechanism)
+        rows += rows_of((name, "Pinocchio"), values_of(form, some, light=light), at_some, some, mechanism)
+    if mechanism.loops:
+        more, remarks = independent(mechanism, states)
+        rows += rows_of(("independent coordinates", "Pinocchio"), more, theirs, states, mechanism)
+        notes = (*notes, *remarks)
     return Verdict(
         mechanism.name,
         tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
@@ -102,13 +102,12 @@ def compared(mechanism: Mechanism, samples: int, seed: int, *, closed_form: bool
     )
 
 
-def values_of(source: Dynamics, states: States, *, free: bool = True, light: bool = False) -> dict[str, Array]:
+def values_of(source: Dynamics, states: States, *, light: bool = False) -> dict[str, Array]:
     """Evaluate a source at all states.
 
     Args:
         source: what gives the values.
         states: where.
-        free: whether the accelerations are those of a tree; those of loops are left out.
         light: whether to leave out the mass matrix, and the accelerations that follow from it.
     """
     q, v, t = states.q, states.v, states.t
@@ -121,7 +120,7 @@ def values_of(source: Dynamics, states: States, *, free: bool = True, light: boo
     }
     if not light:
         given["mass matrix"] = source.mass_matrix(q, t)
-    if free and not light:
+    if not light:
         given["acceleration"] = source.acceleration(q, v, t)
     if isinstance(source, Whole):
         momentum, _, about_center = source.momentum(q, v, t)

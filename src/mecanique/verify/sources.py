@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -11,14 +12,16 @@ from mecanique.derive import derive
 from mecanique.derive.definition import Definition
 from mecanique.derive.derivation import Derivation
 from mecanique.derive.equations import Equations
+from mecanique.derive.reduced import Reduced
 from mecanique.derive.springs import Assumption
+from mecanique.derive.states import States as DerivedStates
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.verify.closed_form import ClosedForm
-from mecanique.verify.compare import Dynamics
+from mecanique.verify.compare import Array, Dynamics
 from mecanique.verify.states import States
 
-__all__ = ["InHouse", "affordable", "computed", "in_house", "is_light"]
+__all__ = ["InHouse", "affordable", "computed", "in_house", "independent", "is_light"]
 
 _BUDGET = 3_600
 """Number of states times nv² that the jets are asked for."""
@@ -68,6 +71,21 @@ def computed(mechanism: Mechanism, symbols: Equations | None = None) -> dict[str
     """
     jets = Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
     return {"jets": jets, "recursion": derive(mechanism) if symbols is None else symbols}
+
+
+def independent(mechanism: Mechanism, states: States) -> tuple[Mapping[str, Array], tuple[str, ...]]:
+    """Return the accelerations of a closed mechanism in as many coordinates as it has freedoms, and what is left out.
+
+    Args:
+        mechanism: a mechanism with loops.
+        states: where; the loops closed.
+    """
+    try:
+        reduced = Reduced(mechanism)
+    except DerivationError as error:
+        return {}, (f"left out: the equations in independent coordinates ({error})",)
+    at = DerivedStates.of(mechanism, states.q, states.v, states.t)
+    return {"acceleration": reduced.acceleration(at)}, ()
 
 
 def affordable(name: str, states: States) -> States:

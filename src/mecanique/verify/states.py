@@ -15,6 +15,7 @@ from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.forces import Damper, Spring
 from mecanique.model.joints import Floating, Planar, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.mechanism import Mechanism
+from mecanique.verify.closing import closed_states
 from mecanique.verify.possible import is_possible
 
 __all__ = ["States", "characteristic_length", "random_states"]
@@ -83,12 +84,16 @@ def random_states(mechanism: Mechanism, samples: int, seed: int, assumptions: Se
     lot, found = max(samples, _LOT), list[States]()
     for _ in range(_ROUNDS):
         candidates = _drawn(mechanism, lot, random)
+        if mechanism.loops:
+            q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
+            candidates = States(q, v, candidates.t[at], candidates.a[at])
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
             return States(*(np.concatenate([getattr(part, name) for part in found]) for name in ("q", "v", "t", "a")))
     raise InputError(
-        f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined and no spring or "
+        f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
+        f"{', its loops are closed' if mechanism.loops else ''} and no spring or "
         f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * lot} random ones"
     )
 
