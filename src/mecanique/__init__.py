@@ -78,10 +78,12 @@ if TYPE_CHECKING:
         Event,
         Linearization,
         Motion,
+        Runs,
         equilibria,
         frequency_response,
         linearize,
         simulate,
+        simulate_many,
     )
     from mecanique.reference import Freedom, Reference, Wrench, assemble, assembly_branches, degrees_of_freedom
     from mecanique.urdf import read_urdf, write_urdf
@@ -128,6 +130,7 @@ __all__ = [
     "Record",
     "Reference",
     "Revolute",
+    "Runs",
     "Shape",
     "Sphere",
     "Spherical",
@@ -166,6 +169,7 @@ __all__ = [
     "rod",
     "shell",
     "simulate",
+    "simulate_many",
     "textbook",
     "time",
     "velocity",
@@ -183,6 +187,7 @@ _HOMES = {
     "Linearization": "mecanique.motion",
     "Motion": "mecanique.motion",
     "Reference": "mecanique.reference",
+    "Runs": "mecanique.motion",
     "Wrench": "mecanique.reference",
     "assemble": "mecanique.reference",
     "assembly_branches": "mecanique.reference",
@@ -195,6 +200,7 @@ _HOMES = {
     "robot": "mecanique.urdf.robots",
     "robots": "mecanique.urdf.robots",
     "simulate": "mecanique.motion",
+    "simulate_many": "mecanique.motion",
     "write_urdf": "mecanique.urdf",
 }
 """Where the names are that are imported only when somebody asks for them."""

@@ -9,11 +9,15 @@ if TYPE_CHECKING:
     from mecanique.motion.audit import Audit, AuditRow
     from mecanique.motion.dense import State
     from mecanique.motion.energies import Energies
+    from mecanique.motion.ensemble import simulate_many
     from mecanique.motion.equilibrium import Equilibrium, equilibria
     from mecanique.motion.events import Event, Occurrence
     from mecanique.motion.integrate import simulate
-    from mecanique.motion.linearization import Linearization, frequency_response, linearize
+    from mecanique.motion.linearization import Linearization
+    from mecanique.motion.linearizing import linearize
     from mecanique.motion.motion import Motion, Statistics
+    from mecanique.motion.runs import Runs
+    from mecanique.motion.response import Response, frequency_response
     from mecanique.motion.trust import Trust
 
 __all__ = [
@@ -25,6 +29,8 @@ __all__ = [
     "Linearization",
     "Motion",
     "Occurrence",
+    "Response",
+    "Runs",
     "State",
     "Statistics",
     "Trust",
@@ -32,6 +38,7 @@ __all__ = [
     "frequency_response",
     "linearize",
     "simulate",
+    "simulate_many",
 ]
 
 _HOMES = {
@@ -43,13 +50,16 @@ _HOMES = {
     "Linearization": "linearization",
     "Motion": "motion",
     "Occurrence": "events",
+    "Response": "response",
+    "Runs": "runs",
     "State": "dense",
     "Statistics": "motion",
     "Trust": "trust",
     "equilibria": "equilibrium",
-    "frequency_response": "linearization",
-    "linearize": "linearization",
+    "frequency_response": "response",
+    "linearize": "linearizing",
     "simulate": "integrate",
+    "simulate_many": "ensemble",
 }
 """The module of each name; they are imported when somebody asks for them."""
 

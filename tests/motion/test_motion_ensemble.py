@@ -1,0 +1,255 @@
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.motion.chunks import Part, run_part
+from mecanique.motion.taylor import installed
+
+needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
+METHODS = ["batch", "single", pytest.param("taylor", marks=needs_heyoka)]
+
+
+def starts(n: int) -> dict[str, np.ndarray]:
+    random = np.random.default_rng(0)
+    return {"q1": random.uniform(-0.8, 0.8, n), "q2": random.uniform(-0.8, 0.8, n)}
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_every_run_is_the_motion_of_its_own(method: str) -> None:
+    mechanism, n = mq.textbook.load("double_pendulum"), 5
+    sweep: dict[str, Any] = {"l1": np.linspace(0.6, 1.4, n), "m2": 2.0}
+    runs = mq.simulate_many(
+        mechanism, starts(n), {"q1'": 0.3}, sweep, duration=2.0, samples=5, method=method, rtol=1e-11
+    )
+    assert len(runs) == runs.done == n
+    assert runs.q.shape == runs.v.shape == (n, 5, 2)
+    assert not len(runs.failed)
+    for k in range(n):
+        own = mechanism.replace(l1=sweep["l1"][k], m2=2.0)
+        start = {name: values[k] for name, values in starts(n).items()}
+        motion = mq.simulate(own, q=start, v={"q1": 0.3}, duration=2.0, samples=5, rtol=1e-12)
+        np.testing.assert_allclose(runs.q[k], motion.q, atol=1e-9)
+        np.testing.assert_allclose(runs["q2'"][k], motion["q2'"], atol=1e-8)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_small_swings_keep_the_period_of_each_length(method: str) -> None:
+    lengths = np.array([0.5, 1.0, 2.0])
+    mechanism = mq.textbook.load("simple_pendulum")
+    (length,) = (p.symbol for p in mechanism.parameters if p.unit == "m")
+    omega = np.sqrt(mechanism.values["g"] / lengths)
+    runs = mq.simulate_many(mechanism, [1e-5], parameters={length: lengths}, duration=3.0, method=method, rtol=1e-12)
+    np.testing.assert_allclose(runs.q[:, -1, 0], 1e-5 * np.cos(3 * omega), atol=1e-9)
+
+
+def test_quaternions_stay_of_unit_length() -> None:
+    mechanism = mq.textbook.load("free_rigid_body")
+    spin = {name: np.array([0.3, 2.0]) for name in mechanism.velocities[-3:]}
+    runs = mq.simulate_many(mechanism, None, spin, duration=2.0, method="batch", rtol=1e-10, samples=3)
+    np.testing.assert_allclose(np.linalg.norm(runs.q[:, :, -4:], axis=2), 1.0, atol=1e-14)
+    for k in range(2):
+        motion = mq.simulate(mechanism, v=runs.start[k, mechanism.nq :], duration=2.0, samples=3, rtol=1e-12)
+        np.testing.assert_allclose(runs.q[k], motion.q, atol=1e-8)
+
+
+def pushed(signal: Any) -> mq.Mechanism:
+    m, force = mq.Parameter("m", 2.0, "kg"), mq.Input("F", signal, "N")
+    return mq.Mechanism(
+        name="pushed",
+        bodies=(mq.Body("ground"), mq.Body("block", mq.particle(m))),
+        joints=(mq.Prismatic("rail", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(mq.JointForce("push", "rail", force),),
+        parameters=(m,),
+        inputs=(force,),
+    )
+
+
+def wave(t: float) -> float:
+    return float(np.sin(3 * t))
+
+
+@pytest.mark.parametrize("signal", [mq.Record(np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0, -3.0])), wave])
+def test_records_and_functions_drive_the_runs(signal: Any) -> None:
+    motion = mq.simulate(pushed(signal), duration=2.0, samples=4, rtol=1e-12)
+    start = {"x": [0.0, 1.0]}
+    runs = mq.simulate_many(pushed(signal), start, duration=2.0, samples=4, method="batch", rtol=1e-11)
+    np.testing.assert_allclose(runs["x"], motion["x"] + np.array([[0.0], [1.0]]), atol=1e-9)
+
+
+def test_what_cannot_travel_is_refused() -> None:
+    with pytest.raises(mq.InputError, match="cannot be sent to other processes"):
+        mq.simulate_many(pushed(lambda t: t))
+
+
+def test_mechanisms_without_a_closed_form_run_one_by_one() -> None:
+    mechanism = mq.textbook.load("n_link_pendulum", n=9)
+    runs = mq.simulate_many(mechanism, {"q1": [0.1, 0.2]}, duration=0.2)
+    assert runs.method.startswith("single")
+    assert "expected at most 8 velocities" in runs.method
+    assert runs.motion(1, samples=2).q[-1] == pytest.approx(runs.q[1, -1], abs=1e-7)
+
+
+def test_a_run_that_fails_leaves_the_others_alone() -> None:
+    mechanism = mq.textbook.load("kepler_orbit", mu=1.0)
+    runs = mq.simulate_many(
+        mechanism, {"r": [1.0, 1.0, 2.0]}, {"phi": [1.0, 0.0, 8**-0.5]}, duration=1.2, method="batch", max_steps=3000
+    )  # two circles; the second planet falls into the center
+    assert runs.failed.tolist() == [1]
+    assert np.isnan(runs.q[1, -1]).all()
+    assert np.isfinite(runs.q[1, 0]).all()
+    np.testing.assert_allclose(runs["r"][[0, 2], -1], [1.0, 2.0], atol=1e-6)
+    np.testing.assert_allclose(runs["phi"][[0, 2], -1], [1.2, 1.2 * 8**-0.5], atol=1e-6)
+
+
+def sweep_of_pendulums(**options: Any) -> mq.Runs:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    q = {"q": np.linspace(0.1, 2.0, 40)}
+    return mq.simulate_many(mechanism, q, duration=1.0, method="batch", chunk=5, **options)
+
+
+def test_an_executor_gives_what_this_process_gives(tmp_path: Path) -> None:
+    alone = sweep_of_pendulums()
+    with ThreadPoolExecutor(2) as executor:
+        shared = sweep_of_pendulums(executor=executor, directory=tmp_path / "runs")
+    assert np.array_equal(alone.q, shared.q)
+    assert len(list((tmp_path / "runs").glob("runs_*.npz"))) == 8
+    pieces = list(shared.chunks())
+    assert np.array_equal(np.concatenate([at for at, _, _ in pieces]), np.arange(40))
+    assert np.array_equal(np.concatenate([v for _, _, v in pieces]), alone.v)
+
+
+def test_what_is_done_before_an_interruption_is_kept_and_continued(tmp_path: Path) -> None:
+    def stop(fraction: float) -> None:
+        if fraction >= 0.5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(
+        mq.IntegrationError, match=r"interrupted: 20 of 40 runs are done.*the same call continues"
+    ) as info:
+        sweep_of_pendulums(directory=tmp_path, progress=stop)
+    partial = info.value.motion
+    assert partial.done == 20
+    assert np.isnan(partial.q[20:]).all()
+    files = {path: path.stat().st_mtime_ns for path in tmp_path.glob("runs_*.npz")}
+    fractions: list[float] = []
+    runs = sweep_of_pendulums(directory=tmp_path, progress=fractions.append)
+    assert fractions == [0.5, 0.625, 0.75, 0.875, 1.0]
+    assert all(path.stat().st_mtime_ns == written for path, written in files.items())
+    assert np.array_equal(runs.q, sweep_of_pendulums().q)
+
+
+def fatal(part: Part) -> Any:
+    """Ends its own process on the sixth part, the first time."""
+    mark = Path(os.environ["MECANIQUE_TEST_MARK"])
+    if part.first == 25 and not mark.exists():
+        mark.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return run_part(part)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="no signals")
+def test_a_killed_worker_loses_nothing_that_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MECANIQUE_TEST_MARK", str(tmp_path / "mark"))
+    monkeypatch.setattr("mecanique.motion.ensemble.run_part", fatal)
+    with (
+        ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
+        pytest.raises(mq.IntegrationError, match="the executor broke") as info,
+    ):
+        sweep_of_pendulums(executor=executor, directory=tmp_path / "runs")
+    assert info.value.motion.done == 25
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:
+        runs = sweep_of_pendulums(executor=executor, directory=tmp_path / "runs")
+    assert runs.done == 40
+    assert np.array_equal(runs.q, sweep_of_pendulums().q)
+
+
+T = TypeVar("T")
+
+
+class Counting(Executor):
+    """Runs at once, in this process, and notes how many futures were waiting."""
+
+    def __init__(self) -> None:
+        self.parts: list[int] = []
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
+        future: Future[T] = Future()
+        self.parts.append(args[0].first)
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except ValueError as error:
+            future.set_exception(error)
+        return future
+
+
+def test_every_part_is_submitted_once() -> None:
+    executor = Counting()
+    sweep_of_pendulums(executor=executor)
+    assert executor.parts == list(range(0, 40, 5))
+
+
+def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:
+    sweep_of_pendulums(directory=tmp_path)
+    with pytest.raises(mq.InputError, match=r"holds other runs \(other settings\); choose another directory"):
+        sweep_of_pendulums(directory=tmp_path, rtol=1e-5)
+    (tmp_path / "runs_000000000.npz").write_bytes(b"PK")
+    with pytest.raises(mq.InputError, match=r"cannot be read .*; delete it and run again"):
+        _ = sweep_of_pendulums(directory=tmp_path).q
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            {"q": {"q1": [0.1, 0.2], "q2": [1, 2, 3]}},
+            r"expected one number of runs in q, v and parameters, got \[2, 3\]",
+        ),
+        (
+            {"q": np.zeros((2, 3))},
+            r"expected shape \(2,\) or \(n, 2\) for the coordinate values \(q1, q2\), got \(2, 3\)",
+        ),
+        ({"q": {"q1": np.zeros((2, 2))}}, r"expected a number or shape \(n,\) for coordinate q1, got shape \(2, 2\)"),
+        ({"q": {"q1": [np.nan]}}, "expected finite numbers for coordinate q1"),
+        ({"q": {"q1": []}}, "expected at least one run"),
+        ({"q": {"q1": "much"}}, "expected numbers for coordinate q1, got 'much'"),
+        ({"parameters": {"x": 1.0}}, "unknown parameter 'x'"),
+        ({"parameters": [1.0]}, "expected parameters by symbol"),
+        ({"v": {"theta": 1.0}}, "unknown velocity 'theta'"),
+        ({"method": "euler"}, "unknown method 'euler'"),
+        ({"chunk": 0}, "expected a whole number of at least 1 for chunk, got 0"),
+        ({"parameters": {"m1": [1.0, -1.0]}}, "its mass is negative"),
+    ],
+)
+def test_refusals(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(mq.MecaniqueError, match=message):
+        mq.simulate_many(mq.textbook.load("double_pendulum"), **options)
+
+
+def test_a_dask_cluster_with_a_killed_worker_completes_the_runs(tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    with (
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(tmp_path)
+        ) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        victims = [worker.process.pid for worker in cluster.workers.values()]
+
+        def kill(fraction: float) -> None:
+            if fraction >= 0.25 and len(victims) == 2:
+                os.kill(victims.pop(), signal.SIGKILL)
+
+        runs = sweep_of_pendulums(executor=client.get_executor(), progress=kill)
+    assert len(victims) == 1
+    assert runs.done == 40
+    assert np.array_equal(runs.q, sweep_of_pendulums().q)

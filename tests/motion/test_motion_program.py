@@ -1,0 +1,69 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.motion.agreement import require_agreement
+from mecanique.motion.generated import batched, scalar
+from mecanique.motion.program import program_of
+from mecanique.motion.tape import Tape
+from mecanique.reference import Reference
+from mecanique.verify.states import States, random_states
+
+SIGNS = {"base_excited_mass", "two_blocks"}
+"""Systems with springs whose length changes sign."""
+
+
+@pytest.mark.parametrize("name", [name for name in mq.textbook.names() if name not in SIGNS])
+def test_the_program_of_every_system_gives_the_rates_of_the_reference(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    program = program_of(mechanism, {p.symbol for p in mechanism.parameters})
+    by_one = scalar(program_of(mechanism))
+    by_many = batched(program, [np.array(mechanism.values[symbol]) for symbol in program.open])
+    reference = Reference(mechanism)
+    rhs, states = reference.rhs(), random_states(mechanism, 6, 3)
+    out = np.empty(mechanism.nq + mechanism.nv)
+    for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True):
+        y = np.concatenate([q, v])
+        expected = rhs(t, y)
+        by_many(t, y, out)
+        size = 1 + np.abs(expected).max()
+        np.testing.assert_allclose(by_one(t, y) / size, expected / size, atol=1e-11)
+        np.testing.assert_allclose(out / size, expected / size, atol=1e-11)
+
+
+def test_what_has_no_closed_form_for_every_state_is_refused() -> None:
+    with pytest.raises(mq.DerivationError, match="holds for one sign of the length of spring"):
+        program_of(mq.textbook.load("two_blocks"))
+    with pytest.raises(mq.DerivationError, match="expected at most 8 velocities for a closed form, got 9"):
+        program_of(mq.textbook.load("n_link_pendulum", n=9))
+
+
+def test_equations_that_disagree_with_the_reference_are_refused() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+
+    def wrong(states: States) -> np.ndarray:
+        found: np.ndarray = Reference(mechanism).acceleration(states.q, states.v) * (1 + 1e-6)
+        return found
+
+    with pytest.raises(
+        mq.DerivationError, match=r"the closed form of .* and the reference disagree.* differ by 1.0e-06"
+    ):
+        require_agreement(mechanism, Reference(mechanism), wrong, "closed form")
+
+
+def test_a_tape_shares_what_is_equal_and_folds_what_is_known() -> None:
+    tape = Tape()
+    x, y = tape.input("x"), tape.input("y")
+    assert tape.add(x, y) == tape.add(y, x)
+    assert tape.add(x, tape.multiply(-1.0, y)) == tape.subtract(x, y)
+    assert tape.subtract(x, x) == 0.0
+    assert tape.multiply(2.0, tape.multiply(3.0, x)) == tape.multiply(6.0, x)
+    assert tape.call("sin", tape.multiply(-1.0, x)) == tape.multiply(-1.0, tape.call("sin", x))
+    assert tape.call("cos", 0.0) == 1.0
+    assert tape.power(x, -2) == tape.divide(1.0, tape.multiply(x, x))
+    # y is the place 1, which is not the number 1
+    assert tape.multiply(1.0, x) == x
+    assert tape.add(1.0, x) != tape.add(y, x)
+    assert len(tape.needed([tape.add(tape.multiply(x, y), tape.multiply(y, x))])) == 4
