@@ -73,7 +73,7 @@ async def leave(link: WebSocketClientConnection) -> None:
 def run(work: Coroutine[None, None, T]) -> T:
     """Run a coroutine in a thread of its own: the browser's driver keeps a loop in this one."""
     with ThreadPoolExecutor(1) as pool:
-        return pool.submit(asyncio.run, work).result()
+        return pool.submit(asyncio.run, asyncio.wait_for(work, 60)).result()
 
 
 def in_background(action: Callable[[], None]) -> threading.Thread:
@@ -252,16 +252,17 @@ def test_a_slow_page_is_sent_only_the_latest_frame() -> None:
             spent = time.perf_counter() - start
             assert spent < len(frames) / 60, "60 frames a second of 100 bodies"
             await asyncio.sleep(0.1)
-            numbers.append(number(await link.read_message()))
-            await link.write_message(json.dumps({"do": "ack", "value": numbers[-1]}))
-            numbers.append(number(await link.read_message()))
+            while numbers[-1] <= len(frames):
+                numbers.append(number(await link.read_message()))
+                await link.write_message(json.dumps({"do": "ack", "value": numbers[-1]}))
             await leave(link)
             return numbers, view._server._number
 
         numbers, last = run(watch())
     assert numbers[0] == 1
-    assert numbers[1] <= 300
-    assert numbers[2] == last == 301
+    assert numbers[-1] == last == 301
+    # one frame may be under way while the others come; a busy machine may send only the last
+    assert len(numbers) <= 3
 
 
 def number(message: str | bytes | None) -> int:
