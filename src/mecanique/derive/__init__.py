@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 __all__ = ["METHODS", "derive"]
 
 METHODS = {
+    "newton_euler": "mecanique.derive.newton_euler",
+    "virtual_work": "mecanique.derive.virtual_work",
     "lagrange": "mecanique.derive.lagrange",
 }
 """Module of each method; it has a function `derive_equations(mechanism)`."""
@@ -24,7 +26,8 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
 
     Args:
         mechanism: any mechanism.
-        method: "lagrange" (Lagrange's equations of the second kind).
+        method: "lagrange" (Lagrange's equations of the second kind), "newton_euler" (every body cut free, with its
+            reactions) or "virtual_work" (d'Alembert's inertia forces and a ledger of virtual work).
 
     Raises:
         UnknownNameError: if there is no such method.

@@ -78,6 +78,7 @@ class Derivation:
         lengths: what each root adjoined for springs and dampers is, by its name in print.
         closing: how the equations of motion follow from the last step, in a sentence.
         unknowns: what each reaction or virtual displacement in the steps is, by its name.
+        reactions: each reaction that is not identically zero, by its name; empty where the method shows none.
     """
 
     algebra: Algebra
@@ -89,6 +90,7 @@ class Derivation:
     lengths: Mapping[str, str] = field(default_factory=dict)
     closing: str = ""
     unknowns: Mapping[str, str] = field(default_factory=dict)
+    reactions: Mapping[str, Series] = field(default_factory=dict)
 
     @property
     def rows(self) -> tuple[Series, ...]:

@@ -14,6 +14,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
+    from mecanique.derive.balances import Reaction
     from mecanique.derive.constrained import Constrained
     from mecanique.derive.derivation import Derivation, Stage
     from mecanique.derive.matrices import Linear
@@ -313,6 +314,35 @@ class Equations:
         from mecanique.derive.constrained import Constrained
 
         return Constrained(self.mechanism, self.numeric)
+
+    def reactions(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, Reaction]:
+        """Return what each joint's parent does to its child, by joint name: force and moment, world axes.
+
+        The moment is about the origin of the child's frame. Springs, dampers, drives and loads are no part of it.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if the method shows no reactions, if a motion meets no inertia, or if there are loops.
+        """
+        from mecanique.derive.balances import Balances, Reaction
+
+        if not isinstance(self.numeric, Balances):
+            raise DerivationError(
+                f'the method {self.method!r} shows no reactions, which do no virtual work; use method="newton_euler"'
+            )
+        if self.mechanism.loops:
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its tree leave out; "
+                "use Reference"
+            )
+        states = States.of(self.mechanism, q, v, t)
+        found = self.numeric.reactions(states)
+        return {name: Reaction(*(states.shaped(part) for part in both)) for name, both in found.items()}
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
         """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).

@@ -68,7 +68,15 @@ def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> l
     """
     n, nu = move.u.shape
     ground = Frame(
-        np.broadcast_to(np.eye(3), (n, 3, 3)), *(np.zeros((n, 3)) for _ in range(5)), *_none(n, nu), np.zeros((n, 6, 0))
+        turn=np.broadcast_to(np.eye(3), (n, 3, 3)),
+        seat=np.zeros((n, 3)),
+        velocity=np.zeros((n, 3)),
+        spin=np.zeros((n, 3)),
+        gamma=np.zeros((n, 3)),
+        gamma_spin=np.zeros((n, 3)),
+        J=np.zeros((n, 3, nu)),
+        J_spin=np.zeros((n, 3, nu)),
+        axes=np.zeros((n, 6, 0)),
     )
     found: list[Frame] = []
     first = 0
@@ -126,10 +134,6 @@ def _axes(link: Link, turn: np.ndarray) -> np.ndarray:
     elif link.kind == "free":
         axes[:, :3, :3] = axes[:, 3:, 3:] = turn
     return axes
-
-
-def _none(n: int, nu: int) -> tuple[np.ndarray, np.ndarray]:
-    return np.zeros((n, 3, nu)), np.zeros((n, 3, nu))
 
 
 def _homogeneous(block: np.ndarray, column: np.ndarray, corner: float) -> np.ndarray:

@@ -171,6 +171,15 @@ class Kinematics:
         turned = [combination(row[:3], components) for row in self._twist(carrier)]
         return [rate + self.algebra.lifted(term) for rate, term in zip(rates, turned, strict=True)]
 
+    def seat(self, body: str) -> list[Series]:
+        """Return the origin of a body's frame against that of its carrier, in the axes of the carrier.
+
+        Args:
+            body: name of the body.
+        """
+        place = self.place[body]
+        return [self.algebra.lifted(row[3]) for row in (self._relative[place] if place >= 0 else IDENTITY)]
+
     def turn(self, place: int) -> Matrix:
         """Return the axes of a link in those of its carrier, three rows of three scalars.
 

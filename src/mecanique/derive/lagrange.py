@@ -16,8 +16,9 @@ from mecanique.derive.kinematics import Kinematics
 from mecanique.derive.poisson import Series
 from mecanique.derive.poses import combination
 from mecanique.derive.recursion import Recursion
+from mecanique.derive.springs import length_names
 from mecanique.derive.stages import coordinate_stages, energy_stages, quaternion_stages, work_stages
-from mecanique.derive.tidying import tidy
+from mecanique.derive.tidying import by_velocity, tidy
 from mecanique.derive.work import work_of
 from mecanique.errors import DerivationError
 from mecanique.model.joints import Floating, Spherical
@@ -41,17 +42,18 @@ class Lagrange:
 
     Args:
         mechanism: any mechanism.
+        algebra: its symbols, if they are there already.
 
     Raises:
         DerivationError: if the mechanism has no closed form of reasonable length.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         if mechanism.loops:
             raise DerivationError(
                 f"mechanism {mechanism.name!r} has loops, whose forces Lagrange's equations of the tree do not show"
             )
-        self.algebra = algebra = Algebra(mechanism)
+        self.algebra = algebra = algebra or Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
         self.works = [work_of(self.kinematics, force) for force in mechanism.forces]
         self.kinetic = [*self._bodies(), *self._rotors()]
@@ -73,8 +75,8 @@ class Lagrange:
             inertia = rates[k] + turning[k] - slopes[k] + falls[k]
             row, rest = inertia.linear(algebra.accelerations)
             M.append(tuple(tidy(entry) for entry in row))
-            h.append(self._tidied(rest))
-            Q.append(self._tidied(ring.sum([work.forces[k] for work in self.works])))
+            h.append(by_velocity(algebra, rest))
+            Q.append(by_velocity(algebra, ring.sum([work.forces[k] for work in self.works])))
         return Derivation(
             algebra=algebra,
             M=tuple(M),
@@ -92,7 +94,7 @@ class Lagrange:
                 ),
             ),
             assumptions=tuple(a for work in self.works for a in work.assumptions),
-            lengths=self._lengths(),
+            lengths=length_names(ring, [(work.name, work.length) for work in self.works if work.length is not None]),
             closing=self._closing(),
         )
 
@@ -133,21 +135,6 @@ class Lagrange:
         scalars = [work.scalar for work in self.works if work.kind == kind and work.scalar is not None]
         return tidy(self.algebra.ring.sum(scalars))
 
-    def _lengths(self) -> dict[str, str]:
-        """What each root in the length of a spring or damper is, by its name."""
-        ring, found = self.algebra.ring, dict[str, list[str]]()
-        whole: dict[str, bool] = {}
-        for work in self.works:
-            for g in work.length.generators() if work.length is not None else ():
-                if g.index in ring.atoms and ring.atoms[g.index].named:
-                    found.setdefault(g.name, []).append(work.name)
-                    whole[g.name] = work.length == ring[g.name]
-        return {
-            name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
-            + (" [m]" if whole[name] else "")
-            for name, owners in found.items()
-        }
-
     def _closing(self) -> str:
         """The sentence before the equations of motion."""
         found = {work.kind for work in self.works}
@@ -177,17 +164,6 @@ class Lagrange:
                 for k, term in zip(at, turned, strict=True):
                     found[k] = term
         return found
-
-    def _tidied(self, series: Series) -> Series:
-        """Tidied velocity by velocity, so that roots cancel where they belong together."""
-        algebra = self.algebra
-        terms = []
-        for powers, coefficient in series.coefficients(algebra.velocities).items():
-            term = tidy(coefficient)
-            for name, power in zip(algebra.velocities, powers, strict=True):
-                term = term * algebra.ring[name] ** power
-            terms.append(term)
-        return algebra.ring.sum(terms)
 
 
 def _cross(a: list[Series], b: list[Series]) -> list[Series]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
 from mecanique.derive.evaluation import evaluate
 from mecanique.derive.kinematics import Kinematics
 from mecanique.derive.poisson import Kind, Series
+from mecanique.derive.ring import Ring
 from mecanique.model.forces import Damper, Spring
 
-__all__ = ["Assumption", "Length", "length_of"]
+__all__ = ["Assumption", "Length", "length_names", "length_of"]
 
 
 @final
@@ -72,3 +73,24 @@ def length_of(kinematics: Kinematics, force: Spring | Damper) -> Length:
     rational = all(algebra.ring.atoms[g.index].argument.is_number for g in generators if g.index in algebra.ring.atoms)
     assumption = Assumption(f"the length of {force.name}", root) if moving and rational else None
     return Length(root, square, assumption)
+
+
+def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:
+    """Return what each root in the length of a spring or damper is, by its name.
+
+    Args:
+        ring: the ring.
+        lengths: name and length of each spring and damper.
+    """
+    found: dict[str, list[str]] = {}
+    whole: dict[str, bool] = {}
+    for name, length in lengths:
+        for g in length.generators():
+            if g.index in ring.atoms and ring.atoms[g.index].named:
+                found.setdefault(g.name, []).append(name)
+                whole[g.name] = length == ring[g.name]
+    return {
+        name: f"{'length' if whole[name] else 'root in the length'} of {' and '.join(owners)}"
+        + (" [m]" if whole[name] else "")
+        for name, owners in found.items()
+    }

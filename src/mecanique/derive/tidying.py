@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from mecanique.derive.algebra import Algebra
 from mecanique.derive.monomials import Polynomial, exponent, power
 from mecanique.derive.poisson import Kind, Series, canonical
 
-__all__ = ["tidy", "without_common_divisor"]
+__all__ = ["by_velocity", "tidy", "without_common_divisor"]
 
 
 def tidy(series: Series) -> Series:
@@ -32,6 +33,22 @@ def tidy(series: Series) -> Series:
         other = cleared * root ** (-steps * degree)
         series = other if len(other) <= len(series) else series
     return series
+
+
+def by_velocity(algebra: Algebra, series: Series) -> Series:
+    """Return a series tidied velocity by velocity, so that roots cancel where they belong together.
+
+    Args:
+        algebra: of the mechanism.
+        series: a polynomial in the velocities.
+    """
+    terms = []
+    for powers, coefficient in series.coefficients(algebra.velocities).items():
+        term = tidy(coefficient)
+        for name, power_of_it in zip(algebra.velocities, powers, strict=True):
+            term = term * algebra.ring[name] ** power_of_it
+        terms.append(term)
+    return algebra.ring.sum(terms)
 
 
 def without_common_divisor(series: Series) -> Series:

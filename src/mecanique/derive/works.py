@@ -80,7 +80,7 @@ class Works:
             states: where and how fast.
             a: shape (n, nv), accelerations.
         """
-        return times(self.mass_matrix(states), a) + self.bias(states)
+        return np.asarray(times(self.mass_matrix(states), a) + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
         """Return the part of the bias that gravity makes, shape (n, nv).
