@@ -2,16 +2,16 @@
 
 At each step the integrator knows q, v and a, hence q, q̇ and q̈ to its tolerance: the polynomial of degree 11 through
 four neighboring steps (Hermite, in Newton's form with confluent nodes) is as accurate as the eighth-order steps
-themselves and costs no evaluation of the equations. For v there are two polynomials of that kind: the derivative of
-the one for q, better for long steps, and one through v and a at six steps, better for short ones, where a derivative
-would enlarge rounding; the smaller error estimate decides. Polynomials never reach across a break: an impact, or a
+themselves and costs no evaluation of the equations; its derivative gives v. Where steps are so short that a derivative
+would enlarge rounding, there is a second polynomial through v and a at six steps, and the smaller error estimate
+decides. Polynomials never reach across a break: an impact, or a
 kink in a sampled input. Implicit methods do not give q̈ that accurately on stiff systems, and their steps differ too
 much in length; each of their steps is a stretch of its own, through points of the method's own interpolation.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, final
 
@@ -29,6 +29,9 @@ DERIVED = 1.5
 
 DOUBTED = 3.0
 """Factor on the estimate of the polynomial for v: on long steps, where the other is better, it may be too small."""
+
+REACH = 5
+"""How many intervals away a new step changes the interpolation."""
 
 
 class State(NamedTuple):
@@ -65,6 +68,15 @@ class _Pieces(NamedTuple):
             value += coefficients[:, order]
         return value, rate
 
+    def merged(self, kept: np.ndarray, changed: np.ndarray, fresh: _Pieces) -> _Pieces:
+        """Return the kept rows of these, in the places that did not change, and fresh ones in the others."""
+        merged = []
+        for old, new in zip(self, fresh, strict=True):
+            both = np.empty((len(changed), *old.shape[1:]))
+            both[~changed], both[changed] = old[kept], new
+            merged.append(both)
+        return _Pieces(*merged)
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -79,6 +91,8 @@ class Curve:
         breaks: shape (s,), index of the first step of each smooth stretch, 0 first.
         rates: the maps between v and q̇.
         smooth: whether polynomials use q, v and a of neighboring steps; otherwise those of each stretch's points alone.
+        close: whether steps are so short that a derivative of q may enlarge rounding.
+        known: polynomials that are there already.
     """
 
     t: np.ndarray
@@ -88,6 +102,8 @@ class Curve:
     breaks: np.ndarray
     rates: Rates
     smooth: bool = True
+    close: bool = True
+    known: tuple[_Pieces, ...] | None = field(default=None, repr=False)
 
     @cached_property
     def intervals(self) -> np.ndarray:
@@ -96,7 +112,7 @@ class Curve:
 
     @cached_property
     def _pieces(self) -> tuple[_Pieces, ...]:
-        return self._fitted(self.intervals)
+        return self._fitted(self.intervals) if self.known is None else self.known
 
     def _fitted(self, starts: np.ndarray) -> tuple[_Pieces, ...]:
         """Polynomials for q and for v on intervals; for both at once if the curve is not smooth."""
@@ -104,32 +120,21 @@ class Curve:
             most = int(np.diff(np.append(self.breaks, len(self.t))).max())
             nodes, used = _stencils(self.t, starts, self.breaks, most)
             return (_newton(self.t, [np.hstack([self.q, self.v])], nodes, used, starts),)
-        nodes, used = _stencils(self.t, starts, self.breaks, 6)
+        nodes, used = _stencils(self.t, starts, self.breaks, 6 if self.close else 4)
         data = [self.q, self.rates.first(self.q, self.v), self.rates.second(self.q, self.v, self.a) / 2]
         positions = _newton(self.t, data, nodes[:, :4], used.clip(max=4), starts)
-        return positions, _newton(self.t, [self.v, self.a], nodes, used, starts)
-
-    def errors(self, starts: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Return estimates of the largest errors in q and in v on intervals of a smooth curve, each of shape (m,).
-
-        Args:
-            starts: shape (m,), index of the step at the start of each interval; all by default.
-        """
-        pieces = self._pieces if starts is None else self._fitted(starts)
-        at = self.intervals if starts is None else starts
-        return pieces[0].error, self._error_of_v(pieces, at).min(axis=0)
-
-    def _error_of_v(self, pieces: tuple[_Pieces, ...], starts: np.ndarray) -> np.ndarray:
-        """Estimates for the derivative of the polynomial for q, and for that of v itself, shape (2, m)."""
-        length = self.t[starts + 1] - self.t[starts]
-        return np.stack([DERIVED * pieces[0].error / length, DOUBTED * pieces[1].error])
+        return (positions, _newton(self.t, [self.v, self.a], nodes, used, starts)) if self.close else (positions,)
 
     @cached_property
-    def _derived(self) -> np.ndarray:
-        """Whether v is the derivative of q on each interval, shape (m,)."""
-        by_q, by_v = self._error_of_v(self._pieces, self.intervals)
-        derived: np.ndarray = by_q < by_v
-        return derived
+    def _errors_of_v(self) -> np.ndarray:
+        """Estimates for the derivative of the polynomial for q, and for that of v if there is one: one row each."""
+        length = self.t[self.intervals + 1] - self.t[self.intervals]
+        estimates = [DERIVED * self._pieces[0].error / length]
+        return np.stack(estimates + [DOUBTED * pieces.error for pieces in self._pieces[1:]])
+
+    def errors(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return estimates of the largest errors in q and in v on each interval of a smooth curve, each of shape (m,)."""
+        return self._pieces[0].error, self._errors_of_v.min(axis=0)
 
     def __call__(self, t: float | np.ndarray) -> State:
         """Return the state at times within the motion; at a break, the state after it.
@@ -146,11 +151,10 @@ class Curve:
             value, rate = self._pieces[0].at(piece, times)
             nq = self.q.shape[1]
             q = self.rates.normalized(value[:, :nq])
-            v = value[:, nq:]
-            if self.smooth:
-                v, _ = self._pieces[1].at(piece, times)
-                derived = self._derived[piece]
-                v[derived] = self.rates.velocities(q[derived], rate[derived])
+            v = self.rates.velocities(q, rate) if self.smooth else value[:, nq:]
+            if self.smooth and self.close:
+                better = np.diff(self._errors_of_v, axis=0)[0, piece] <= 0
+                v = np.where(better[:, None], self._pieces[1].at(piece, times)[0], v)
         return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
 
     def with_steps(self, at: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> Curve:
@@ -165,7 +169,7 @@ class Curve:
         """
         place = at + 1
         breaks = self.breaks + np.searchsorted(place, self.breaks, side="right")
-        return Curve(
+        curve = Curve(
             np.insert(self.t, place, t),
             np.insert(self.q, place, q, axis=0),
             np.insert(self.v, place, v, axis=0),
@@ -173,6 +177,16 @@ class Curve:
             breaks,
             self.rates,
             self.smooth,
+            self.close,
+        )
+        starts = curve.intervals
+        new = place + np.arange(len(place))
+        changed = np.isin(starts, new[:, None] + np.arange(-REACH, REACH + 1))
+        # intervals that keep all their neighbors keep their polynomials
+        kept = np.searchsorted(self.intervals, starts[~changed] - np.searchsorted(new, starts[~changed]))
+        fresh = curve._fitted(starts[changed])
+        return replace(
+            curve, known=tuple(old.merged(kept, changed, f) for old, f in zip(self._pieces, fresh, strict=True))
         )
 
 

@@ -25,17 +25,11 @@ from mecanique.motion.watcher import Watcher
 
 __all__ = ["simulate"]
 
-REFINEMENTS = 8
-"""Most rounds of halving intervals on which the interpolation is not accurate enough."""
-
 SHORTEST = 1e-6
-"""Intervals below this fraction of the median are not halved: at an unknown kink that would go on for ever."""
+"""Intervals below this fraction of the median are not halved: there is a kink in them that no step resolves."""
 
-REACH = 5
-"""How many intervals away a new step changes the interpolation."""
-
-JITTER = 100 * 2.2e-16
-"""Times of steps are rounded by a part of this fraction of their size; no step more makes that better."""
+EPSILON = 2.2e-16
+"""Relative rounding of a number."""
 
 
 def simulate(
@@ -189,37 +183,34 @@ def _integrate(
 
 
 def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:
-    """Halve the intervals on which the polynomial is less accurate than the steps."""
-    curve = steps.curve(nq, rates, smooth)
-    if len(curve.t) < 2 or not smooth:
+    """Halve the intervals on which the polynomial is less accurate than the steps.
+
+    Once only: what is left then is not the polynomial's error but that of the steps, which fit each other no better
+    than to the tolerance, and looks the larger the closer they are.
+    """
+    rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
+    curve = steps.curve(nq, rates, smooth, close=task.rtol < 1000 * rounding)
+    at = curve.intervals
+    if not smooth or not len(at):
         return curve
-    at, errors = curve.intervals, curve.errors()
-    least = SHORTEST * float(np.median(curve.t[at + 1] - curve.t[at]))
-    jitter = JITTER * float(np.abs(curve.t).max())
-    for _ in range(REFINEMENTS):
-        excess = [
-            error / (task.atol + (np.abs(values[at]) * task.rtol + np.abs(rate[at]) * jitter).max(axis=1, initial=0.0))
-            for error, values, rate in zip(
-                errors, (curve.q, curve.v), (rates.first(curve.q, curve.v), curve.a), strict=True
-            )
-        ]
-        coarse = at[(np.maximum(*excess) > 1) & (curve.t[at + 1] - curve.t[at] > least)]
-        if not len(coarse):
-            break
-        t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
-        states = [
-            advance(task, float(curve.t[i]), np.concatenate([curve.q[i], curve.v[i]]), float(s))
-            for i, s in zip(coarse, t, strict=True)
-        ]
-        y = np.array(states)
-        if not np.isfinite(y).all():
-            break
-        dy = np.array([task.rhs(float(s), x) for s, x in zip(t, states, strict=True)])
-        curve = curve.with_steps(coarse, t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
-        new = coarse + np.arange(1, len(coarse) + 1)
-        at = np.intersect1d(curve.intervals, new[:, None] + np.arange(-REACH, REACH + 1))
-        errors = curve.errors(at)
-    return curve
+    excess = [
+        # times of steps are rounded, and no step more makes that better
+        error / (task.atol + (np.abs(x[at]) * task.rtol + np.abs(rate[at]) * 100 * rounding).max(axis=1))
+        for error, x, rate in zip(
+            curve.errors(), (curve.q, curve.v), (rates.first(curve.q, curve.v), curve.a), strict=True
+        )
+    ]
+    length = curve.t[at + 1] - curve.t[at]
+    coarse = at[(np.maximum(*excess) > 1) & (length > SHORTEST * float(np.median(length)))]
+    t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
+    states = [
+        advance(task, float(curve.t[i]), np.concatenate([curve.q[i], curve.v[i]]), float(s))
+        for i, s in zip(coarse, t, strict=True)
+    ]
+    if not states or not np.isfinite(y := np.array(states)).all():
+        return curve
+    dy = np.array([task.rhs(float(s), x) for s, x in zip(t, states, strict=True)])
+    return curve.with_steps(coarse, t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
 
 
 @contextmanager

@@ -103,14 +103,15 @@ class Steps:
         self.breaks.append(len(self.t))
         self.add(self.t[-1], y, dy)
 
-    def curve(self, nq: int, rates: Rates, smooth: bool) -> Curve:
+    def curve(self, nq: int, rates: Rates, smooth: bool, close: bool = True) -> Curve:
         """Return the motion through the steps.
 
         Args:
             nq: number of positions in a state.
             rates: the maps between v and q̇.
             smooth: whether the rates are as accurate as the states.
+            close: whether rounding matters between the steps.
         """
         y, dy = np.array(self.y), np.array(self.dy)
         q = rates.normalized(y[:, :nq])
-        return Curve(np.array(self.t), q, y[:, nq:], dy[:, nq:], np.array(self.breaks), rates, smooth)
+        return Curve(np.array(self.t), q, y[:, nq:], dy[:, nq:], np.array(self.breaks), rates, smooth, close)

@@ -52,6 +52,7 @@ def save(motion: Motion, path: str | PathLike[str]) -> None:
         "method": motion.method,
         "statistics": [s.steps, s.evaluations, s.seconds, s.rtol, s.atol],
         "smooth": motion.curve.smooth,
+        "close": motion.curve.close,
         "events": [event.name for event in motion.events],
         **provenance(motion.mechanism),
     }
@@ -85,7 +86,8 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
             raise InputError(f"expected a file of format {FORMAT!r}, got {about['format']!r} in {os.fspath(path)!r}")
         steps = [data[f"step_{name}"] for name in _STEPS]
         t, q, v, happened = (data[name] for name in ("t", "q", "v", "events"))
-        names, smooth, method = list(about["events"]), bool(about["smooth"]), str(about["method"])
+        names, method = list(about["events"]), str(about["method"])
+        smooth, close = bool(about["smooth"]), bool(about["close"])
         numbers = about["statistics"]
         statistics = Statistics(int(numbers[0]), int(numbers[1]), *(float(x) for x in numbers[2:5]))
     except MecaniqueError:
@@ -98,7 +100,7 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     if not _fits(mechanism, t, q, v, steps, happened, names):
         raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
     step_t, step_q, step_v, step_a, breaks = steps
-    curve = Curve(step_t, step_q, step_v, step_a, breaks, Rates.of(mechanism), smooth)
+    curve = Curve(step_t, step_q, step_v, step_a, breaks, Rates.of(mechanism), smooth, close)
     cut = np.cumsum([1, mechanism.nq, mechanism.nv])
     events = tuple(
         Occurrence(name, float(time[0]), *state)
