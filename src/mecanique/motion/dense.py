@@ -133,7 +133,7 @@ class Curve:
         return np.stack(estimates + [DOUBTED * pieces.error for pieces in self._pieces[1:]])
 
     def errors(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return estimates of the largest errors in q and in v on each interval of a smooth curve, each of shape (m,)."""
+        """Return estimates of the largest errors in q and in v on a smooth curve's intervals, each of shape (m,)."""
         return self._pieces[0].error, self._errors_of_v.min(axis=0)
 
     def __call__(self, t: float | np.ndarray) -> State:
