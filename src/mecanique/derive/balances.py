@@ -15,10 +15,9 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mecanique.derive.free_bodies import FreeBodies, Snapshot, total_momentum
+from mecanique.derive.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derive.recursion import solved
 from mecanique.derive.states import States
-from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Balances", "Reaction", "kinetic_and_potential"]
@@ -80,11 +79,9 @@ class Balances:
             states: where; velocities do not matter.
         """
         at = self._bodies.at(states)
-        A, _, _ = self._system(at)
-        nv = self._mechanism.nv
-        # rows: bodies, then joints; columns: accelerations, then reactions
-        reactions = np.linalg.solve(A[:, :-nv, nv:], A[:, :-nv, :nv]) if nv else A[:, :-nv, :nv]
-        return np.asarray(A[:, -nv:, :nv] - A[:, -nv:, nv:] @ reactions)
+        G = at.rates
+        needs = [np.concatenate([body.mass * body.J, body.inertia @ body.J_spin], axis=1) for body in at.bodies]
+        return np.asarray(self._projected(at, needs) + np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G))
 
     def bias(self, states: States) -> np.ndarray:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
@@ -93,8 +90,10 @@ class Balances:
             states: where and how fast.
         """
         at = self._bodies.at(states)
-        A, inertia, _ = self._system(at)
-        return -self._eliminated(A, inertia)
+        g = self._bodies.gravity
+        needs = [np.concatenate([b.mass * (b.gamma - g), b.tumbling], axis=1)[..., None] for b in at.bodies]
+        rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
+        return np.asarray(self._projected(at, needs)[..., 0] + rotors)
 
     def forces(self, states: States) -> np.ndarray:
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
@@ -102,8 +101,9 @@ class Balances:
         Args:
             states: where, how fast and when.
         """
-        A, _, applied = self._system(self._bodies.at(states))
-        return self._eliminated(A, applied)
+        at = self._bodies.at(states)
+        needs = [np.concatenate([body.force, body.moment], axis=1)[..., None] for body in at.bodies]
+        return self._projected(at, needs)[..., 0]
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return M a + bias, shape (n, nv).
@@ -112,9 +112,7 @@ class Balances:
             states: where and how fast.
             a: shape (n, nv), accelerations.
         """
-        A, inertia, _ = self._system(self._bodies.at(states))
-        known = inertia - (A[:, :, : self._mechanism.nv] @ a[..., None])[..., 0]
-        return -self._eliminated(A, known)
+        return np.asarray((self.mass_matrix(states) @ a[..., None])[..., 0] + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
         """Return the part of the bias that gravity makes, shape (n, nv).
@@ -122,12 +120,9 @@ class Balances:
         Args:
             states: where.
         """
-        at = self._bodies.at(states)
-        A, inertia, _ = self._system(at)
-        weights = np.zeros_like(inertia)
-        for k, body in enumerate(at.bodies):
-            weights[:, 6 * k : 6 * k + 3] = body.mass * self._bodies.gravity
-        return -self._eliminated(A, weights)
+        at, n = self._bodies.at(states), len(states)
+        weights = [body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies]
+        return -self._projected(at, [np.broadcast_to(w, (n, 6))[..., None] for w in weights])[..., 0]
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return kinetic and potential energy, each shape (n,) [J].
@@ -145,58 +140,73 @@ class Balances:
         """
         return total_momentum(self._bodies.moving(states), len(states))
 
-    def _eliminated(self, A: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """What is left of the right side in the joints' rows once the reactions are eliminated, shape (n, nv)."""
-        nv = self._mechanism.nv
-        if not nv:
-            return np.zeros((len(A), 0))
-        reactions = np.linalg.solve(A[:, :-nv, nv:], known[:, :-nv, None])
-        left: np.ndarray = known[:, -nv:] - (A[:, -nv:, nv:] @ reactions)[..., 0]
-        return left
+    def _projected(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
+        """Eliminate the reactions from the tips to the ground; what the joints need along their motions, (n, nv, k).
+
+        Args:
+            at: the free bodies.
+            needs: force and moment about the center of mass that each body needs, each shape (n, 6, k).
+        """
+        return np.asarray(np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmitted(at, needs)))
+
+    def _transmitted(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
+        """Force and moment at the seat of each body's joint, each shape (n, 6, k)."""
+        needs = list(needs)
+        found: list[np.ndarray] = [np.zeros(0)] * len(needs)
+        for k in range(len(needs) - 1, -1, -1):
+            body, need = at.bodies[k], needs[k]
+            found[k] = _moved(need, body.center - body.seat)
+            if body.parent >= 0:
+                needs[body.parent] = needs[body.parent] + _moved(need, body.center - at.bodies[body.parent].center)
+        return found
+
+    def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
+        """Components of the joints' forces and moments along their velocities, shape (n, nu, k)."""
+        columns = wrenches[0].shape[2] if wrenches else 0
+        out = np.zeros((len(at.springs), len(at.holders), columns))
+        for u, k in enumerate(at.holders):
+            out[:, u] = np.einsum("ni,nik->nk", at.axes[:, :, u], wrenches[k])
+        return out
 
     def _solved(self, states: States) -> np.ndarray:
-        A, inertia, applied = self._system(self._bodies.at(states))
-        if A.shape[1] <= _DENSE:
-            return solved(self._mechanism, A, inertia + applied)
-        from scipy.sparse import csc_matrix
-        from scipy.sparse.linalg import splu
+        """Accelerations and reactions, shape (n, nv + 6 nb)."""
+        at = self._bodies.at(states)
+        if self._mechanism.nv + 6 * len(at.bodies) <= _DENSE:
+            A, known = self._system(at)
+            return solved(self._mechanism, A, known)
+        a = solved(self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states))
+        needs = []
+        for body in at.bodies:
+            push = body.mass * (times(body.J, a) + body.gamma - self._bodies.gravity) - body.force
+            turn = times(body.inertia, times(body.J_spin, a)) + body.tumbling - body.moment
+            needs.append(np.concatenate([push, turn], axis=1)[..., None])
+        return np.concatenate([a, *(wrench[..., 0] for wrench in self._transmitted(at, needs))], axis=1)
 
-        try:
-            rows = [splu(csc_matrix(one)).solve(known) for one, known in zip(A, inertia + applied, strict=True)]
-        except RuntimeError:
-            raise DerivationError(
-                f"mechanism {self._mechanism.name!r}: a motion of massless bodies has no inertia; give them mass, or "
-                "leave that coordinate out"
-            ) from None
-        return np.array(rows)
-
-    def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """A x = inertia + applied with x = [a, force and couple of each joint], rows: bodies, then joints."""
+    def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+        """A x = known with x = [a, force and couple of each joint]; rows: bodies, then joints."""
         n, nv, count = len(at.springs), self._mechanism.nv, len(at.bodies)
         size = nv + 6 * count
-        A, inertia, applied = np.zeros((n, size, size)), np.zeros((n, size)), np.zeros((n, size))
+        A, known = np.zeros((n, size, size)), np.zeros((n, size))
         for k, body in enumerate(at.bodies):
             push, turn = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
             A[:, push, :nv] = body.mass * body.J
             A[:, turn, :nv] = body.inertia @ body.J_spin
-            inertia[:, push] = body.mass * (self._bodies.gravity - body.gamma)
-            inertia[:, turn] = -body.tumbling
-            applied[:, push], applied[:, turn] = body.force, body.moment
+            known[:, push] = body.mass * (self._bodies.gravity - body.gamma) + body.force
+            known[:, turn] = body.moment - body.tumbling
             for other, sign in ((k, -1.0), (body.parent, 1.0)):
                 if other < 0:
                     continue
                 row, column = 6 * other, nv + 6 * k
                 A[:, row : row + 6, column : column + 6] += sign * np.eye(6)
                 A[:, row + 3 : row + 6, column : column + 3] += sign * _cross(body.seat - at.bodies[other].center)
-        G = at.rates
+        G, joints = at.rates, slice(6 * count, size)
         for u, k in enumerate(at.holders):
             column = nv + 6 * int(k)
-            A[:, -nv or size :, column : column + 6] += G[:, u, :, None] * at.axes[:, None, :, u]
+            A[:, joints, column : column + 6] += G[:, u, :, None] * at.axes[:, None, :, u]
         rotors = G * at.armature[:, None]
-        if nv:
-            A[:, -nv:, :nv] += np.swapaxes(G, 1, 2) @ rotors
-            inertia[:, -nv:] -= np.einsum("nuv,nu->nv", rotors, at.motions.gamma)
-        return A, inertia, applied
+        A[:, joints, :nv] += np.swapaxes(G, 1, 2) @ rotors
+        known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.motions.gamma)
+        return A, known
 
 
 def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -214,7 +224,7 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 _DENSE = 400
-"""Systems with more equations than this are solved as sparse ones."""
+"""Systems with more equations than this are not solved whole: the reactions are eliminated first."""
 
 
 def _cross(r: np.ndarray) -> np.ndarray:
@@ -222,3 +232,9 @@ def _cross(r: np.ndarray) -> np.ndarray:
     out = np.zeros((len(r), 3, 3))
     out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -r[:, 2], r[:, 1], -r[:, 0]
     return out - np.swapaxes(out, 1, 2)
+
+
+def _moved(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Force and moment about another point, against which the first one is at an arm; shape (n, 6, k)."""
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    return np.concatenate([force, moment + np.cross(arm[:, :, None], force, axis=1)], axis=1)
