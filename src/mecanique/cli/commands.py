@@ -10,6 +10,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.checks import linted, surveyed
+from mecanique.cli.linear import figures, response_table, small_motions
 from mecanique.cli.printing import heading, say, show, verdict_table, working
 from mecanique.cli.words import (
     Coordinates,
@@ -22,6 +23,7 @@ from mecanique.cli.words import (
     Velocities,
     choose,
     guarded,
+    numbers,
     simulated,
 )
 
@@ -233,6 +235,49 @@ def simulate(
     if npz is not None:
         motion.save(npz)
     say(json.dumps(_figures(motion), ensure_ascii=False, indent=2, allow_nan=False) if as_json else motion.summary())
+
+
+@app.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
+@guarded
+def linearize(
+    system: SystemName,
+    parameters: Parameters = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", metavar="NAME=VALUE", help="Near which equilibrium, in rad or m: --at theta=3"),
+    ] = None,
+    mode: Annotated[
+        int | None,
+        typer.Option(
+            metavar="NUMBER", help="Mode for --compare and --page, 1 the slowest; by default that oscillates."
+        ),
+    ] = None,
+    amplitude: Annotated[
+        float | None, typer.Option(metavar="NUMBER", help="Its largest component for --compare and --page [rad or m].")
+    ] = None,
+    compare: Annotated[bool, typer.Option("--compare", help="Compare the mode with the exact motion.")] = False,
+    page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the mode as an offline page.")] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Print the response to this harmonic force, by frequency, as CSV."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Linearize about an equilibrium: M, C, K, natural frequencies, damping ratios, modes."""
+    mechanism = choose(system, parameters).mechanism
+    linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
+    if force:
+        say(response_table(linearization.response(numbers(force, "--force"))))
+        return
+    with working("Writing the linear equations"):
+        say(figures(linearization) if as_json else small_motions(linearization))
+    which = None if mode is None else mode - 1
+    if compare:
+        say("\n" + str(linearization.compare(amplitude, mode=which)))
+    if page is not None:
+        with working(f"Writing {page}"):
+            mq.export(linearization.motion(which, amplitude), page)
+        say(f"\nWrote {page}")
 
 
 @app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")

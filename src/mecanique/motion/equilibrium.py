@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.errors import InputError, MecaniqueError
+from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.linearization import Linearization
@@ -91,7 +92,8 @@ def equilibria(
             continue
         q = _unwound(mechanism, q, turning, t, reference)
         if not any(_same(q, other, turning) for other in found):
-            found.append(Equilibrium(q, linearize(mechanism, q, t=t, reference=reference)))
+            with suppress(EngineError):  # where the axes of a gimbal fall in line a mass matrix has no inverse
+                found.append(Equilibrium(q, linearize(mechanism, q, t=t, reference=reference)))
     return tuple(sorted(found, key=lambda e: float(reference.energy(e.q, None, t).potential)))
 
 

@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.errors import InputError
-from mecanique.model.expression import finite
+from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.dense import State
-from mecanique.motion.rates import Rates
-from mecanique.motion.settings import Values
+from mecanique.motion.units import units
 
-__all__ = ["Linearization", "frequency_response", "linearize"]
-
-STEPS = (0.02, 0.004, 0.0008, 0.00016)
-"""Steps of the differences, in the unit of each coordinate: the next is tried where one is not accurate."""
-
-ACCURATE = 1e-11
-"""Relative error that is good enough."""
-
-WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
-"""Central differences of eighth order: weights of f(x + k h) − f(x − k h), k = 1…4 (Fornberg, 1988)."""
+__all__ = ["Linearization"]
 
 UNDAMPED = 1e-10
 """C and the skew part of K below this fraction of their scale count as zero."""
@@ -36,16 +23,19 @@ UNDAMPED = 1e-10
 class Linearization:
     """M δ̈ + C δ̇ + K δ = 0 for small deviations δ from a state; where v is not q̇, δ is a displacement along v.
 
+    In a mechanism with loops M, C and K are those of n independent deviations; the others follow by `tangent`.
+
     Args:
         mechanism: what moves.
         q: shape (nq,), positions.
         v: shape (nv,), velocities.
         t: time [s].
-        M: shape (nv, nv), mass matrix.
-        C: shape (nv, nv), ∂/∂v of M a + bias − forces.
-        K: shape (nv, nv), ∂/∂q of M a + bias − forces.
+        M: shape (n, n), mass matrix; n = nv without loops.
+        C: shape (n, n), ∂/∂v of M a + bias − forces.
+        K: shape (n, n), ∂/∂q of M a + bias − forces.
         error: estimate of the error of C and K, relative to the largest entry of each.
         acceleration: shape (nv,), of the state itself; zero at an equilibrium.
+        tangent: shape (nv, n), deviations along all velocities by the independent ones; unity without loops.
     """
 
     mechanism: Mechanism
@@ -57,6 +47,20 @@ class Linearization:
     K: np.ndarray
     error: float
     acceleration: np.ndarray
+    tangent: np.ndarray
+
+    @property
+    def deviations(self) -> tuple[str, ...]:
+        """Names of all deviations, one for each velocity: the coordinate's, or δ and the velocity's."""
+        return tuple(v[:-1] if v.endswith("'") else f"δ{v}" for v in self.mechanism.velocities)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each deviation; "" where it cannot be told."""
+        known = units(self.mechanism)
+        return tuple(
+            known[v[:-1]] if v.endswith("'") else known[v].removesuffix("/s") for v in self.mechanism.velocities
+        )
 
     @property
     def at_equilibrium(self) -> bool:
@@ -80,14 +84,14 @@ class Linearization:
 
     @cached_property
     def state_matrix(self) -> np.ndarray:
-        """A of ẋ = A x for x = (δ, δ̇), shape (2 nv, 2 nv)."""
+        """A of ẋ = A x for x = (δ, δ̇), shape (2 n, 2 n)."""
         n = len(self.M)
         lower = -np.linalg.solve(self.M, np.hstack([self.K, self.C]))
         return np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower])
 
     @cached_property
     def eigenvalues(self) -> np.ndarray:
-        """All 2 nv exponents λ of small motions e^(λ t), by size of their imaginary part [1/s]."""
+        """All 2 n exponents λ of small motions e^(λ t), by size of their imaginary part [1/s]."""
         if self.undamped:
             roots = np.sqrt(-self._squares[0].astype(complex))
             values = np.concatenate([roots, -roots])
@@ -103,7 +107,7 @@ class Linearization:
             squares, modes = self._squares
             frequencies = np.sqrt(squares.clip(0))
             damping = np.where(squares > 0, 0.0, np.nan)
-            return frequencies, damping, _scaled(modes)
+            return frequencies, damping, _scaled(self.tangent @ modes)
         n = len(self.M)
         values, vectors = np.linalg.eig(self.state_matrix)
         shapes = vectors[:n].copy()
@@ -117,21 +121,21 @@ class Linearization:
         still = np.arange(n) < len(real)
         frequencies = np.where(still, 0.0, np.abs(values[chosen]))
         damping = np.where(still, np.nan, -values[chosen].real / np.where(still, 1.0, frequencies))
-        return frequencies, damping, _scaled(shapes[:, chosen])
+        return frequencies, damping, _scaled(self.tangent @ shapes[:, chosen])
 
     @property
     def frequencies(self) -> np.ndarray:
-        """Natural frequencies |λ|, shape (nv,), ascending; 0 for motions that do not oscillate [rad/s]."""
+        """Natural frequencies |λ|, shape (n,), ascending; 0 for motions that do not oscillate [rad/s]."""
         return self._modal[0]
 
     @property
     def damping(self) -> np.ndarray:
-        """Damping ratios −Re λ / |λ|, shape (nv,), as the frequencies; not a number where nothing oscillates."""
+        """Damping ratios −Re λ / |λ|, shape (n,), as the frequencies; not a number where nothing oscillates."""
         return self._modal[1]
 
     @property
     def modes(self) -> np.ndarray:
-        """Mode shapes as columns, shape (nv, nv), as the frequencies; the largest component is 1."""
+        """Mode shapes of all deviations as columns, shape (nv, n), as the frequencies; the largest component is 1."""
         return self._modal[2]
 
     @property
@@ -139,6 +143,110 @@ class Linearization:
         """Whether no small deviation grows exponentially."""
         size = np.abs(self.eigenvalues).max(initial=0.0)
         return bool((self.eigenvalues.real <= 1e-7 * size).all())
+
+    @cached_property
+    def symbolic(self) -> Any:
+        """The same in letters: a `Linearized` with matrices, equations and, of one degree of freedom, its frequency.
+
+        Raises:
+            DerivationError: if there is no symbolic form, or the state is no equilibrium.
+        """
+        from mecanique.derive import derive
+        from mecanique.derive.linearized import linearized
+
+        if self.mechanism.loops:
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r} has loops: its linear equations are computed, not written out"
+            )
+        if self.v.any():
+            raise DerivationError("the symbolic linear equations are about an equilibrium, not about a state in motion")
+        place = dict(zip(self.mechanism.coordinates, self.q.tolist(), strict=True))
+        return linearized(derive(self.mechanism).derivation, place)
+
+    @property
+    def equations(self) -> Any:
+        """The linear equations as a textbook prints them, e.g. q'' + 3 g q/(2 l) = 0, a tuple.
+
+        Raises:
+            DerivationError: if there is no symbolic form, or the state is no equilibrium.
+        """
+        return self.symbolic.equations
+
+    def text(self) -> str:
+        """Return the linear equations M q'' + C q' + K q = f in letters, as text.
+
+        Raises:
+            DerivationError: if there is no symbolic form, or the state is no equilibrium.
+        """
+        written: str = self.symbolic.text()
+        return written
+
+    def latex(self) -> str:
+        """Return the linear equations in letters, in LaTeX.
+
+        Raises:
+            DerivationError: if there is no symbolic form, or the state is no equilibrium.
+        """
+        written: str = self.symbolic.latex()
+        return written
+
+    def mathml(self) -> str:
+        """Return the linear equations in letters, in MathML.
+
+        Raises:
+            DerivationError: if there is no symbolic form, or the state is no equilibrium.
+        """
+        written: str = self.symbolic.mathml()
+        return written
+
+    def response(self, force: Any, frequencies: np.ndarray | None = None) -> Any:
+        """Return the steady response to a harmonic force over its frequency, a `Response`.
+
+        Args:
+            force: amplitudes F of the generalized forces: shape (nv,), or by coordinate or velocity name.
+            frequencies: ω, shape (n,) [rad/s]; by default 400 up to twice the highest natural frequency.
+
+        Raises:
+            InputError: if a value is not what is expected, or ω is an undamped natural frequency.
+        """
+        from mecanique.motion.response import response
+
+        return response(self, force, frequencies)
+
+    def motion(
+        self, mode: int | None = None, amplitude: float | None = None, *, periods: float = 3.0, fps: float = 60.0
+    ) -> Any:
+        """Return a mode as a `Motion`, to be looked at: the linear solution, not one of the exact equations.
+
+        Args:
+            mode: which one, 0 for the slowest; by default the slowest that oscillates.
+            amplitude: of the mode's largest component [rad or m]; by default 0.2 rad or a fifth of the mechanism's
+                typical length.
+            periods: how many periods.
+            fps: samples per second.
+
+        Raises:
+            InputError: if there is no such mode, or it does not oscillate.
+        """
+        from mecanique.motion.mode import mode_motion
+
+        return mode_motion(self, mode, amplitude, periods=periods, fps=fps)
+
+    def compare(self, amplitude: float | None = None, *, mode: int | None = None, tolerance: float = 0.01) -> Any:
+        """Return a mode by the linear and by the exact equations side by side, a `Comparison`.
+
+        Args:
+            amplitude: of the mode's largest component [rad or m]; by default the one at which they differ by the
+                tolerance.
+            mode: which one, 0 for the slowest; by default the slowest that oscillates.
+            tolerance: the relative difference for which the amplitude is sought.
+
+        Raises:
+            InputError: if there is no such mode, it does not oscillate, or the state is no equilibrium.
+        """
+        from mecanique.motion.comparison import compare
+
+        return compare(self, amplitude, mode=mode, tolerance=tolerance)
 
     def __str__(self) -> str:
         m = self.mechanism
@@ -150,126 +258,6 @@ class Linearization:
             motion = f"{omega:.9g} rad/s" if omega > 0 else "no oscillation"
             lines.append(f"  {motion}" + (f", damping {zeta:.3g}" if zeta > 1e-14 else "") + f": ({shape})")
         return "\n".join(lines)
-
-
-def linearize(
-    mechanism: Mechanism,
-    at: Values | State | None = None,
-    *,
-    v: Values | None = None,
-    t: float = 0.0,
-    reference: Any = None,
-) -> Linearization:
-    """Linearize the equations of motion about a state.
-
-    M a + bias − forces is differentiated by central differences of eighth order; `error` says how well that worked.
-    About a state in motion the accelerations are held at the state's own.
-
-    Args:
-        mechanism: what moves.
-        at: positions, shape (nq,) or by name, or a `State` with time and velocities; by default the equilibrium found
-            from the neutral position.
-        v: velocities, shape (nv,) or by name; zero by default.
-        t: time [s].
-        reference: the mechanism's `Reference`, if it is there already.
-
-    Raises:
-        InputError: if the state is not what is expected, or no equilibrium is found.
-        UnknownNameError: if a coordinate or velocity does not exist.
-    """
-    t = finite(t, "the time t")
-    if reference is None:
-        from mecanique.reference import Reference
-
-        reference = Reference(mechanism)
-    if isinstance(at, State):
-        t, v, at = float(at.t), at.v, at.q
-    if at is None:
-        from mecanique.motion.equilibrium import equilibrium_near
-
-        at = equilibrium_near(mechanism, mechanism.neutral(), t, reference)
-        if at is None:
-            raise InputError(
-                f"no equilibrium of {mechanism.name!r} was found from the neutral position; give one: "
-                "linearize(mechanism, at={...}), or look for all with equilibria(mechanism)"
-            )
-    position, velocity = mechanism.position(at), mechanism.velocity(v)
-    rates = Rates.of(mechanism)
-    acceleration = reference.acceleration(position, velocity, t)
-
-    def by_position(step: np.ndarray) -> np.ndarray:
-        q = rates.moved(np.repeat(position[None], len(step), axis=0), step)
-        many = np.repeat(velocity[None], len(step), axis=0)
-        residual: np.ndarray = reference.inverse_dynamics(q, many, np.repeat(acceleration[None], len(step), axis=0), t)
-        return residual
-
-    def by_velocity(step: np.ndarray) -> np.ndarray:
-        many = np.repeat(position[None], len(step), axis=0)
-        a = np.repeat(acceleration[None], len(step), axis=0)
-        residual: np.ndarray = reference.inverse_dynamics(many, velocity + step, a, t)
-        return residual
-
-    K, error_k = _slopes(by_position, mechanism.nv)
-    C, error_c = _slopes(by_velocity, mechanism.nv)
-    M = reference.mass_matrix(position, t)
-    # what differs from symmetry by no more than the differences' error is symmetric
-    if np.abs(K - K.T).max(initial=0.0) <= 1e-11 * np.abs(K).max(initial=0.0):
-        K = (K + K.T) / 2
-    return Linearization(mechanism, position, velocity, t, M, C, K, max(error_k, error_c), acceleration)
-
-
-def frequency_response(linearization: Linearization, force: Values, frequencies: float | np.ndarray) -> np.ndarray:
-    """Return the complex amplitude of the steady response to a harmonic force, shape (nv,) or (n, nv).
-
-    (K − ω² M + i ω C) X = F; the response to F cos ωt is Re X e^(iωt) (Clough & Penzien, Dynamics of Structures, 1993,
-    ch. 3).
-
-    Args:
-        linearization: about which state.
-        force: amplitudes F of the generalized forces: shape (nv,), or by coordinate or velocity name.
-        frequencies: ω, a number or shape (n,) [rad/s].
-
-    Raises:
-        InputError: if a value is not what is expected, or ω is an undamped natural frequency.
-    """
-    amplitude = linearization.mechanism.velocity(force)
-    omega = np.atleast_1d(np.asarray(frequencies, dtype=float))
-    if omega.ndim != 1 or not np.isfinite(omega).all():
-        raise InputError(f"expected finite frequencies [rad/s], got {frequencies!r}")
-    w = omega[:, None, None]
-    stiffness = linearization.K - w**2 * linearization.M + 1j * w * linearization.C
-    condition = np.linalg.cond(stiffness)
-    if (condition > 1e14).any():
-        at = omega[int(condition.argmax())]
-        raise InputError(f"the response grows without bound at {at:.9g} rad/s, a natural frequency without damping")
-    response: np.ndarray = np.linalg.solve(
-        stiffness, np.broadcast_to(amplitude.astype(complex)[:, None], (*w.shape[:1], len(amplitude), 1))
-    )[..., 0]
-    return response if np.ndim(frequencies) else response[0]
-
-
-def _slopes(function: Callable[[np.ndarray], np.ndarray], count: int) -> tuple[np.ndarray, float]:
-    """Return ∂f/∂x as a matrix, and its error relative to its largest entry."""
-    if not count:
-        return np.zeros((0, 0)), 0.0
-    best, error = np.zeros((count, count)), np.inf
-    for h in STEPS:
-        fine, coarse = _differences(function, count, h), _differences(function, count, 2 * h)
-        scale = float(np.abs(fine).max())
-        found = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
-        if found < error:
-            best, error = fine, found
-        if error < ACCURATE:
-            break
-    return best, error
-
-
-def _differences(function: Callable[[np.ndarray], np.ndarray], count: int, h: float) -> np.ndarray:
-    k = np.arange(1, 5) * h
-    ahead = (np.eye(count)[:, None, :] * k[None, :, None]).reshape(-1, count)
-    rise = (function(ahead) - function(-ahead)).reshape(count, 4, -1)
-    slopes: np.ndarray = np.einsum("k,jki->ij", WEIGHTS, rise) / h
-    return slopes
 
 
 def _scaled(modes: np.ndarray) -> np.ndarray:

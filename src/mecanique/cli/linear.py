@@ -1,0 +1,118 @@
+"""How small motions are printed: in letters, in numbers, as JSON, as CSV."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mecanique.errors import DerivationError
+
+if TYPE_CHECKING:
+    from mecanique.motion.linearization import Linearization
+    from mecanique.motion.response import Response
+
+__all__ = ["figures", "response_table", "small_motions"]
+
+
+def small_motions(linearization: Linearization) -> str:
+    """Return a linearization as text: the equations in letters, the matrices and the modes in numbers.
+
+    Args:
+        linearization: what to print.
+    """
+    lines = [_letters(linearization), ""]
+    names = _independent(linearization)
+    lines.append(f"In numbers (SI), about the {'stable' if linearization.stable else 'unstable'} equilibrium")
+    place = zip(linearization.mechanism.coordinates, linearization.q, strict=True)
+    lines.append("  " + ", ".join(f"{name} = {value:.6g}" for name, value in place))
+    for letter, matrix in (("M", linearization.M), ("C", linearization.C), ("K", linearization.K)):
+        lines.append(f"{letter}, rows and columns {', '.join(names)}")
+        lines += ["  " + "  ".join(f"{x:12.6g}" for x in row) for row in _clean(matrix)]
+    lines.append(
+        f"{'mode':>4}  {'rad/s':>12}  {'Hz':>12}  {'damping':>9}  shape ({', '.join(linearization.deviations)})"
+    )
+    lines += _modes(linearization)
+    return "\n".join(lines)
+
+
+def figures(linearization: Linearization) -> str:
+    """Return a linearization as JSON.
+
+    Args:
+        linearization: what to print.
+    """
+    m = linearization.mechanism
+    try:
+        symbolic: dict[str, Any] = {
+            "equations": [equation.text() for equation in linearization.equations],
+            "latex": linearization.latex(),
+        }
+    except DerivationError as error:
+        symbolic = {"equations": None, "latex": None, "why_not": str(error)}
+    told = {
+        "mechanism": m.name,
+        "equilibrium": dict(zip(m.coordinates, linearization.q.tolist(), strict=True)),
+        "stable": linearization.stable,
+        **symbolic,
+        "deviations": list(_independent(linearization)),
+        "M": linearization.M.tolist(),
+        "C": linearization.C.tolist(),
+        "K": linearization.K.tolist(),
+        "frequencies_rad_per_s": linearization.frequencies.tolist(),
+        "frequencies_hz": (linearization.frequencies / (2 * np.pi)).tolist(),
+        "damping_ratios": [None if np.isnan(z) else z for z in linearization.damping.tolist()],
+        "eigenvalues": [[x.real, x.imag] for x in linearization.eigenvalues.tolist()],
+        "modes": {
+            name: [[complex(x).real, complex(x).imag] for x in row]
+            for name, row in zip(linearization.deviations, linearization.modes.tolist(), strict=True)
+        },
+    }
+    return json.dumps(told, ensure_ascii=False, indent=2, allow_nan=False)
+
+
+def response_table(response: Response) -> str:
+    """Return a frequency response as CSV: ω, then amplitude and phase lag of each coordinate.
+
+    Args:
+        response: what to print.
+    """
+    head = [f"{what} {name}" for name in response.names for what in ("amplitude", "phase")]
+    lines = [",".join(["omega [rad/s]", *head])]
+    for omega, size, phase in zip(response.frequencies, response.amplitude, response.phase, strict=True):
+        pairs = [x for pair in zip(size.tolist(), phase.tolist(), strict=True) for x in pair]
+        lines.append(",".join(f"{x:.10g}" for x in (float(omega), *pairs)))
+    return "\n".join(lines)
+
+
+def _letters(linearization: Linearization) -> str:
+    try:
+        return linearization.text()
+    except DerivationError as error:
+        return f"The linear equations are computed, not written out: {error}."
+
+
+def _independent(linearization: Linearization) -> tuple[str, ...]:
+    """Names of the deviations that M, C and K belong to: those whose row of the tangent is a unit row."""
+    if len(linearization.tangent) == len(linearization.M):
+        return linearization.deviations
+    unit = np.eye(len(linearization.M))
+    rows = [int(np.abs(linearization.tangent - row).max(axis=1).argmin()) for row in unit]
+    return tuple(linearization.deviations[k] for k in rows)
+
+
+def _clean(matrix: np.ndarray) -> np.ndarray:
+    """A matrix for print, without what is rounding."""
+    cleaned: np.ndarray = np.where(np.abs(matrix) <= 1e-12 * np.abs(matrix).max(initial=0.0), 0.0, matrix)
+    return cleaned
+
+
+def _modes(linearization: Linearization) -> Iterator[str]:
+    values = zip(linearization.frequencies, linearization.damping, linearization.modes.T, strict=True)
+    for number, (omega, zeta, mode) in enumerate(values, 1):
+        shape = ", ".join(f"{x.real:+.4f}" if abs(x.imag) < 1e-9 else f"{x:+.4f}" for x in mode)
+        ratio = "none" if np.isnan(zeta) else f"{zeta:.6g}"
+        figures = f"{omega:12.9g}  {omega / (2 * np.pi):12.9g}" if omega > 0 else f"{'no oscillation':>26}"
+        yield f"{number:>4}  {figures}  {ratio:>9}  ({shape})"
