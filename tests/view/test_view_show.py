@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from conftest import Visit
 from PIL import Image
+from playwright.sync_api import Error
 from scipy.spatial.transform import Rotation
 
 import mecanique as mq
@@ -208,7 +209,7 @@ def test_a_live_view_moves_and_starts_again_with_a_changed_parameter(
     seen.page.click("#tab-parameters")
     gone = seen.js("window.mecanique.scene.live.id")
     seen.js("() => { const s = document.querySelector('[data-name=l]'); s.value = 2; s.oninput(); s.onchange(); }")
-    until(lambda: seen.js("window.mecanique?.scene.live.id ?? null") not in (None, gone))
+    until(lambda: identity(seen) not in (None, gone))
     seen.page.wait_for_selector("body.ready")
     until(lambda: bool(seen.js("mecanique.clock.time") > 0.2))
     assert_swings(seen, l=2.0)
@@ -221,6 +222,15 @@ def test_a_live_view_moves_and_starts_again_with_a_changed_parameter(
     assert said.endswith("ended\n")
     assert complaint == ""
     assert run.returncode == 0
+
+
+def identity(seen: Visit) -> str | None:
+    """Which scene the page shows; None while it loads."""
+    try:
+        found: str | None = seen.js("window.mecanique?.scene.live.id ?? null")
+    except Error:  # the page changed while it was asked
+        return None
+    return found
 
 
 def test_what_cannot_be_shown_is_refused(motions: Motions, tmp_path: Path) -> None:
