@@ -68,7 +68,7 @@ from mecanique.model import (
     velocity,
 )
 from mecanique.verify import Verdict, verify
-from mecanique.view import export, view
+from mecanique.view import export, picture, view
 
 if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
@@ -161,6 +161,7 @@ __all__ = [
     "lint",
     "massless",
     "particle",
+    "picture",
     "plate",
     "read_urdf",
     "ring",

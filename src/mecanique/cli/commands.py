@@ -315,6 +315,37 @@ def view(
     mq.view(motion)
 
 
+@app.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
+@guarded
+def picture(
+    system: SystemName,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default.")
+    ] = None,
+    time: Annotated[
+        float | None, typer.Option("--time", metavar="SECONDS", help="Draw this instant of the motion.")
+    ] = None,
+    free_body: Annotated[
+        str | None, typer.Option("--free-body", metavar="BODY", help="Cut this body free, with all forces on it.")
+    ] = None,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    rtol: Tolerance = 1e-10,
+) -> None:
+    """Draw a system as a textbook line figure, or one of its bodies cut free."""
+    chosen = choose(system, parameters)
+    path = output or Path(f"{chosen.mechanism.name}.svg")
+    if time is None and free_body is None and not q and not v:
+        from mecanique.view.drawing.posture import posture
+
+        mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
+    else:
+        motion = simulated(chosen, q, v, max(time or 0.0, 0.1), rtol)
+        mq.picture(motion, time, path, free_body=free_body)
+    say(f"Wrote {path}")
+
+
 def _figures(motion: mq.Motion) -> dict[str, object]:
     mechanism, audit = motion.mechanism, motion.audit()
     names = (*mechanism.coordinates.names, *mechanism.velocities)

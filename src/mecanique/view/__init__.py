@@ -1,8 +1,8 @@
-"""Pictures of a motion: the scene as pure data, one offline page, a live view."""
+"""Pictures of a motion: the scene as pure data, one offline page, a live view, line figures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -10,12 +10,13 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from mecanique.derive.equations import Equations
+    from mecanique.model.mechanism import Mechanism
     from mecanique.motion.motion import Motion
     from mecanique.verify.verdict import Verdict
     from mecanique.view.live import LiveView
     from mecanique.view.page import page, write_page
 
-__all__ = ["LiveView", "export", "page", "view", "write_page"]
+__all__ = ["LiveView", "export", "page", "picture", "view", "write_page"]
 
 _HOMES = {"LiveView": "mecanique.view.live", "page": "mecanique.view.page", "write_page": "mecanique.view.page"}
 
@@ -64,6 +65,38 @@ def view(motion: Motion, *, speed: float = 1.0, port: int = 0, open_browser: boo
     from mecanique.view.show import view as show
 
     show(motion, speed=speed, port=port, open_browser=open_browser)
+
+
+def picture(
+    shown: Motion | Mechanism,
+    t: float | None = None,
+    path: str | PathLike[str] = "figure.svg",
+    *,
+    free_body: str | None = None,
+    q: Mapping[str, float] | Sequence[float] | None = None,
+) -> Path:
+    """Draw a mechanism as a textbook line figure, or one of its bodies cut free with all forces on it.
+
+    A planar mechanism is seen from the front (x to the right, z up) or from the top, any other in a parallel
+    projection. d'Alembert's inertia forces are dashed; forces are labelled with their values at that instant.
+
+    Args:
+        shown: a motion, or a mechanism, which is then drawn a little off its zero position.
+        t: the instant [s]; the start by default.
+        path: the file, ending in .svg, .png or .pdf (the latter two need matplotlib); it is replaced in one step.
+        free_body: the body to cut free; the whole mechanism by default.
+        q: the position of a mechanism, by coordinate name or shape (nq,).
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the directory does not exist, the ending is another, or t is not within the motion.
+        UnknownNameError: if there is no such moving body.
+    """
+    from mecanique.view.drawing.draw import draw
+
+    return draw(shown, t, path, free_body, q)
 
 
 def __getattr__(name: str) -> Any:

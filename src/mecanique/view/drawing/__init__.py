@@ -1,0 +1,3 @@
+"""Line figures of mechanisms, as textbooks print them, without a browser."""
+
+__all__: list[str] = []
