@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from mecanique.motion.linearization import Linearization
     from mecanique.motion.linearizing import linearize
     from mecanique.motion.motion import Motion, Statistics
-    from mecanique.motion.runs import Runs
     from mecanique.motion.response import Response, frequency_response
+    from mecanique.motion.runs import Runs
     from mecanique.motion.trust import Trust
 
 __all__ = [
