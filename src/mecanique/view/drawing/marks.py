@@ -143,7 +143,7 @@ def rich(text: str) -> tuple[tuple[str, str], ...]:
 
     pieces: list[tuple[str, str]] = []
     text = text.replace("**2", "²").replace("**3", "³").replace("**", "^")
-    for word, other in re.findall(r"([^\W\d][^\W²³]*'*)|([^\w]+|[\d²³][\d.]*)", text):
+    for word, other in re.findall(r"([^\W\d²³][^\W²³]*'*)|([^\w]+|[\d²³][\d.]*)", text):
         if word:
             letter = Letter.of(word)
             base = GREEK.get(letter.base, letter.base)

@@ -156,7 +156,7 @@ def setting(mechanism: Mechanism, reference: Any, q: Floats, v: Floats, t: float
     spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(each.corners for each in found)]
     spots += [(poses[ground, :3, 3])[None]] if any(j.parent == mechanism.ground for j in mechanism.joints) else []
     spots += [_ends(mechanism, poses, force) for force in mechanism.forces if isinstance(force, (Damper, Spring))]
-    seen = np.concatenate(spots) @ axes[:2].T
+    seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
     room = {"ball": 14.0, "rod": 0.0}
     sizes = [each.size * room.get(each.kind, 2.6) for each in found]
     least = max(sizes, default=0.0) or 1e-3
