@@ -135,3 +135,16 @@ def test_view_shows_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
     (motion,) = shown
     assert motion.t[-1] == 0.5
     assert motion["q"][0] == 1.0
+
+
+def test_derive_prints_all_methods_in_textbook_order_with_every_step() -> None:
+    out = fine("derive", "rigid_bar_pendulum", "--method", "all")
+    titles = ("Newton and Euler's equations", "d'Alembert's principle and virtual work", "Lagrange's equations")
+    places = [out.index(f"Rigid bar pendulum: {title}") for title in titles]
+    assert places == sorted(places)
+    assert out.count("q'' + 3 g sin(q)/(2 l) = 0") == 3
+    assert "All three methods give the same equations of motion" in out
+    pages = fine("derive", "two_blocks", "--method", "all", "--format", "mathml")
+    assert pages.count("<h3>") == 3
+    words = ("derive", "two_blocks", "--method", "newton_euler", "--format", "latex", "--steps")
+    assert "\\section*" in fine(*words)

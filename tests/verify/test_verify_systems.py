@@ -17,7 +17,7 @@ from mecanique.reference import Reference
 from mecanique.verify import Verdict, sources, verify
 from mecanique.verify.compare import Values, rows_of, values_of, versions
 from mecanique.verify.difference import QUANTITIES
-from mecanique.verify.sources import in_house
+from mecanique.verify.sources import cut_free, in_house, transmitted
 from mecanique.verify.states import random_states
 
 TREES = [name for name in textbook.names() if not textbook.load(name).loops]
@@ -30,9 +30,11 @@ def test_every_textbook_system_agrees(name: str) -> None:
     assert verdict.worst < 1e-10, str(verdict)
     assert {row.quantity for row in verdict.rows} == set(QUANTITIES)
     assert {row.sources for row in verdict.rows} == {
+        ("Newton-Euler", "Pinocchio"),
         ("closed form", "Pinocchio"),
         ("jets", "Pinocchio"),
         ("recursion", "Pinocchio"),
+        ("virtual work", "Pinocchio"),
     }
     assert all(row.remark == "" for row in verdict.rows), str(verdict)
 
@@ -44,7 +46,10 @@ def pendulum() -> Mechanism:
 
 @pytest.fixture(scope="module")
 def ours(pendulum: Mechanism) -> Values:
-    return values_of(in_house(pendulum).forms["recursion"], random_states(pendulum, 20, 0))
+    states = random_states(pendulum, 20, 0)
+    forms = in_house(pendulum)
+    found = cut_free(forms).reactions(states.q, states.v, states.t)
+    return {**values_of(forms.forms["recursion"], states), "reactions": transmitted(pendulum, states, found)}
 
 
 def compared(pendulum: Mechanism, ours: Values, **changed: Any) -> dict[str, Any]:
@@ -145,7 +150,7 @@ def test_loops_are_verified_with_multipliers_and_in_independent_coordinates(pend
     assert verdict.agrees
     assert verdict.worst < 1e-10, str(verdict)
     ways = {row.sources[0] for row in verdict.rows if row.quantity == "acceleration"}
-    assert ways == {"jets", "recursion", "independent coordinates"}
+    assert ways == {"jets", "recursion", "Newton-Euler", "virtual work", "independent coordinates"}
     assert not verify(pendulum, samples=5).notes
 
 
@@ -168,4 +173,12 @@ def test_a_closed_form_that_nobody_would_read_is_left_out_which_is_told() -> Non
     verdict = verify(textbook.load("n_link_pendulum", n=13), samples=3)
     assert verdict.agrees
     assert verdict.notes == ("left out: the closed form, made for at most 12 velocities",)
-    assert {row.sources[0] for row in verdict.rows} == {"jets", "recursion"}
+    assert {row.sources[0] for row in verdict.rows} == {"jets", "recursion", "Newton-Euler", "virtual work"}
+
+
+@pytest.mark.parametrize("name", ["rigid_bar_pendulum", "two_blocks", "bars_and_springs", "gyroscope", "crane"])
+def test_every_reaction_is_the_engines(name: str) -> None:
+    verdict = verify(textbook.load(name), samples=30, seed=2)
+    (row,) = [row for row in verdict.rows if row.quantity == "reactions"]
+    assert row.sources == ("Newton-Euler", "Pinocchio")
+    assert row.worst < 1e-12

@@ -10,6 +10,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.checks import linted, surveyed
+from mecanique.cli.derivations import derivation, derivations
 from mecanique.cli.linear import figures, response_table, small_motions
 from mecanique.cli.printing import heading, say, show, verdict_table, working
 from mecanique.cli.words import (
@@ -127,11 +128,17 @@ def run(
         raise typer.Exit(1)
 
 
-@app.command(epilog="Example: mecanique derive double_pendulum --steps")
+@app.command(epilog="Examples: mecanique derive double_pendulum --steps; mecanique derive two_blocks --method all")
 @guarded
 def derive(
     system: SystemName,
-    method: Annotated[str, typer.Option(metavar="METHOD", help="How to derive: lagrange.")] = "lagrange",
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="METHOD",
+            help="How to derive: newton_euler, virtual_work, lagrange, or all, with every step, in this order.",
+        ),
+    ] = "lagrange",
     form: Annotated[Literal["text", "latex", "mathml"], typer.Option("--format", help="How to print.")] = "text",
     steps: Annotated[bool, typer.Option("--steps", help="Show each step of the derivation.")] = False,
     parameters: Parameters = None,
@@ -139,8 +146,12 @@ def derive(
     """Print the equations of motion."""
     chosen = choose(system, parameters)
     with working("Deriving the equations of motion"):
-        equations = mq.derive(chosen.mechanism, method=method)
-    say({"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](steps=steps))
+        text = (
+            derivations(chosen.mechanism, form)
+            if method == "all"
+            else derivation(chosen.mechanism, method, form, steps)
+        )
+    say(text)
 
 
 @app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")

@@ -223,7 +223,7 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
     return T, V
 
 
-_DENSE = 400
+_DENSE = 200
 """Systems with more equations than this are not solved whole: the reactions are eliminated first."""
 
 

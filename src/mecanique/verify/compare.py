@@ -24,8 +24,8 @@ Values: TypeAlias = Mapping[str, Array]
 TOLERANCE = 1e-9
 """Largest relative difference that counts as agreement."""
 
-_BY_WEIGHT = ("kinetic energy", "potential energy", "momentum", "angular momentum")
-"""What grows with the mass, when 1 m/s is all that moves it."""
+_BY_WEIGHT = ("kinetic energy", "potential energy", "momentum", "angular momentum", "reactions")
+"""What grows with the mass, when 1 m/s, or 1 m/s², is all that moves it."""
 
 
 class Dynamics(Protocol):
@@ -71,11 +71,21 @@ def compared(mechanism: Mechanism, samples: int, seed: int, *, closed_form: bool
         closed_form: whether the closed form, if there is one, takes part.
     """
     from mecanique.reference import Reference
-    from mecanique.verify.sources import InHouse, affordable, computed, in_house, independent, is_light
+    from mecanique.verify.sources import (
+        InHouse,
+        affordable,
+        computed,
+        cut_free,
+        in_house,
+        independent,
+        is_light,
+        transmitted,
+    )
 
     ours = in_house(mechanism) if closed_form else InHouse(computed(mechanism))
     states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
-    theirs = values_of(Reference(mechanism), states)
+    engine = Reference(mechanism)
+    theirs = values_of(engine, states)
     rows: list[Row] = []
     for name, form in ours.forms.items():
         some = affordable(name, states)
@@ -85,6 +95,10 @@ def compared(mechanism: Mechanism, samples: int, seed: int, *, closed_form: bool
             notes = (*notes, f"{most}, their cost grows with the cube of the size")
         at_some = {quantity: values[: len(some)] for quantity, values in theirs.items()}
         rows += rows_of((name, "Pinocchio"), values_of(form, some, light=light), at_some, some, mechanism)
+    if not mechanism.loops:
+        found = [source.reactions(states.q, states.v, states.t) for source in (cut_free(ours), engine)]
+        mine, its = ({"reactions": transmitted(mechanism, states, one)} for one in found)
+        rows += rows_of(("Newton-Euler", "Pinocchio"), mine, {**theirs, **its}, states, mechanism)
     if mechanism.loops:
         more, remarks = independent(mechanism, states)
         rows += rows_of(("independent coordinates", "Pinocchio"), more, theirs, states, mechanism)

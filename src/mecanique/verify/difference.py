@@ -33,6 +33,7 @@ QUANTITIES = (
     "potential energy",
     "momentum",
     "angular momentum",
+    "reactions",
 )
 """What is compared, in the order of the table."""
 

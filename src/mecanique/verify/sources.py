@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 import numpy as np
 
@@ -19,9 +19,9 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.verify.closed_form import ClosedForm
 from mecanique.verify.compare import Array, Dynamics
-from mecanique.verify.states import States
+from mecanique.verify.states import States, characteristic_length
 
-__all__ = ["InHouse", "affordable", "computed", "in_house", "independent", "is_light"]
+__all__ = ["InHouse", "affordable", "computed", "cut_free", "in_house", "independent", "is_light", "transmitted"]
 
 _BUDGET = 3_600
 """Number of states times nv² that the jets are asked for."""
@@ -70,7 +70,42 @@ def computed(mechanism: Mechanism, symbols: Equations | None = None) -> dict[str
         symbols: its equations, if they are there already.
     """
     jets = Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
-    return {"jets": jets, "recursion": derive(mechanism) if symbols is None else symbols}
+    return {
+        "jets": jets,
+        "recursion": derive(mechanism) if symbols is None else symbols,
+        "Newton-Euler": derive(mechanism, "newton_euler"),
+        "virtual work": derive(mechanism, "virtual_work"),
+    }
+
+
+def cut_free(ours: InHouse) -> Equations:
+    """Return the form that shows the reactions.
+
+    Args:
+        ours: all forms.
+    """
+    form = ours.forms["Newton-Euler"]
+    assert isinstance(form, Equations)
+    return form
+
+
+def transmitted(mechanism: Mechanism, states: States, wrenches: Mapping[str, Any]) -> Array:
+    """Return the reactions of all joints as one vector, shape (n, 6 · joints); moments per characteristic length.
+
+    Args:
+        mechanism: whose joints.
+        states: where.
+        wrenches: `force` and `moment` of each joint, each shape (n, 3), by name.
+    """
+    length = characteristic_length(mechanism)
+    parts: list[Array] = []
+    for joint in mechanism.joints:
+        wrench = wrenches.get(joint.name)
+        if wrench is None:  # a source that knows another mechanism
+            parts.append(np.full((len(states), 6), np.nan))
+        else:
+            parts += [np.asarray(wrench.force), np.asarray(wrench.moment) / length]
+    return np.concatenate([np.zeros((len(states), 0)), *parts], axis=1)
 
 
 def independent(mechanism: Mechanism, states: States) -> tuple[Mapping[str, Array], tuple[str, ...]]:

@@ -1,0 +1,43 @@
+"""What `mecanique derive` prints: one derivation, or all of them in textbook order."""
+
+from __future__ import annotations
+
+from typing import Literal, TypeAlias
+
+import mecanique as mq
+
+__all__ = ["Form", "derivation", "derivations"]
+
+Form: TypeAlias = Literal["text", "latex", "mathml"]
+
+
+def derivation(mechanism: mq.Mechanism, method: str, form: Form, steps: bool) -> str:
+    """Return the equations of motion by one method.
+
+    Args:
+        mechanism: what to derive.
+        method: by which method.
+        form: how to print.
+        steps: whether to show each step.
+    """
+    equations = mq.derive(mechanism, method=method)
+    return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](steps=steps)
+
+
+def derivations(mechanism: mq.Mechanism, form: Form) -> str:
+    """Return the derivations by all methods with every step, and whether they agree.
+
+    Args:
+        mechanism: what to derive.
+        form: how to print.
+    """
+    from mecanique.derive import METHODS
+    from mecanique.derive.agreement import agreement
+
+    parts = [derivation(mechanism, method, form, steps=True) for method in METHODS]
+    try:
+        said = agreement(mechanism)
+    except mq.DerivationError as error:
+        said = f"Not compared as closed forms: {error}."
+    parts.append(f"<p>{said}</p>" if form == "mathml" else said)
+    return ("\n\n\n" if form == "text" else "\n\n").join(parts)

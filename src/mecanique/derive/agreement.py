@@ -1,0 +1,50 @@
+"""Whether all methods lead to the same equations of motion: not at some states, but as closed forms."""
+
+from __future__ import annotations
+
+from mecanique.derive.algebra import Algebra
+from mecanique.derive.derivation import Derivation
+from mecanique.derive.lagrange import Lagrange
+from mecanique.derive.newton_euler import NewtonEuler
+from mecanique.derive.virtual_work import VirtualWork
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["agreement", "derivations"]
+
+
+def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
+    """Return the derivations by all methods in the same symbols, by method, in textbook order.
+
+    Args:
+        mechanism: any mechanism without loops.
+
+    Raises:
+        DerivationError: if it has loops, or no closed form of reasonable length.
+    """
+    algebra = Algebra(mechanism)
+    return {
+        "newton_euler": NewtonEuler(mechanism, algebra).derivation(),
+        "virtual_work": VirtualWork(mechanism, algebra).derivation(),
+        "lagrange": Lagrange(mechanism, algebra).derivation(),
+    }
+
+
+def agreement(mechanism: Mechanism) -> str:
+    """Return in a sentence whether the methods give the same equations: the differences of their left sides are zero.
+
+    Quaternions are of unit length only along a motion, so that with one the difference need not vanish identically.
+
+    Args:
+        mechanism: any mechanism without loops.
+
+    Raises:
+        DerivationError: if it has loops, or no closed form of reasonable length.
+    """
+    *others, lagrange = derivations(mechanism).values()
+    for row, name in enumerate(mechanism.velocities):
+        for other in others:
+            if not (other.rows[row] - lagrange.rows[row]).vanishes():
+                return f"The closed forms of the equation for {name} differ; compare them by numbers."
+    return (
+        "All three methods give the same equations of motion: the differences of their left sides vanish identically."
+    )
