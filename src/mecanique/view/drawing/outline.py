@@ -117,8 +117,9 @@ def _joints(setting: Setting) -> Iterator[Mark]:
         ]
         if loop.kind == "distance":
             yield Stroke(np.array(ends), "cable")
+        grounded = mechanism.ground in (loop.body_a, loop.body_b) and loop.kind != "distance"
         for end in ends if loop.kind == "distance" else ends[:1]:
-            yield from pin(end)
+            yield from pin(end, np.array([0.0, 1.0]) if grounded else None)
 
 
 def _lengths(setting: Setting) -> Iterator[Mark]:
@@ -216,6 +217,8 @@ def _loads(setting: Setting) -> Iterator[Mark]:
             name = next((setting.name(c) for c in force.force if not _nought(c)), "")
             if not name:
                 name, present = force.name, now.get(force.name, present)
+            elif name.startswith("-"):
+                name, present = name[1:], -present
             turn = np.eye(3) if force.axes == "world" else setting.poses[setting.index(force.axes), :3, :3]
             at = camera.at(setting.point(force.body, force.point))
             along = camera.at(turn @ present)
@@ -224,7 +227,10 @@ def _loads(setting: Setting) -> Iterator[Mark]:
             along = unit(along)
             tail = at + max(setting.reach(force.body, along) - float(at @ along), 0.0) * along + 3 * along
             yield from arrow(tail, tail + 42 * along, "force")
-            yield label(tail + 42 * along, name, along, 5.0, "force-letter")
+            if len(name) > 3 and abs(along[0]) < 0.95:
+                yield label(tail + 21 * along, name, np.array([-abs(along[1]), -abs(along[0])]), 7.0, "force-letter")
+            else:
+                yield label(tail + 42 * along, name, along, 5.0, "force-letter")
         elif isinstance(force, JointForce):
             joint = mechanism.joint(force.joint)
             at = camera.at(setting.point(joint.child))

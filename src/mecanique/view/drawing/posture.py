@@ -28,8 +28,14 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
 
     Args:
         mechanism: what is drawn.
-        start: values of coordinates, of which lengths and moderate angles are kept.
+        start: values of coordinates, of which lengths and moderate angles are kept, and all where
+            loops must close.
     """
+    if mechanism.loops:
+        from mecanique.reference import assemble
+
+        with suppress(MecaniqueError):
+            return np.asarray(assemble(mechanism, dict(start or {})), dtype=np.float64)
     q = mechanism.position(dict(start or {}))
     inside = {name for j in mechanism.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates}
     unit_of = units(mechanism)
@@ -39,10 +45,4 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
             if not SLIGHT <= abs(q[k]) <= GREAT:
                 q[k] = math.copysign(ANGLES[count % len(ANGLES)], q[k])
             count += 1
-    if mechanism.loops:
-        from mecanique.reference import assemble
-
-        with suppress(MecaniqueError):
-            return np.asarray(assemble(mechanism, q), dtype=np.float64)
-        return mechanism.position(dict(start or {}))
     return q
