@@ -38,6 +38,9 @@ _PROJECTED = 1e-9
 """Singular values below this part of the largest are left alone where a state is brought back."""
 
 _STEPS = 200
+_PATIENCE = 12
+"""How many steps in a row may gain less than a hundredth."""
+
 _LONGEST = 0.5
 """Longest step, in characteristic lengths or radians."""
 
@@ -158,7 +161,7 @@ def closed_position(closed: Closed, q: Array, t: float, held: Array | None = Non
     closures = closed.closures
     rows, columns = closures.rows, closures.columns if held is None else np.where(held, 0.0, closures.columns)
     rest = np.zeros(len(columns))
-    damping, best = 1e-3, _state(closed, q, t)
+    damping, best, stuck = 1e-3, _state(closed, q, t), 0
     for _ in range(_STEPS):
         size = float(np.abs(best).max(initial=0.0))
         if size <= 1e-15 or not np.isfinite(best).all():
@@ -177,7 +180,11 @@ def closed_position(closed: Closed, q: Array, t: float, held: Array | None = Non
             step *= _LONGEST / longest
         trial = moved(closed, q, columns * step)
         after = _state(closed, trial, t)
-        if np.linalg.norm(after) < np.linalg.norm(best):
+        before, now = float(np.linalg.norm(best)), float(np.linalg.norm(after))
+        stuck = stuck + 1 if now > 0.99 * before else 0
+        if stuck > _PATIENCE:
+            break
+        if now < before:
             q, best, damping = trial, after, max(damping / 5, 1e-12)
         elif near or damping > 1e6:
             break

@@ -158,7 +158,15 @@ class _Bench:
         named = given(Values(self.constants)) if callable(given) else given
         inside = set(self.mechanism.coordinates)
         q = self.mechanism.position({name: value for name, value in named.items() if name in inside})
-        return q, self.mechanism.velocity({name: value for name, value in named.items() if name not in inside})
+        return self.closed(q, self.mechanism.velocity({n: value for n, value in named.items() if n not in inside}))
+
+    def closed(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """The state next to this one at which the loops are closed."""
+        if not self.mechanism.loops:
+            return q, v
+        from mecanique.reference.assembly import closed_position, projected
+
+        return projected(self.reference.closed, closed_position(self.reference.closed, q, 0.0), v, 0.0)
 
     def states(self) -> Iterator[tuple[Array, Array, float]]:
         """The better half of twice as many random states: digits are lost next to singular points of coordinates."""
@@ -310,7 +318,8 @@ def _steady(bench: _Bench, fact: Steady) -> float:
     ]
     aside = q + 0.1
     aside[quaternions] = q[quaternions]
-    typical = np.max(np.abs(bench.dynamics.acceleration(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0), 0.0)))
+    aside, faster = bench.closed(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0))
+    typical = np.max(np.abs(bench.dynamics.acceleration(aside, faster, 0.0)))
     return float(np.max(np.abs(bench.dynamics.acceleration(q, v, 0.0))) / (typical or 1.0))
 
 

@@ -1,0 +1,75 @@
+"""Bars and springs, as a closed loop.
+
+Two massless bars ABC and DEF of length 4 l are pinned to the ground at A, a height l above D; a massless bar CF of
+length l hangs on C and is pinned to the other bar's end at F, which closes the loop. A particle m sits at B on ABC,
+3 l from A, a particle 2 m at E in the middle of DEF. A spring k holds the middle B' of ABC from above, a spring 2 k
+holds F from below, both of free length a, relaxed and vertical while the bars are horizontal; gravity is ignored. The
+generalized coordinates are the angles alpha of ABC and delta of DEF, positive downwards, and gamma of CF against ABC;
+the loop leaves one of them free. Nothing is small: C falls by 4 l sin(alpha). The bar CF carries no mass and stays
+vertical, so that its pins transmit vertical forces only.
+"""
+
+from numpy import cos, sin, sqrt
+
+from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, Spring, bar, particle
+from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the assembly with a loop at F."""
+    return Mechanism(
+        name="bars_and_springs_loop",
+        bodies=(
+            Body("ground"),
+            Body("ABC", bar(4 * l, (1, 0, 0)), particle(m, (3 * l, 0, 0))),
+            Body("DEF", bar(4 * l, (1, 0, 0)), particle(2 * m, (2 * l, 0, 0))),
+            Body("CF", bar(l, (0, 0, -1))),
+        ),
+        joints=(
+            Revolute("A", "ground", "ABC", axis=(0, 1, 0), origin=Placement((0, 0, l)), coordinate="alpha"),
+            Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
+            Revolute("C", "ABC", "CF", axis=(0, 1, 0), origin=Placement((4 * l, 0, 0)), coordinate="gamma"),
+        ),
+        forces=(
+            Spring("spring_B", "ground", (2 * l, 0, l + a), "ABC", (2 * l, 0, 0), stiffness=k, free_length=a),
+            Spring("spring_F", "ground", (4 * l, 0, -a), "DEF", (4 * l, 0, 0), stiffness=2 * k, free_length=a),
+        ),
+        loops=(Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
+        parameters=(m, k, l, a),
+        gravity=(0, 0, 0),
+    )
+
+
+def energy(s: Values) -> Number:
+    """Return T + V."""
+    drop, run = 2 * s.l * sin(s.alpha), 2 * s.l * (1 - cos(s.alpha))
+    upper = sqrt(run**2 + (s.a + drop) ** 2) - s.a
+    fall, way = 4 * s.l * sin(s.delta), 4 * s.l * (1 - cos(s.delta))
+    lower = sqrt(way**2 + (s.a - fall) ** 2) - s.a
+    return kinetic(s) + s.k * upper**2 / 2 + s.k * lower**2
+
+
+def kinetic(s: Values) -> Number:
+    """Return T."""
+    return s.m * s.l**2 * (9 * s["alpha'"] ** 2 + 8 * s["delta'"] ** 2) / 2
+
+
+SYSTEM = System(
+    title="Two massless bars on springs, closed by a massless link",
+    source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j; large motion exact",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
+        Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"),
+        Parameter("l", 0.5, "m", "a quarter of the bars' length"),
+        Parameter("a", 0.8, "m", "free length of the springs"),
+    ),
+    build=build,
+    start={"alpha": 0.4, "delta": 0.4, "gamma": -0.4},
+    duration=6.0,
+    tags=("chapter", "planar", "spring", "massless", "loop", "nonlinear", "structure"),
+    facts=(
+        KineticEnergy("T = m l² (9 alpha'² + 8 delta'²) / 2", kinetic),
+        Conserved("the energy T + k (upper - a)² / 2 + k (lower - a)², with the springs' exact lengths", energy),
+    ),
+)

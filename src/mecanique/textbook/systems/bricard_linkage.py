@@ -1,0 +1,109 @@
+"""Bricard's linkage of six hinges.
+
+Six uniform rods of length l and mass m, one of them the ground, make a closed chain of hinges whose axes are
+perpendicular to the rods and, from one hinge to the next, to each other: six edges of a cube. Counting restraints,
+nothing should move, yet the linkage has one degree of freedom; gravity is g. The generalized coordinates q1, q2, q3, q4
+and q5 are the angles of five hinges, zero on the cube; the sixth hinge is the loop, one of whose five equations is
+redundant.
+"""
+
+from numpy import array, cos, cross, sin
+
+from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
+from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
+from mecanique.textbook.system import System
+
+EDGES = ((1, 0, 0), (0, 1, 0), (0, 0, 1), (-1, 0, 0), (0, -1, 0), (0, 0, -1))
+"""Directions of the rods on the cube, the ground's first."""
+
+AXES = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0))
+"""Axes of the hinges at the ends of the rods; the last one closes the chain."""
+
+
+def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the linkage."""
+    places = [tuple(l * c for c in edge) for edge in EDGES]
+    names = ["ground", *(f"rod{k}" for k in range(1, 6))]
+    return Mechanism(
+        name="bricard_linkage",
+        bodies=(Body("ground"), *(Body(names[k], rod(m, l, EDGES[k])) for k in range(1, 6))),
+        joints=tuple(
+            Revolute(
+                f"hinge{k}",
+                names[k - 1],
+                names[k],
+                axis=AXES[k - 1],
+                origin=Placement(places[k - 1]),
+                coordinate=f"q{k}",
+            )
+            for k in range(1, 6)
+        ),
+        loops=(Loop.hinge("hinge6", "ground", (0, 0, 0), "rod5", places[5], AXES[5]),),
+        parameters=(m, l, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def kinetic(s: Values) -> Number:
+    """Return T of five rods, each m v²/2 + m l² |ω × e|²/24 with its direction e."""
+    turn, spin, speed, total = array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), array([0, 0, 0]), 0.0, 0.0
+    for k in range(1, 6):
+        axis = turn @ array(AXES[k - 1])
+        spin = spin + axis * s[f"q{k}'"]
+        turn = turn @ _turned(AXES[k - 1], s[f"q{k}"])
+        along = turn @ array(EDGES[k])
+        across = cross(spin, along) * s.l
+        middle = speed + across / 2
+        total = total + s.m * (sum(middle**2) / 2 + sum(across**2) / 24)
+        speed = speed + across
+    return total
+
+
+def height(s: Values) -> Number:
+    """Return the sum of the heights of the rods' centers."""
+    turn, place, total = array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), 0.0, 0.0
+    for k in range(1, 6):
+        turn = turn @ _turned(AXES[k - 1], s[f"q{k}"])
+        rise = s.l * (turn @ array(EDGES[k]))[2]
+        total = total + place + rise / 2
+        place = place + rise
+    return total
+
+
+def _turned(axis: tuple[int, int, int], angle: Number) -> Number:
+    """Rotation about an axis of the frame."""
+    x, y, z = axis
+    c, d = cos(angle), sin(angle)
+    return array(
+        [
+            [c + (1 - c) * x, -z * d, y * d],
+            [z * d, c + (1 - c) * y, -x * d],
+            [-y * d, x * d, c + (1 - c) * z],
+        ]
+    )
+
+
+def energy(s: Values) -> Number:
+    """Return T + V."""
+    return kinetic(s) + s.m * s.g * height(s)
+
+
+SYSTEM = System(
+    title="Six hinges on the edges of a cube, one freedom by geometry",
+    source="R. Bricard, J. Math. Pures Appl. 3 (1897) 113; Chen, You & Tarnai, Int. J. Solids Struct. 42 (2005) 2287",
+    parameters=(
+        Parameter("m", 1.0, "kg", "mass of each rod"),
+        Parameter("l", 1.0, "m", "length of each rod"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    tags=("linkage", "spatial", "loop", "overconstrained", "benchmark"),
+    facts=(
+        KineticEnergy("T = Σ m v²/2 + m l² |ω × e|²/24", kinetic),
+        Conserved("the energy", energy),
+        Conserved("the loop: sin q1 sin q2 = sin q1 + sin q2", lambda s: sin(s.q1) * sin(s.q2) - sin(s.q1) - sin(s.q2)),
+        Conserved(
+            "the loop is symmetric: q1 + q3, q1 - q5, q2 - q4", lambda s: array([s.q1 + s.q3, s.q1 - s.q5, s.q2 - s.q4])
+        ),
+    ),
+)

@@ -1,0 +1,77 @@
+"""Slider-crank.
+
+A uniform crank of length r and mass m1 turns about a pin on the ground; a massless connecting rod of length l joins its
+end to a slider of mass m2 that moves along the horizontal line through the pin, under gravity g. The generalized
+coordinates are the angle theta of the crank from that line, positive upwards, the angle beta of the rod against the
+crank, and the distance x of the slider from the pin; the loop at the slider's pin leaves one of them free.
+"""
+
+from numpy import cos, sin
+
+from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Prismatic, Revolute, bar, box, rod
+from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Values
+from mecanique.textbook.system import System
+
+
+def build(r: Parameter, l: Parameter, m1: Parameter, m2: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+    """Return the mechanism."""
+    return Mechanism(
+        name="slider_crank",
+        bodies=(
+            Body("ground"),
+            Body("crank", rod(m1, r, (1, 0, 0))),
+            Body("rod", bar(l, (1, 0, 0))),
+            Body("slider", box(m2, (0.2, 0.1, 0.1))),
+        ),
+        joints=(
+            Revolute("O", "ground", "crank", axis=(0, -1, 0), coordinate="theta"),
+            Revolute("A", "crank", "rod", axis=(0, -1, 0), origin=Placement((r, 0, 0)), coordinate="beta"),
+            Prismatic("guide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
+        ),
+        loops=(Loop.pin("B", "rod", (l, 0, 0), "slider", (0, 0, 0)),),
+        parameters=(r, l, m1, m2, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def acceleration(s: Values) -> Number:
+    """Return theta'', beta'', x'' from (m1 r²/3 + m2 X²) theta'' + m2 X X' theta'² = -m1 g r cos(theta) / 2.
+
+    X = dx/dtheta and X' = d²x/dtheta² follow from (x - r cos(theta))² + r² sin²(theta) = l².
+    """
+    c, d, w = cos(s.theta), sin(s.theta), s["theta'"]
+    run = s.x - s.r * c
+    X = -s.r * d * s.x / run
+    slope = -s.r * c - ((X + s.r * d) ** 2 + s.r**2 * (c**2 - d**2)) / run
+    turn = (-s.m1 * s.g * s.r * c / 2 - s.m2 * X * slope * w**2) / (s.m1 * s.r**2 / 3 + s.m2 * X**2)
+    swing = -s.r * c * w / run
+    # l sin(rod) = -r sin(theta) and l cos(rod) = run, differentiated twice
+    whole = (s.r * d * w**2 - s.r * c * turn - s.r * d * swing**2) / run
+    return [turn, whole - turn, X * turn + slope * w**2]
+
+
+def kinetic(s: Values) -> Number:
+    """Return T."""
+    return (s.m1 * s.r**2 * s["theta'"] ** 2 / 3 + s.m2 * s["x'"] ** 2) / 2
+
+
+SYSTEM = System(
+    title="Crank, massless connecting rod and slider",
+    source="Eksergian, J. Franklin Inst. 209 (1930) 21; Meriam & Kraige, Dynamics, sect. 5/6 (kinematics)",
+    parameters=(
+        Parameter("r", 0.5, "m", "length of the crank"),
+        Parameter("l", 1.2, "m", "length of the connecting rod"),
+        Parameter("m1", 2.0, "kg", "mass of the crank"),
+        Parameter("m2", 1.0, "kg", "mass of the slider"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"theta": 0.7, "beta": -0.97, "x": 1.54},
+    tags=("linkage", "planar", "loop", "massless", "engine"),
+    facts=(
+        Acceleration("Eksergian's equation with x(theta) of the loop, on both branches", acceleration),
+        KineticEnergy("T = m1 r² theta'² / 6 + m2 x'² / 2", kinetic),
+        Conserved("the loop: (x - r cos theta)² + r² sin² theta = l²", lambda s: s.x**2 - 2 * s.r * s.x * cos(s.theta)),
+        Conserved("the energy T + m1 g r sin(theta) / 2", lambda s: kinetic(s) + s.m1 * s.g * s.r * sin(s.theta) / 2),
+    ),
+)

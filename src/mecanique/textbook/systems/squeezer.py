@@ -1,0 +1,137 @@
+"""Andrews' squeezer.
+
+Seven bodies in a plane, three of them on fixed pins: the crank K1 turns about the origin by beta, driven by the
+constant torque mom; K2 hangs on it and turns by theta against it, and its tip P is pinned to three other bodies: K3,
+which turns by gamma about B and is held by a spring of stiffness c0 and free length l0, K4, which turns by phi against
+K5, itself on A with the angle delta, and K6, which turns by omega against K7, itself on A with the angle epsilon.
+Gravity is left out. The generalized coordinates are the seven angles; three loops at P leave one of them free. Masses,
+inertias and lengths are the published ones. The plane is x-z, and the published y is z here.
+"""
+
+from numpy import cos, hypot, sin, sqrt
+
+from mecanique.model import Body, JointForce, Loop, Mechanism, Parameter, Placement, Revolute, Spring, bar
+from mecanique.model.shapes import Shape
+from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
+from mecanique.textbook.system import System
+
+MASSES = (0.04325, 0.00365, 0.02373, 0.00706, 0.07050, 0.00706, 0.05498)
+INERTIAS = (2.194e-6, 4.410e-7, 5.255e-6, 5.667e-7, 1.169e-5, 5.667e-7, 1.912e-5)
+XA, YA, XB, YB, XC, YC = -0.06934, -0.00227, -0.03635, 0.03273, 0.014, 0.072
+D, DA, E, EA, ZF, FA, RR, RA = 28e-3, 115e-4, 2e-2, 1421e-5, 2e-2, 1421e-5, 7e-3, 92e-5
+SS, SA, SB, SC, SD, ZT, TA, TB = 35e-3, 1874e-5, 1043e-5, 18e-3, 2e-2, 4e-2, 2308e-5, 916e-5
+U, UA, UB = 4e-2, 1228e-5, 449e-5
+"""The published numbers (kg, kg·m², m); y of the plane is z here."""
+
+
+def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
+    """Return the squeezer."""
+    centers = ((RA, 0), (-DA, 0), (SB, -SA), (0, EA - E), (TA, TB), (ZF - FA, 0), (-UB, -UA))
+    arms = (((RR, 0),), ((-D, 0),), ((0, -SS), (SD, -SC)), ((0, -E),), ((ZT, 0),), ((ZF, 0),), ((0, -U),))
+    bodies = tuple(
+        Body(f"K{k + 1}", _piece(MASSES[k], INERTIAS[k], centers[k]), *(_arm(x, z) for x, z in arms[k]))
+        for k in range(7)
+    )
+
+    def hinge(name: str, parent: str, child: str, angle: str, x: float = 0.0, z: float = 0.0) -> Revolute:
+        return Revolute(name, parent, child, axis=(0, -1, 0), origin=Placement((x, 0, z)), coordinate=angle)
+
+    return Mechanism(
+        name="squeezer",
+        bodies=(Body("ground"), *bodies),
+        joints=(
+            hinge("O", "ground", "K1", "beta"),
+            hinge("K1_K2", "K1", "K2", "theta", RR),
+            hinge("B", "ground", "K3", "gamma", XB, YB),
+            hinge("A5", "ground", "K5", "delta", XA, YA),
+            hinge("K5_K4", "K5", "K4", "phi", ZT),
+            hinge("A7", "ground", "K7", "epsilon", XA, YA),
+            hinge("K7_K6", "K7", "K6", "omega", 0.0, -U),
+        ),
+        forces=(
+            Spring("spring", "ground", (XC, 0, YC), "K3", (SD, 0, -SC), stiffness=c0, free_length=l0),
+            JointForce("drive", "O", mom),
+        ),
+        loops=(
+            Loop.pin("P3", "K3", (0, 0, -SS), "K2", (-D, 0, 0)),
+            Loop.pin("P4", "K4", (0, 0, -E), "K2", (-D, 0, 0)),
+            Loop.pin("P6", "K6", (ZF, 0, 0), "K2", (-D, 0, 0)),
+        ),
+        parameters=(mom, c0, l0),
+        gravity=(0, 0, 0),
+    )
+
+
+def _piece(mass: float, inertia: float, center: tuple[float, float]) -> Shape:
+    """A flat piece in the plane x-z; only its inertia about y is published, and only that matters."""
+    return Shape(mass, (center[0], 0.0, center[1]), (inertia / 2, inertia, inertia / 2, 0.0, 0.0, 0.0))
+
+
+def _arm(x: float, z: float) -> Shape:
+    return bar(hypot(x, z), (x, 0, z), radius=0.002)
+
+
+def kinetic(s: Values) -> Number:
+    """Return T of the seven bodies, from the published positions of their centers."""
+    angle = {name: s[name] for name in ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")}
+    rate = {name: s[f"{name}'"] for name in angle}
+
+    def turned(x: float, y: float, a: Number, w: Number) -> tuple[Number, Number]:
+        # velocity of the end of an arm that turns
+        return -w * (x * sin(a) + y * cos(a)), w * (x * cos(a) - y * sin(a))
+
+    second, second_rate = angle["beta"] + angle["theta"], rate["beta"] + rate["theta"]
+    fourth, fourth_rate = angle["phi"] + angle["delta"], rate["phi"] + rate["delta"]
+    sixth, sixth_rate = angle["omega"] + angle["epsilon"], rate["omega"] + rate["epsilon"]
+    crank = turned(RR, 0, angle["beta"], rate["beta"])
+    fifth = turned(ZT, 0, angle["delta"], rate["delta"])
+    seventh = turned(0, -U, angle["epsilon"], rate["epsilon"])
+    still = (0.0, 0.0)
+    bodies = (
+        (still, (RA, 0.0), angle["beta"], rate["beta"]),
+        (crank, (-DA, 0.0), second, second_rate),
+        (still, (SB, -SA), angle["gamma"], rate["gamma"]),
+        (fifth, (0.0, EA - E), fourth, fourth_rate),
+        (still, (TA, TB), angle["delta"], rate["delta"]),
+        (seventh, (ZF - FA, 0.0), sixth, sixth_rate),
+        (still, (-UB, -UA), angle["epsilon"], rate["epsilon"]),
+    )
+    total = 0.0
+    for mass, inertia, (carried, (x, y), a, w) in zip(MASSES, INERTIAS, bodies, strict=True):
+        vx, vy = turned(x, y, a, w)
+        total = total + (mass * ((carried[0] + vx) ** 2 + (carried[1] + vy) ** 2) + inertia * w**2) / 2
+    return total
+
+
+def energy(s: Values) -> Number:
+    """Return T + V of the spring - mom beta."""
+    x = XB + SC * sin(s.gamma) + SD * cos(s.gamma) - XC
+    y = YB + SD * sin(s.gamma) - SC * cos(s.gamma) - YC
+    return kinetic(s) + s.c0 * (sqrt(x**2 + y**2) - s.l0) ** 2 / 2 - s.mom * s.beta
+
+
+SYSTEM = System(
+    title="Seven-body squeezer of Andrews",
+    source="Hairer & Wanner, Solving ODEs II, sect. VII.7; test set for IVP solvers (Bari), problem andrews",
+    parameters=(
+        Parameter("mom", 0.033, "N·m", "torque of the drive on K1"),
+        Parameter("c0", 4530.0, "N/m", "stiffness of the spring"),
+        Parameter("l0", 0.07785, "m", "free length of the spring"),
+    ),
+    build=build,
+    start={
+        "beta": -0.0617138900142764496,
+        "theta": 0.0,
+        "gamma": 0.455279819163070380,
+        "phi": 0.222668390165885885,
+        "delta": 0.487364979543842550,
+        "omega": -0.222668390165885885,
+        "epsilon": 1.23054744454982120,
+    },
+    duration=0.03,
+    tags=("linkage", "planar", "loop", "spring", "driven", "benchmark"),
+    facts=(
+        KineticEnergy("T of seven bodies at the published positions", kinetic),
+        Conserved("T + c0 (length - l0)² / 2 - mom beta", energy),
+    ),
+)
