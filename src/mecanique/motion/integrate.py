@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from time import perf_counter
 from typing import Any
 
@@ -15,9 +16,10 @@ from mecanique.errors import InputError, IntegrationError, MecaniqueError, Unkno
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.closing import Closing
 from mecanique.motion.dense import Curve, State
-from mecanique.motion.events import Event
+from mecanique.motion.events import Event, Occurrence
 from mecanique.motion.methods import METHODS, Outcome, Task, advance
 from mecanique.motion.motion import Motion, Statistics
+from mecanique.motion.plan import COMPILED, Plan, flowed
 from mecanique.motion.rates import Rates
 from mecanique.motion.settings import Values, kinks, longest_step, sample_times, span_and_tolerances
 from mecanique.motion.steps import Steps
@@ -52,7 +54,8 @@ def simulate(
 ) -> Motion:
     """Integrate a mechanism's equations of motion.
 
-    The accelerations are the reference's. Loops are closed at the start, what is given by name staying as it is if that
+    The accelerations are the reference's, or those of the closed form derived in-house once both have been compared.
+    Loops are closed at the start, what is given by name staying as it is if that
     is possible, and kept closed by projection. The motion is accurate to the tolerance at any time, not only at the
     samples.
 
@@ -63,8 +66,10 @@ def simulate(
         duration: how long [s].
         rtol: relative tolerance of each step, in 1e-14…1e-1.
         atol: absolute tolerance of each step, in the units of q and v; as rtol by default.
-        method: "auto", or one of "dop853", "lsoda", "radau", "bdf". "auto" takes dop853 and changes to radau if the
-            equations turn out to be stiff.
+        method: "auto"; or one of "dop853", "lsoda", "radau", "bdf", on the reference's equations; or "closed_form"
+            (dop853 on the closed form) or "taylor" (Taylor series of the closed form, extra `fast`), which compile
+            first and then are faster. "auto" takes dop853 and changes to radau if the equations turn out to be stiff,
+            or to a faster method if the motion takes long enough to pay for compiling, or if that is done already.
         fps: samples per second of the resulting arrays; the last sample is at the end exactly.
         samples: instead of fps, the number of samples, or their times [s], shape (n,).
         t0: time at the start [s].
@@ -79,6 +84,7 @@ def simulate(
         InputError: if an argument is not what is expected, or the mechanism cannot move.
         UnknownNameError: if a coordinate, velocity, method or name in an event does not exist.
         ClosureError: if the loops cannot be closed at the start.
+        DerivationError: if the method asked for needs a closed form and there is none.
         IntegrationError: if the integration stops before its end, also by Ctrl-C; it carries the motion until then.
     """
     begin = perf_counter()
@@ -87,8 +93,8 @@ def simulate(
     start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])
     t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     times = sample_times(t0, end, fps, samples)
-    if method != "auto" and method not in METHODS:
-        raise UnknownNameError("method", method, ("auto", *METHODS))
+    if method not in ("auto", *METHODS, *COMPILED):
+        raise UnknownNameError("method", method, ("auto", *METHODS, *COMPILED))
     if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
         raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
     longest = longest_step(mechanism, end - t0, max_step, events)
@@ -101,30 +107,53 @@ def simulate(
     if mechanism.loops:
         closing = Closing(mechanism, reference, rtol)
         start, remark = closing.start(q, v, t0)
-    rhs = reference.rhs()
-    chosen = "dop853" if method == "auto" else method
+    plan = Plan(mechanism, reference, method, rtol, end - t0, events)
+    if plan.taylor:
+        return flowed(plan, start, times, (t0, end), (rtol, atol), longest, int(max_steps), progress, begin)
+    rhs, chosen = plan.rhs, plan.method
     reason = "non-stiff equations"
+    path: Callable[[], Curve] | None
     while True:
         steps = Steps()
         task = Task(rhs, not METHODS[chosen].smooth, rtol, atol, longest, int(max_steps))
         watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end), closing)
-        trouble, curve = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
+        if chosen == "dop853":
+            watcher.reconsider = plan.clock(t0, end)
+        clock = perf_counter()
+        trouble, path = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
+        elapsed = perf_counter() - clock
+        if watcher.reconsidered:
+            plan.change(elapsed * (end - steps.t[-1]) / (steps.t[-1] - t0))
+            if plan.taylor:
+                return flowed(plan, start, times, (t0, end), (rtol, atol), longest, int(max_steps), progress, begin)
+            rhs = plan.rhs
+            continue
+        if not plan.source:
+            plan.code.spent += elapsed
         if method == "auto" and chosen == "dop853" and trouble is not None and trouble[0] == "stiff":
             chosen, reason = "radau", f"stiff equations, found by dop853 at t = {steps.t[-1]:.4g} s"
             continue
         break
-    if curve is None:
+    if path is None:
         raise _error(trouble, task, steps, mechanism, None)
-    text = f"{chosen} ({METHODS[chosen].title})" + (f"; chosen for {reason}" if method == "auto" else "") + remark
+    choice = f"; chosen for {reason}" if method == "auto" else ""
+    text = f"{chosen} ({METHODS[chosen].title}){plan.source}{choice}{remark}"
     statistics = Statistics(steps.taken, task.evaluations, perf_counter() - begin, rtol, atol)
-    last = float(curve.t[-1])
+    last = float(steps.t[-1])
     if last < end:  # stopped early: by an event, by trouble or by the user
         times = np.append(times[times < last], last)
-    state = curve(times)
-    if closing is not None:
-        state = State(times, *closing.all_back(times, state.q, state.v))
-    happened = watcher.occurrences(curve)
-    motion = Motion(mechanism, times, state.q, state.v, curve, text, statistics, happened, tuple(events), reference)
+    happened: tuple[Occurrence, ...] = ()
+    if not events and closing is None and times.tolist() == [steps.t[0], last]:
+        ends = np.array([steps.y[0], steps.y[-1]])
+        state = State(times, rates.normalized(ends[:, : mechanism.nq]), ends[:, mechanism.nq :])
+    else:
+        curve = path()
+        state = curve(times)
+        if closing is not None:
+            state = State(times, *closing.all_back(times, state.q, state.v))
+        happened = watcher.occurrences(curve)
+        path = partial(_same, curve)
+    motion = Motion(mechanism, times, state.q, state.v, path, text, statistics, happened, tuple(events), reference)
     if trouble is not None:
         raise _error(trouble, task, steps, mechanism, motion)
     if progress is not None:
@@ -133,6 +162,10 @@ def simulate(
 
 
 Trouble = tuple[Outcome, str]
+
+
+def _same(curve: Curve) -> Curve:
+    return curve
 
 
 def _integrate(
@@ -145,8 +178,8 @@ def _integrate(
     t0: float,
     start: np.ndarray,
     end: float,
-) -> tuple[Trouble | None, Curve | None]:
-    """Integrate stretch by stretch; return what stopped it, if anything did, and the motion so far."""
+) -> tuple[Trouble | None, Callable[[], Curve] | None]:
+    """Integrate stretch by stretch; return what stopped it, if anything did, and what gives the motion so far."""
     method = METHODS[chosen]
     try:
         rate = task.rhs(t0, start)
@@ -161,25 +194,28 @@ def _integrate(
     steps.add(t0, start, rate)
     watcher.start()
     trouble: Trouble | None = None
+    refined = partial(_refined, task, steps, mechanism.nq, rates, method.smooth)
     with _interruptible(watcher):
         for stop in (*kinks(mechanism, t0, end), end):
             while steps.t[-1] < stop:
                 outcome = method.run(task, steps, stop, watcher)
+                if watcher.reconsidered:
+                    return None, refined
                 if outcome == "stopped" and not watcher.interrupted and task.fault is None:
                     if watcher.settle():  # ended by an event
                         trouble = ("stopped", "contact") if watcher.contact else None
-                        return trouble, _refined(task, steps, mechanism.nq, rates, method.smooth)
+                        return trouble, refined
                     continue
                 if watcher.interrupted:
                     trouble = ("stopped", "interrupted")
                 elif outcome != "end":
                     trouble = (outcome, "")
                 if trouble is not None:
-                    return trouble, steps.curve(mechanism.nq, rates, method.smooth)
+                    return trouble, partial(steps.curve, mechanism.nq, rates, method.smooth)
             if stop < end:
                 y = steps.y[-1]
                 steps.break_here(y, task.rhs(stop, y))
-        return None, _refined(task, steps, mechanism.nq, rates, method.smooth)
+        return None, refined
 
 
 def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from os import PathLike
@@ -53,7 +53,7 @@ class Motion:
         t: shape (n,), times of the samples [s].
         q: shape (n, nq), positions.
         v: shape (n, nv), velocities.
-        curve: the motion as a function of time.
+        path: the motion as a function of time, or what gives it when it is asked for.
         method: which method integrated it and why.
         statistics: what that took.
         events: what took place, in order of time.
@@ -65,7 +65,7 @@ class Motion:
     t: np.ndarray
     q: np.ndarray
     v: np.ndarray
-    curve: Curve = field(repr=False)
+    path: Curve | Callable[[], Curve] = field(repr=False)
     method: str
     statistics: Statistics
     events: tuple[Occurrence, ...] = ()
@@ -73,8 +73,16 @@ class Motion:
     engine: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        for array in (self.t, self.q, self.v, self.curve.t, self.curve.q, self.curve.v, self.curve.a):
+        for array in (self.t, self.q, self.v):
             array.flags.writeable = False
+
+    @cached_property
+    def curve(self) -> Curve:
+        """The motion as a function of time."""
+        curve = self.path if isinstance(self.path, Curve) else self.path()
+        for array in (curve.t, curve.q, curve.v, curve.a):
+            array.flags.writeable = False
+        return curve
 
     @cached_property
     def reference(self) -> Any:
@@ -286,7 +294,8 @@ class Motion:
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
-        return state | {"engine": None}  # Pinocchio's work space is made again where it is needed
+        # Pinocchio's work space is made again where it is needed
+        return state | {"path": self.curve, "engine": None}
 
     def _times(self, t: float | Sequence[float] | np.ndarray) -> float | np.ndarray:
         try:

@@ -58,6 +58,9 @@ class Watcher:
         closing: Closing | None = None,
     ) -> None:
         self.interrupted = False
+        self.reconsider: Callable[[float], bool] | None = None
+        """Says at a time whether another method would pay; the integration then halts and is `reconsidered`."""
+        self.reconsidered = False
         self.contact = ""
         self._reference = reference
         self._rates = rates
@@ -86,6 +89,9 @@ class Watcher:
     def __call__(self) -> bool:
         """Look at the last step; return whether to halt."""
         if self.interrupted:
+            return True
+        if self.reconsider is not None and self.reconsider(self._steps.t[-1]):
+            self.reconsidered = True
             return True
         if self.idle:
             return False

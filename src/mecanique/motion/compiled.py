@@ -1,0 +1,176 @@
+"""What was compiled for a mechanism, kept as long as the mechanism is: equations in Python, Taylor integrators."""
+
+from __future__ import annotations
+
+import weakref
+from time import perf_counter
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.agreement import require_agreement
+from mecanique.motion.generated import Batched, batched, scalar
+from mecanique.motion.program import Program, program_of
+from mecanique.motion.steps import RightHandSide
+from mecanique.motion.taylor import build_seconds, integrator
+from mecanique.verify.states import States
+
+__all__ = ["Compiled", "compiled"]
+
+_DERIVING = 2e-3
+"""Time to derive, compare and compile the least equations, roughly [s]."""
+
+
+@final
+class Compiled:
+    """Equations of motion of one mechanism as code, made when they are first asked for.
+
+    Args:
+        mechanism: what moves; it is not kept alive.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = weakref.ref(mechanism)
+        self._size = mechanism.nv
+        self._state = np.concatenate([mechanism.neutral(), np.full(mechanism.nv, 0.3)])
+        self._program: Program | DerivationError | None = None
+        self._rhs: RightHandSide | None = None
+        self._pools: dict[float, list[Any]] = {}
+        self.spent = 0.0
+        """Time that was spent integrating without compiled equations [s]."""
+        self.faster = True
+        """Whether the compiled equations are faster than the reference, as far as known."""
+
+    def program(self, reference: Any) -> Program:
+        """Return the equations as a program, after it was compared with the reference.
+
+        Args:
+            reference: the mechanism's `Reference`.
+
+        Raises:
+            DerivationError: if there is no closed form, or it does not agree.
+        """
+        if self._program is None:
+            mechanism = self._mechanism()
+            assert mechanism is not None, "who asks holds the mechanism"
+            try:
+                self._program = _agreed(mechanism, reference)
+            except DerivationError as error:
+                self._program = error
+        if isinstance(self._program, DerivationError):
+            raise self._program
+        return self._program
+
+    def rhs(self, reference: Any) -> RightHandSide:
+        """Return the equations as a function of floats.
+
+        Args:
+            reference: the mechanism's `Reference`.
+
+        Raises:
+            DerivationError: if there is no closed form, or it does not agree.
+        """
+        if self._rhs is None:
+            self._rhs = scalar(self.program(reference))
+            self.faster = _seconds(self._rhs, self._state) < _seconds(reference.rhs(), self._state)
+        return self._rhs
+
+    @property
+    def has_rhs(self) -> bool:
+        """Whether the equations are compiled, and faster than the reference."""
+        return self._rhs is not None and self.faster
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is a closed form, as far as known."""
+        return not isinstance(self._program, DerivationError)
+
+    def has_integrator(self, tolerance: float) -> bool:
+        """Whether a Taylor integrator of this tolerance is there."""
+        return tolerance in self._pools
+
+    def borrow(self, reference: Any, tolerance: float) -> Any:
+        """Return a Taylor integrator; whoever borrows it alone uses it, and gives it back.
+
+        Args:
+            reference: the mechanism's `Reference`.
+            tolerance: relative error of a step.
+
+        Raises:
+            InputError: if heyoka is not installed.
+            DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
+        """
+        pool = self._pools.get(tolerance)
+        if pool:
+            return pool.pop()
+        return integrator(self.program(reference), tolerance)
+
+    def give_back(self, tolerance: float, machine: Any) -> None:
+        """Take a Taylor integrator back, for the next motion."""
+        self._pools.setdefault(tolerance, []).append(machine)
+
+    def batched(self, reference: Any) -> Batched:
+        """Return the equations as a function of arrays."""
+        return batched(self.program(reference))
+
+    def seconds_to_derive(self) -> float:
+        """Return about how long it takes to derive and compile the equations in Python [s]."""
+        return _DERIVING + 1e-3 * self._size**3
+
+    def seconds_to_build(self) -> float:
+        """Return about how long it takes to build a Taylor integrator [s]."""
+        if isinstance(self._program, Program):
+            return build_seconds(self._program)
+        return self.seconds_to_derive() + 0.05 + 0.04 * self._size**2
+
+
+_known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
+
+
+def compiled(mechanism: Mechanism) -> Compiled:
+    """Return what is compiled for a mechanism; the same object as long as the mechanism is there.
+
+    Args:
+        mechanism: what moves.
+    """
+    key = id(mechanism)
+    found = _known.get(key)
+    if found is None or found[0]() is not mechanism:
+        # bound here: at the interpreter's end the module may be gone before the mechanism
+        def forget(_: object, known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = _known) -> None:
+            known.pop(key, None)
+
+        found = _known[key] = weakref.ref(mechanism, forget), Compiled(mechanism)
+    return found[1]
+
+
+def _agreed(mechanism: Mechanism, reference: Any) -> Program:
+    program = program_of(mechanism)
+    rhs = scalar(program)
+
+    def accelerations(states: States) -> np.ndarray:
+        rows = zip(states.q, states.v, states.t.tolist(), strict=True)
+        try:
+            return np.array([rhs(t, np.concatenate([q, v]))[mechanism.nq :] for q, v, t in rows])
+        except (ArithmeticError, ValueError) as error:
+            raise DerivationError(
+                f"the closed form of {mechanism.name!r} is not defined everywhere: {error}"
+            ) from error
+
+    require_agreement(mechanism, reference, accelerations, "closed form")
+    return program
+
+
+def _seconds(rhs: RightHandSide, y: np.ndarray) -> float:
+    """Time of one evaluation, the least of a few."""
+    best = float("inf")
+    for _ in range(5):
+        begin = perf_counter()
+        try:
+            rhs(0.0, y)
+        except (ArithmeticError, ValueError):
+            return 0.0
+        best = min(best, perf_counter() - begin)
+    return best

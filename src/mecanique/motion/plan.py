@@ -1,0 +1,200 @@
+"""Which equations and which method a motion is integrated with, and why."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from time import perf_counter
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import DerivationError, InputError, IntegrationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compiled import compiled
+from mecanique.motion.events import Event
+from mecanique.motion.flow import flow
+from mecanique.motion.motion import Motion, Statistics
+from mecanique.motion.rates import Rates
+from mecanique.motion.steps import RightHandSide
+from mecanique.motion.taylor import installed
+
+__all__ = ["COMPILED", "Plan", "flowed"]
+
+COMPILED = {
+    "closed_form": "dop853 on the closed form, compiled in Python",
+    "taylor": "Taylor series of the closed form, compiled by heyoka",
+}
+"""Methods on the equations derived in-house."""
+
+SMALL = 3
+"""With more velocities than this the closed form in Python is no faster than the reference."""
+
+PAYS = 3.0
+"""Compiling must save this many times what it takes, by an estimate."""
+
+
+@final
+class Plan:
+    """The choice of equations and method, which may change while integrating.
+
+    Args:
+        mechanism: what moves.
+        reference: its `Reference`.
+        method: what was asked for.
+        rtol: relative tolerance.
+        span: duration [s].
+        events: what is watched for.
+
+    Raises:
+        InputError: if the method does not allow what is asked for, or is not installed.
+        DerivationError: if the method needs a closed form and there is none.
+    """
+
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        reference: Any,
+        method: str,
+        rtol: float,
+        span: float,
+        events: Sequence[Event],
+    ) -> None:
+        self.mechanism = mechanism
+        self.reference = reference
+        self.code = compiled(mechanism)
+        self.taylor = False
+        self.reason = ""
+        self._rtol = rtol
+        self._span = span
+        self._auto = method == "auto"
+        self._flows = not (events or mechanism.loops or any(callable(i.signal) for i in mechanism.inputs))
+        self._closed = False
+        self.method = "dop853" if method in ("auto", *COMPILED) else method
+        if method == "taylor":
+            if events:
+                raise InputError("method 'taylor' watches for no events; expected another method, e.g. 'auto'")
+            self.code.give_back(rtol, self.code.borrow(reference, rtol))
+            self.taylor = True
+        elif method == "closed_form":
+            self._close()
+        elif self._auto and self.code.possible and not mechanism.loops:
+            if self._flows and self.code.has_integrator(rtol):
+                self.taylor, self.reason = True, "equations that are compiled already"
+            elif self.code.has_rhs or (
+                mechanism.nv <= SMALL and self.code.faster and self.code.spent > self.code.seconds_to_derive()
+            ):
+                self._try(self._close)
+
+    @property
+    def rhs(self) -> RightHandSide:
+        """The right-hand side to integrate."""
+        rhs: RightHandSide = self.code.rhs(self.reference) if self._closed else self.reference.rhs()
+        return rhs
+
+    @property
+    def source(self) -> str:
+        """Whose equations are integrated, for the method's description."""
+        return " on the closed form" if self._closed else ""
+
+    def clock(self, begin: float, end: float) -> Callable[[float], bool] | None:
+        """Return what says, at a time within the motion, whether another method would pay; None if none ever can.
+
+        Args:
+            begin: start of the motion [s].
+            end: its end [s].
+        """
+        if not (self._auto and self.code.possible) or self.mechanism.loops:
+            return None
+        flows, closes = self._flows and installed(), self.mechanism.nv <= SMALL and not self._closed
+        if not (flows or (closes and self.code.faster)):
+            return None
+        started = perf_counter()
+
+        def pays(t: float) -> bool:
+            elapsed = perf_counter() - started
+            if elapsed < self.code.seconds_to_derive():
+                return False
+            left = elapsed * (end - t) / max(t - begin, 1e-300)
+            return left > PAYS * (self.code.seconds_to_build() if not closes else self.code.seconds_to_derive())
+
+        return pays
+
+    def change(self, left: float) -> None:
+        """Compile, and take the faster method from now on.
+
+        Args:
+            left: how long the motion would take as it is [s].
+        """
+        if self._flows and installed() and left > PAYS * self.code.seconds_to_build():
+            self._try(self._flow)
+        elif not self._closed:
+            self._try(self._close)
+
+    def _try(self, make: Callable[[], None]) -> None:
+        try:
+            make()
+        except DerivationError as error:
+            self._auto, self.reason = False, str(error)
+
+    def _close(self) -> None:
+        self.code.rhs(self.reference)
+        if self._auto and not self.code.faster:
+            return
+        self._closed = True
+
+    def _flow(self) -> None:
+        self.code.give_back(self._rtol, self.code.borrow(self.reference, self._rtol))
+        self.taylor, self.reason = True, "a motion long enough to pay for compiling"
+
+
+def flowed(
+    plan: Plan,
+    start: np.ndarray,
+    times: np.ndarray,
+    span: tuple[float, float],
+    tolerances: tuple[float, float],
+    longest: float,
+    max_steps: int,
+    progress: Callable[[float], object] | None,
+    begin: float,
+) -> Motion:
+    """Return the motion by Taylor series.
+
+    Args:
+        plan: what was decided.
+        start: shape (nq + nv,).
+        times: of the samples, shape (n,) [s].
+        span: start and end [s].
+        tolerances: relative and absolute.
+        longest: longest step [s].
+        max_steps: most steps.
+        progress: called with the fraction done.
+        begin: when the work began, on `perf_counter` [s].
+
+    Raises:
+        IntegrationError: if the integration stops before its end; it carries the motion until then.
+    """
+    mechanism, nq = plan.mechanism, plan.mechanism.nq
+    found = flow(mechanism, plan.reference, plan.code, start, times, span, tolerances[0], longest, max_steps, progress)
+    rates = Rates.of(mechanism)
+    times, states = times[: len(found.states)], found.states
+    text = f"taylor ({COMPILED['taylor']})" + (f"; chosen for {plan.reason}" if plan.reason else "")
+    statistics = Statistics(found.steps, found.steps, perf_counter() - begin, *tolerances)
+    q, v = rates.normalized(states[:, :nq]), states[:, nq:]
+    motion = Motion(mechanism, times, q, v, found.curve, text, statistics, (), (), plan.reference)
+    if found.trouble:
+        advice = {
+            "interrupted": "interrupted",
+            "too many steps": f"more than {max_steps} steps: raise max_steps, shorten the duration or loosen rtol",
+            "collapsed": "the step size collapsed: a force or the mass matrix becomes singular there",
+        }[found.trouble]
+        error = IntegrationError(
+            f"{advice}, at t = {found.last:.6g} s; the motion until then is in the error's .motion",
+            time=found.last,
+            motion=motion,
+        )
+        error.__cause__ = KeyboardInterrupt() if found.trouble == "interrupted" else None
+        raise error
+    if progress is not None:
+        progress(1.0)
+    return motion

@@ -1,0 +1,184 @@
+from __future__ import annotations
+
+import pickle
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.motion.compiled import compiled
+from mecanique.motion.plan import Plan
+from mecanique.motion.taylor import installed
+
+needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
+METHODS = ["closed_form", pytest.param("taylor", marks=needs_heyoka)]
+STARTS: dict[str, dict[str, float]] = {
+    "rigid_bar_pendulum": {"q": 2.0},
+    "double_pendulum": {"q1": 0.9, "q2": 1.4},
+    "elastic_pendulum": {},
+    "heavy_top": {},
+    "free_rigid_body": {},
+}
+
+
+def start_of(name: str) -> dict[str, Any]:
+    mechanism = mq.textbook.load(name)
+    q = STARTS[name] or mq.textbook.entry(name).start
+    return {
+        "q": {k: x for k, x in q.items() if k in mechanism.coordinates.names},
+        "v": {k: x for k, x in q.items() if k in mechanism.velocities},
+    }
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", sorted(STARTS))
+def test_compiled_motions_are_those_of_the_reference(name: str, method: str) -> None:
+    mechanism, start = mq.textbook.load(name), start_of(name)
+    motion = mq.simulate(mechanism, **start, duration=3.0, rtol=1e-12, method=method)
+    expected = mq.simulate(mechanism, **start, duration=3.0, rtol=1e-13, method="dop853")
+    assert np.array_equal(motion.t, expected.t)
+    np.testing.assert_allclose(motion.q, expected.q, atol=1e-9)
+    np.testing.assert_allclose(motion.v, expected.v, atol=1e-8)
+    between = np.linspace(0.0, 3.0, 97)
+    np.testing.assert_allclose(motion(between).q, expected(between).q, atol=1e-9)
+    np.testing.assert_allclose(motion(between).v, expected(between).v, atol=1e-8)
+    assert "closed form" in motion.method
+
+
+@needs_heyoka
+@pytest.mark.parametrize("samples", [2, [0.5, 1.25], [0.0, 2.0], [0.25]])
+def test_samples_are_where_they_are_asked_for(samples: Any) -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[1.0], duration=2.0, t0=0.0, samples=samples, method="taylor")
+    expected = mq.simulate(mechanism, q=[1.0], duration=2.0, samples=samples, method="dop853")
+    assert motion.t.tolist() == expected.t.tolist()
+    np.testing.assert_allclose(motion.q, expected.q, atol=1e-9)
+    assert motion.curve.t[-1] == 2.0
+
+
+@needs_heyoka
+def test_time_in_the_equations_is_kept() -> None:
+    mechanism = mq.textbook.load("kapitza_pendulum")
+    options: dict[str, Any] = {"q": [0.3], "t0": 0.7, "duration": 0.5, "samples": 9}
+    motion = mq.simulate(mechanism, method="taylor", rtol=1e-12, **options)
+    expected = mq.simulate(mechanism, method="dop853", rtol=1e-13, **options)
+    np.testing.assert_allclose(motion.q, expected.q, atol=1e-9)
+
+
+@needs_heyoka
+def test_the_energy_of_a_pendulum_keeps_to_machine_precision() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[2.0], duration=200.0, rtol=1e-12, method="taylor", samples=400)
+    reference = mq.Reference(mechanism)
+    energies = np.array([reference.energy(q, v).total for q, v in zip(motion.q, motion.v, strict=True)])
+    assert np.abs(energies / energies[0] - 1).max() < 1e-12
+
+
+@needs_heyoka
+def test_a_compiled_motion_is_kept_like_any_other(tmp_path: Path) -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    motion = mq.simulate(mechanism, q={"q1": 0.9, "q2": 1.4}, duration=2.0, method="taylor")
+    motion.save(tmp_path / "motion.npz")
+    for again in (mq.Motion.load(tmp_path / "motion.npz"), pickle.loads(pickle.dumps(motion))):
+        assert np.array_equal(again.q, motion.q)
+        t = np.linspace(0.0, 2.0, 31)
+        np.testing.assert_allclose(again(t).q, motion(t).q, atol=1e-12)
+    assert motion.audit().rows
+
+
+@needs_heyoka
+def test_what_stops_a_compiled_motion_is_said_and_what_is_done_is_kept() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    with pytest.raises(
+        mq.IntegrationError, match=r"more than 10 steps: raise max_steps.* at t = .*the error's \.motion"
+    ) as info:
+        mq.simulate(mechanism, q=[1.0], duration=10.0, method="taylor", max_steps=10)
+    motion = info.value.motion
+    assert info.value.time is not None
+    assert 0.3 < info.value.time < 5.0
+    assert motion.t[-1] <= info.value.time
+    assert motion.curve.t[-1] == info.value.time
+
+    def stop(fraction: float) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(mq.IntegrationError, match="interrupted, at t = ") as info:
+        mq.simulate(mechanism, q=[1.0], duration=10.0, method="taylor", progress=stop)
+    assert isinstance(info.value.__cause__, KeyboardInterrupt)
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("two_blocks", {}, "holds for one sign of the length of spring"),
+        ("n_link_pendulum", {}, "expected at most 8 velocities for a closed form, got 9"),
+        ("rigid_bar_pendulum", {"events": [mq.Event("low", mq.coordinate("q"))]}, "watches for no events"),
+    ],
+)
+def test_refusals(name: str, options: dict[str, Any], message: str) -> None:
+    mechanism = mq.textbook.load(name, **({"n": 9} if name == "n_link_pendulum" else {}))
+    with pytest.raises(mq.MecaniqueError, match=message):
+        mq.simulate(mechanism, method="taylor", **options)
+
+
+def test_without_heyoka_the_method_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.motion.taylor.installed", lambda: False)
+    with pytest.raises(mq.InputError, match=r"needs heyoka, which is not installed: pip install 'mecanique\[fast\]'"):
+        mq.simulate(mq.textbook.load("rigid_bar_pendulum"), method="taylor")
+
+
+@needs_heyoka
+def test_auto_takes_what_is_compiled_already_and_says_so() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    first = mq.simulate(mechanism, q=[1.0], duration=0.1)
+    assert first.method.startswith("dop853")
+    mq.simulate(mechanism, q=[1.0], duration=0.1, method="taylor")
+    then = mq.simulate(mechanism, q=[1.0], duration=0.1)
+    assert then.method.startswith("taylor")
+    assert "compiled already" in then.method
+    other = mq.simulate(mechanism, q=[1.0], duration=0.1, rtol=1e-6)
+    assert other.method.startswith("dop853")
+
+
+def test_auto_compiles_when_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.motion.plan.installed", lambda: False)
+    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.compiled._DERIVING", -1.0)
+    mechanism = mq.textbook.load("double_pendulum")
+    motion = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0)
+    assert "on the closed form" in motion.method
+    expected = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="dop853")
+    np.testing.assert_allclose(motion.q, expected.q, atol=1e-7)
+
+
+@needs_heyoka
+def test_auto_takes_taylor_series_for_a_long_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.compiled._DERIVING", -1.0)
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[1.0], duration=5.0)
+    assert motion.method.startswith("taylor")
+    assert "long enough to pay for compiling" in motion.method
+
+
+def test_auto_stays_with_the_reference_where_there_is_no_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.compiled._DERIVING", -1.0)
+    mechanism = mq.textbook.load("two_blocks")
+    motion = mq.simulate(mechanism, q=[0.1, 0.2], duration=2.0)
+    assert "closed form" not in motion.method
+    assert not compiled(mechanism).possible
+
+
+def test_what_is_compiled_goes_with_its_mechanism() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    assert compiled(mechanism) is compiled(mechanism)
+    assert compiled(mechanism) is not compiled(mechanism.replace(l=3.0))
+    reference = mq.Reference(mechanism)
+    plan = Plan(mechanism, reference, "closed_form", 1e-10, 1.0, ())
+    np.testing.assert_allclose(plan.rhs(0.0, np.array([0.3, 0.1])), reference.rhs()(0.0, np.array([0.3, 0.1])))
+    assert sys.getrefcount(mechanism) < 10
