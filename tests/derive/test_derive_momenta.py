@@ -67,3 +67,29 @@ def test_one_state_takes_many_accelerations_but_not_two_states_three() -> None:
     assert equations.inverse_dynamics([0.1, 0.2], [0, 0], np.eye(2)).shape == (2, 2)
     with pytest.raises(InputError, match="expected as many accelerations as states, got 3 and 2"):
         equations.inverse_dynamics(np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((3, 2)))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_equations_are_linear_in_the_mass_moments(name: str) -> None:
+    mechanism = sample(name)
+    some = states(mechanism, 3)
+    a = np.random.default_rng(3).normal(size=some.v.shape)
+    numeric = Recursion(mechanism)
+    expected = numeric.inverse_dynamics(some, a)
+    massless = numeric.varied(moments={k: np.zeros((4, 4)) for k in range(len(numeric.tree))})
+    from_masses = np.einsum("nvkab,kab->nv", numeric.regressor(some, a), np.array(numeric.moments))
+    rotors = massless.inverse_dynamics(some, a)
+    np.testing.assert_allclose(from_masses + rotors, expected, atol=1e-12 * max(1.0, float(np.abs(expected).max())))
+
+
+def test_numbers_may_vary_from_state_to_state() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    numeric, some = Recursion(mechanism), states(mechanism, 2)
+    pull = np.array([[0.0, 0.0, -9.81], [0.0, 0.0, 0.0]])
+    bias = numeric.varied(gravity=pull).bias(some)
+    np.testing.assert_allclose(bias[0], numeric.bias(some)[0], rtol=1e-14)
+    np.testing.assert_allclose(bias[1], (numeric.bias(some) - numeric.gravity(some))[1], rtol=1e-12)
+    doubled = numeric.varied(moments={k: 2 * J for k, J in enumerate(numeric.moments)})
+    np.testing.assert_allclose(doubled.mass_matrix(some), 2 * numeric.mass_matrix(some), rtol=1e-14)
+    still = numeric.varied(origins={0: np.tile(numeric.origins[0], (2, 1, 1))})
+    np.testing.assert_allclose(still.bias(some), numeric.bias(some), rtol=1e-14)

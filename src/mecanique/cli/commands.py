@@ -26,6 +26,7 @@ from mecanique.cli.words import (
     guarded,
     numbers,
     simulated,
+    source,
 )
 
 if TYPE_CHECKING:
@@ -171,11 +172,23 @@ def verify(
     root: Annotated[
         Literal["fixed", "floating"], typer.Option("--root", help="How the root link of a URDF is held.")
     ] = "fixed",
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="OTHER",
+            help="Instead of Pinocchio: another SYSTEM, FILE.py (functions M, C, g …) or FILE.csv (samples).",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(metavar="NUMBER", help="Largest relative difference that agrees, for --against.")
+    ] = 1e-9,
     every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
     robots: Annotated[bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")] = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare the derived equations with Pinocchio; the exit code is 1 if they disagree."""
+    if against is not None and system is None:
+        raise typer.BadParameter("expected a SYSTEM with --against")
     if (system is not None) + every + robots != 1:
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
     outcome: mq.Verdict | Survey
@@ -185,8 +198,9 @@ def verify(
     else:
         chosen = choose(system, parameters, root)
         number = 100 if samples is None else samples
-        with working(f"Comparing with Pinocchio at {number} states"):
-            outcome = mq.verify(chosen.mechanism, samples=number, seed=seed)
+        other = None if against is None else source(against, root)
+        with working(f"Comparing with {'Pinocchio' if against is None else against} at {number} states"):
+            outcome = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
     say(outcome.to_json() if as_json else str(outcome))
     if not outcome.agrees:
         raise typer.Exit(1)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import functools
 import math
+import runpy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, ParamSpec, TypeAlias, TypeVar, final
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeAlias, TypeVar, final
 
 import typer
 
@@ -30,6 +31,7 @@ __all__ = [
     "choose",
     "guarded",
     "simulated",
+    "source",
 ]
 
 P = ParamSpec("P")
@@ -112,6 +114,31 @@ def _file(system: str) -> Path:
         return mq.robot(system)
     except mq.UnknownNameError:
         raise mq.UnknownNameError("system", system, (*mq.textbook.names(), *robots)) from None
+
+
+def source(word: str, root: str) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
+    """Return what a mechanism is to be compared with.
+
+    Args:
+        word: a CSV file, a Python file with functions, or what `choose` takes.
+        root: "fixed" or "floating", how a URDF's root link is held.
+    """
+    path = Path(word)
+    if path.suffix == ".csv":
+        return path
+    if path.suffix != ".py":
+        return choose(word, None, "fixed" if word in mq.textbook.names() else root).mechanism
+    if not path.is_file():
+        raise mq.InputError(f"expected a Python file, but there is no file {word!r}")
+    try:
+        defined = runpy.run_path(word)
+    except Exception as error:
+        raise mq.InputError(f"{word} raised {type(error).__name__}: {error}") from error
+    known = ("M", "C", "g", "mass_matrix", "bias", "coriolis", "gravity", "forces", "inverse_dynamics")
+    functions = {name: defined[name] for name in known if callable(defined.get(name))}
+    if not functions:
+        raise mq.InputError(f"expected functions among {', '.join(known)} in {word}, found none")
+    return functions
 
 
 def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:

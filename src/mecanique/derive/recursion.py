@@ -7,12 +7,14 @@ The kinetic energy is ½ Σ tr(Ḣ J Ḣᵀ) with poses H and mass moments J, so
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from copy import copy
 from typing import Any, final
 
 import numpy as np
 
 from mecanique.derive.chart import Chart, Motions
-from mecanique.derive.links import links, motions, moving, place_of
+from mecanique.derive.links import Link, links, motions, moving, place_of
 from mecanique.derive.loads import Loads
 from mecanique.derive.momenta import momenta
 from mecanique.derive.poses import Arithmetic, local, moments, origin
@@ -122,6 +124,72 @@ class Recursion:
         H, Hd = self._poses(self._local(move, len(states)), move.u)
         return momenta([H[k] for k in free], [Hd[k] for k in free], [self._J[k] for k in free], len(states))
 
+    @property
+    def tree(self) -> tuple[Link, ...]:
+        """The elementary links, in the order in which `varied` and `regressor` count them."""
+        return self._tree
+
+    @property
+    def origins(self) -> tuple[np.ndarray, ...]:
+        """Where each link's frame stands in its parent's, each shape (4, 4)."""
+        return tuple(self._origin)
+
+    @property
+    def moments(self) -> tuple[np.ndarray, ...]:
+        """Mass moments of each link, ∫ (p, 1)(p, 1)ᵀ dm, each shape (4, 4)."""
+        return tuple(self._J)
+
+    def varied(
+        self,
+        origins: Mapping[int, np.ndarray] | None = None,
+        moments: Mapping[int, np.ndarray] | None = None,
+        gravity: np.ndarray | None = None,
+    ) -> Recursion:
+        """Return a copy with other numbers, which may differ from state to state; not for energies.
+
+        Args:
+            origins: where a link's frame stands in its parent's, shape (4, 4) or (n, 4, 4), by the link's place.
+            moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by its place.
+            gravity: acceleration of free fall, shape (3,) or (n, 3) [m/s²].
+        """
+        other = copy(self)
+        other._origin = [(origins or {}).get(k, X) for k, X in enumerate(self._origin)]
+        other._J = [(moments or {}).get(k, J) for k, J in enumerate(self._J)]
+        if gravity is not None:
+            other._gravity = np.zeros((*gravity.shape[:-1], 4, 4))
+            other._gravity[..., :3, 3] = gravity
+        return other
+
+    def regressor(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return Y with M a + bias = Σ Y J over the mass moments J of each link, without rotors.
+
+        The equations of motion are linear in them (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int. J. Robotics
+        Research 5 (1986) 101).
+
+        Args:
+            states: where and how fast.
+            a: shape (n, nv), accelerations.
+
+        Returns:
+            Shape (n, nv, links, 4, 4).
+        """
+        move, n = self._chart.motions(states), len(states)
+        A = self._local(move, n)
+        H, Hdd = self._accelerated(A, move.u, move.gamma + move.spread(a))
+        Y = np.zeros((n, len(self._armature), len(self._tree), 4, 4))
+        for k in range(len(self._tree)):
+            at, X = k, np.broadcast_to(np.eye(4), (n, 4, 4))
+            while at >= 0:
+                for j, S in enumerate(self._S[at]):
+                    Y[:, self._first[at] + j, k] = np.swapaxes(H[at] @ S @ X, -1, -2) @ Hdd[k]
+                X = A[at] @ X
+                at = self._tree[at].parent
+        if move.G is not None:
+            return np.asarray(np.einsum("nukab,nuv->nvkab", Y, move.G))
+        out = np.empty_like(Y)
+        out[:, move.order] = Y
+        return out
+
     def acceleration(self, states: States) -> np.ndarray:
         """Return a from M a + bias = forces, shape (n, nv).
 
@@ -183,7 +251,16 @@ class Recursion:
         return H, Hd
 
     def _inverse_dynamics(self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray) -> np.ndarray:
-        """M u̇ + bias in the joint velocities, shape (n, nu); gravity is an acceleration of the ground."""
+        """M u̇ + bias in the joint velocities, shape (n, nu)."""
+        H, Hdd = self._accelerated(A, u, ud)
+        D: list[Any] = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
+        tau: np.ndarray = self._collected(A, H, D, len(u)) + self._armature * ud
+        return tau
+
+    def _accelerated(
+        self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Poses and their second rates; gravity is an acceleration of the ground."""
         H: list[np.ndarray] = []
         Hd: list[np.ndarray] = []
         Hdd: list[np.ndarray] = []
@@ -197,9 +274,7 @@ class Recursion:
             H.append(B)
             Hd.append(Bd + B @ V)
             Hdd.append(Bdd + 2 * Bd @ V + B @ W)
-        D: list[Any] = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
-        tau: np.ndarray = self._collected(A, H, D, len(u)) + self._armature * ud
-        return tau
+        return H, Hdd
 
     def _collected(self, A: list[np.ndarray], H: list[np.ndarray], D: list[Any], n: int) -> np.ndarray:
         """τ_k = Σ tr(H S_k D) over the bodies each velocity moves, shape (n, nu)."""

@@ -2,27 +2,54 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mecanique.model.mechanism import Mechanism
+from mecanique.verify.cause import Cause
 from mecanique.verify.verdict import Row, Verdict
 
-__all__ = ["Row", "Verdict", "verify"]
+if TYPE_CHECKING:
+    from mecanique.verify.against import Other
+
+__all__ = ["Cause", "Row", "Verdict", "verify"]
 
 
-def verify(mechanism: Mechanism, samples: int = 100, seed: int = 0) -> Verdict:
-    """Compare the equations of motion derived in-house with the engine's at random states.
+def verify(
+    mechanism: Mechanism,
+    samples: int = 100,
+    seed: int = 0,
+    *,
+    against: Other | None = None,
+    tolerance: float = 1e-9,
+) -> Verdict:
+    """Compare the equations of motion derived in-house with the engine's, or with another source, at random states.
 
-    Compared are the mass matrix, the bias, the generalized forces, the acceleration, the kinetic and the potential
-    energy: each form of the in-house derivation against Pinocchio, which gets the mechanism as URDF text only.
+    Compared are the mass matrix, the bias, gravity, the generalized forces, inverse dynamics, the acceleration, the
+    energies and the momenta: each form of the in-house derivation against Pinocchio, which gets the mechanism as URDF
+    text only. Where they disagree, the verdict ranks likely causes.
 
     Args:
         mechanism: what to verify.
         samples: number of random states, at least 1.
         seed: of the random states; the same seed gives the same states and the same verdict.
+        against: another source instead of Pinocchio: a mechanism; the path of a URDF file; functions by name, e.g.
+            `{"M": …, "C": …, "g": …}` (see `mecanique.verify.others.Functions`); or the path of a CSV file with states
+            and forces, whose states are then used (see `mecanique.verify.others.read_samples`).
+        tolerance: largest relative difference that counts as agreement with another source.
 
     Raises:
-        InputError: if `samples` or `seed` is not a whole number in its range.
+        InputError: if `samples` or `seed` is not a whole number in its range, or the other source is none.
         MecaniqueError: if a source cannot treat the mechanism at all.
     """
+    if against is not None:
+        from mecanique.verify.against import compared_with
+
+        return compared_with(mechanism, against, samples, seed, tolerance)
     from mecanique.verify.compare import compared
 
-    return compared(mechanism, samples, seed)
+    verdict = compared(mechanism, samples, seed)
+    if verdict.agrees:
+        return verdict
+    from mecanique.verify.against import explained
+
+    return explained(verdict, mechanism)

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from html import escape
 from typing import Any, final
 
+from mecanique.verify.cause import Cause
+
 __all__ = ["Row", "Verdict"]
 
 
@@ -55,6 +57,8 @@ class Verdict:
         velocities: names of the generalized velocities.
         versions: of mecanique and what it stands on, by name.
         notes: what was left out of the comparison, and why.
+        causes: likely causes of a disagreement, the likeliest first.
+        given: where the states are from, if they are not random.
     """
 
     mechanism: str
@@ -66,6 +70,8 @@ class Verdict:
     velocities: tuple[str, ...]
     versions: Mapping[str, str]
     notes: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
+    given: str = ""
 
     @property
     def worst(self) -> float:
@@ -80,12 +86,16 @@ class Verdict:
     @property
     def summary(self) -> str:
         """The verdict in one sentence."""
-        where = f"{self.samples} random states (seed {self.seed})"
+        where = f"{self.samples} states of {self.given}" if self.given else self._random
         if self.agrees:
             return f"{self.mechanism}: agrees at {where}, worst relative difference {self.worst:.1e}"
         bad = [row for row in self.rows if not row.worst <= self.tolerance]
         names = ", ".join(dict.fromkeys(row.quantity for row in bad)) or "nothing was compared"
         return f"{self.mechanism}: DISAGREES at {where}: {names} (tolerance {self.tolerance:.0e})"
+
+    @property
+    def _random(self) -> str:
+        return f"{self.samples} random states (seed {self.seed})"
 
     def to_json(self) -> str:
         """Return everything as JSON text; a difference that is not finite is null."""
@@ -114,6 +124,7 @@ class Verdict:
                 for row in self.rows
             ],
             "notes": list(self.notes),
+            "causes": [cause.to_dict() for cause in self.causes],
             "versions": dict(self.versions),
         }
 
@@ -143,7 +154,7 @@ class Verdict:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be said besides: where the sources disagree, what a row is subject to, what was left out."""
+        """What is to be said besides: where the sources disagree, likely why, what was left out."""
         told = []
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
@@ -151,6 +162,7 @@ class Verdict:
                 told.append(f"{pair}: {row.remark}")
             if not row.worst <= self.tolerance:
                 told.append(f"{pair}: worst at {self.state(row)}")
+        told += [f"likely cause {k}: {cause}" for k, cause in enumerate(self.causes, 1)]
         return (*told, *self.notes)
 
     def __str__(self) -> str:
