@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 import mecanique as mq
 from mecanique.urdf.read import read_urdf
 from mecanique.urdf.robots import robot, robots
+from mecanique.urdf.write import write_urdf
 
 ARM = """<robot name="arm">
   <link name="base"/>
@@ -268,6 +270,38 @@ def test_drake_loops() -> None:
     mechanism = read_urdf(chain(joint(0), 1, ball + rod))
     points = "l0", (1, 2, 3), "l1", (4, 5, 6)
     assert mechanism.loops == (mq.Loop.ball("l0_l1_ball", *points), mq.Loop.distance("l0_l1_rod", *points, 0.5))
+
+
+KINDS = {
+    "hinge": mq.Loop.hinge("l", "l0", (1, 0, 0), "l1", (0, 0.5, 0), (0, 1, 0), (0, 0, 1)),
+    "weld": mq.Loop.weld("l", "l0", mq.Placement((1, 2, 3), (0.1, 0.2, 0.3)), "l1", mq.Placement((0, 0, 1))),
+    "pin": mq.Loop.pin("l", "l0", (1, 0, 0), "l1", (0, 0.5, 0)),
+    "plate": mq.Loop.plate("l", "l0", (1, 0, 0), "l1", (0, 0.5, 0), (0, 0.6, 0.8)),
+}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_our_own_loops_are_read_as_they_were_written(kind: str) -> None:
+    mechanism = replace(read_urdf(chain(joint(0), 1, "")), loops=(KINDS[kind],))
+    assert read_urdf(write_urdf(mechanism)).loops == mechanism.loops
+
+
+LOOP = """<mecanique:loop name="l" type="{kind}"><mecanique:frame_a link="{a}"/>{b}</mecanique:loop>"""
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"kind": "ring"}, "expected a type among hinge, weld, pin, plate, got 'ring'"),
+        ({"a": "wall"}, "'wall' is no link"),
+        ({"a": "l1"}, "both of its ends are on link 'l1'"),
+        ({"b": ""}, "it has no <mecanique:frame_b>"),
+    ],
+)
+def test_faults_of_our_own_loops_are_told(given: dict[str, str], message: str) -> None:
+    values = {"kind": "pin", "a": "l0", "b": '<mecanique:frame_b link="l1" xyz="1 0 0"/>', **given}
+    with pytest.raises(mq.UrdfError, match=message):
+        read_urdf(chain(joint(0), 1, LOOP.format(**values)))
 
 
 BUSHING = """<frame name="A" link="l0" xyz="{a}" rpy="{turn_a}"/><frame name="C" link="l1" rpy="{turn_c}" xyz="{c}"/>

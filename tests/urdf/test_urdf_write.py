@@ -333,7 +333,7 @@ def test_loads_and_inputs_are_told_in_comments() -> None:
     assert "F = a function of t [N]: push" in told
 
 
-def test_a_ball_loop_is_a_constraint_and_another_loop_a_comment() -> None:
+def test_ball_loops_and_rods_are_constraints_of_drake() -> None:
     loops = (
         Loop.ball("pin", "ground", (0, 0, 1), "a", (1, 0, 0)),
         Loop.distance("rope", "ground", (0, 0, 1), "a", (1, 0, 0), 2.5),
@@ -347,6 +347,8 @@ def test_a_ball_loop_is_a_constraint_and_another_loop_a_comment() -> None:
         {"value": "1 0 0"},
     ]
     assert "distance loop rope, length 2.5 m" in comments(root)
+    (rope,) = root.findall(f"{DRAKE}distance_constraint")
+    assert [child.attrib for child in rope][4] == {"value": "2.5"}
 
 
 def test_visuals_keep_shape_place_and_color() -> None:

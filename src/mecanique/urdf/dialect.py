@@ -19,6 +19,9 @@ __all__ = [
     "DRAKE_JOINT",
     "DRAKE_NAMESPACE",
     "EXTENSIONS",
+    "LOOP",
+    "LOOP_FRAMES",
+    "OWN_NAMESPACE",
     "SPRING_DAMPER",
     "UNBOUNDED",
     "WORLD",
@@ -31,6 +34,15 @@ DRAKE_NAMESPACE = "http://drake.mit.edu"
 
 WORLD = "world"
 """The link that Drake and others take for the inertial frame."""
+
+OWN_NAMESPACE = "urn:mecanique"
+"""What the prefix `mecanique:` is declared as, where it is used."""
+
+LOOP = "mecanique:loop"
+"""Below robot: a loop of a kind that Drake has no tag for, with its name and type."""
+
+LOOP_FRAMES = ("mecanique:frame_a", "mecanique:frame_b")
+"""Below a loop: the frame on each of its two links (link, xyz, rpy)."""
 
 UNBOUNDED = 1e9
 """Written where the format demands a limit and there is none; a limit this large or larger is read as none."""

@@ -1,4 +1,4 @@
-"""What the drake: tags add to a URDF: springs, dampers, loops and rotors."""
+"""What the drake: tags and our own add to a URDF: springs, dampers, loops and rotors."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from mecanique.urdf.dialect import (
     BUSHING,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
+    LOOP,
     SPRING_DAMPER,
     Extension,
 )
@@ -24,6 +25,7 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.findings import Report
 from mecanique.urdf.joints import MOVING, SINGLE, JointText
+from mecanique.urdf.loops import read_loop
 from mecanique.urdf.names import Names
 
 __all__ = ["Extensions", "read_extensions", "with_rotors"]
@@ -65,6 +67,10 @@ def read_extensions(robot: Element, links: Collection[str], joints: list[JointTe
     for element in robot.children:
         if element.tag in _NOT_MODELED:
             report.add("M604", element, f"<{element.tag}>", f"<{element.tag}> is not modeled")
+            continue
+        if element.tag == LOOP:
+            loop = read_loop(element, links, found.names, report)
+            found.loops += [loop] if loop is not None else []
             continue
         extension = EXTENSIONS.get(element.tag)
         if extension is None:

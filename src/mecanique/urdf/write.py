@@ -21,9 +21,11 @@ from mecanique.urdf.dialect import (
     ACTUATOR_INERTIA,
     DRAKE_JOINT,
     DRAKE_NAMESPACE,
+    OWN_NAMESPACE,
     UNBOUNDED,
     WORLD,
 )
+from mecanique.urdf.loops import has_own_loops
 from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
 from mecanique.urdf.write_forces import ends_of_tags, forces_and_loops
 
@@ -50,7 +52,8 @@ def write_urdf(
     - a spring in a joint becomes a `drake:linear_bushing_rpy` along or about the joint's axis, the same force as long
       as a hinge stays within half a turn of the spring's reference;
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
-    - a ball loop becomes a `drake:ball_constraint`; other loops are comments.
+    - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`; other loops become
+      `mecanique:loop` (`mecanique.urdf.loops`), which other programs ignore.
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the tree is written as
     if it were free. Planar and universal joints become slides and hinges with massless links between them, in the
@@ -67,7 +70,10 @@ def write_urdf(
         UnknownNameError: if a visual depends on a symbol that is no parameter.
     """
     links = chains(mechanism, spherical)
-    written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **{"xmlns:drake": DRAKE_NAMESPACE}))
+    prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
+    if has_own_loops(mechanism):
+        prefixes["xmlns:mecanique"] = OWN_NAMESPACE
+    written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
         _replace(Path(path), written)
     return written

@@ -1,4 +1,4 @@
-"""Springs, dampers and loops as the tags Drake has for them; a comment where it has none."""
+"""Springs, dampers and loops as the tags Drake has for them; a comment, or a tag of our own, where it has none."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 
 from mecanique.model.forces import Damper, JointSpring, Spring
 from mecanique.model.joints import Prismatic, Revolute
-from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotation
-from mecanique.urdf.dialect import BALL_CONSTRAINT, BUSHING, SPRING_DAMPER, Extension
+from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
+from mecanique.urdf.loops import loop_nodes
 from mecanique.urdf.markup import Comment, Node, Tag, number, numbers
 
 __all__ = ["ends_of_tags", "forces_and_loops"]
@@ -53,7 +53,7 @@ def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterat
             case JointSpring():
                 yield from _joint_spring(mechanism, force, anchors)
     for loop in mechanism.loops:
-        yield from _loop(mechanism, loop, anchors)
+        yield from loop_nodes(mechanism, loop, anchors)
 
 
 def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) -> Iterator[Node]:
@@ -132,28 +132,6 @@ def _joint_spring(mechanism: Mechanism, spring: JointSpring, anchors: Mapping[st
         "force_damping": "0 0 0",
     }
     yield _extension(BUSHING, contents)
-
-
-def _loop(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> Iterator[Node]:
-    where = f"loop {loop.name!r}"
-    ends = [
-        (body, [mechanism.evaluate(c) for c in frame.xyz], [mechanism.evaluate(angle) for angle in frame.rpy])
-        for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
-    ]
-    if loop.kind == "ball":
-        (body_a, point_a, _), (body_b, point_b, _) = ends
-        yield Comment(f"ball loop {loop.name}")
-        contents = {
-            "body_a": anchors.get(body_a, body_a),
-            "point_a": numbers(point_a, where),
-            "body_b": anchors.get(body_b, body_b),
-            "point_b": numbers(point_b, where),
-        }
-        yield _extension(BALL_CONSTRAINT, contents)
-        return
-    described = (f"{body} xyz ({numbers(xyz, where)}) rpy ({numbers(rpy, where)})" for body, xyz, rpy in ends)
-    length = f", length {number(mechanism.evaluate(loop.length), where)} m" if loop.kind == "distance" else ""
-    yield Comment(f"{loop.kind} loop {loop.name}{length}, between {' and '.join(described)};", "no tag is the same")
 
 
 def _extension(extension: Extension, contents: dict[str, str]) -> Tag:

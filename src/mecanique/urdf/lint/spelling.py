@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from difflib import get_close_matches
 
-from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS
+from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS, LOOP, LOOP_FRAMES
 from mecanique.urdf.document import Document
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
@@ -17,7 +17,7 @@ _JOINT = (
     {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"},
 )
 _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
-    "robot": ({"name", "version"}, {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS}),
+    "robot": ({"name", "version"}, {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS, LOOP}),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
     "joint": _JOINT,
     "drake:joint": _JOINT,
@@ -41,6 +41,8 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "dynamics": ({"damping", "friction"}, ()),
     "mimic": ({"joint", "multiplier", "offset"}, ()),
     "frame": ({"name", "link", "xyz", "rpy"}, ()),
+    LOOP: ({"name", "type"}, set(LOOP_FRAMES)),
+    **{tag: ({"link", "xyz", "rpy"}, ()) for tag in LOOP_FRAMES},
 }
 """Attributes and children of each element."""
 
