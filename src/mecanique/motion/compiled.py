@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import weakref
-from time import perf_counter
 from typing import Any, final
 
 import numpy as np
@@ -34,14 +33,9 @@ class Compiled:
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = weakref.ref(mechanism)
         self._size = mechanism.nv
-        self._state = np.concatenate([mechanism.neutral(), np.full(mechanism.nv, 0.3)])
         self._program: Program | DerivationError | None = None
         self._rhs: RightHandSide | None = None
         self._pools: dict[float, list[Any]] = {}
-        self.spent = 0.0
-        """Time that was spent integrating without compiled equations [s]."""
-        self.faster = True
-        """Whether the compiled equations are faster than the reference, as far as known."""
 
     def program(self, reference: Any) -> Program:
         """Return the equations as a program, after it was compared with the reference.
@@ -74,13 +68,12 @@ class Compiled:
         """
         if self._rhs is None:
             self._rhs = scalar(self.program(reference))
-            self.faster = _seconds(self._rhs, self._state) < _seconds(reference.rhs(), self._state)
         return self._rhs
 
     @property
     def has_rhs(self) -> bool:
-        """Whether the equations are compiled, and faster than the reference."""
-        return self._rhs is not None and self.faster
+        """Whether the equations are compiled."""
+        return self._rhs is not None
 
     @property
     def possible(self) -> bool:
@@ -161,16 +154,3 @@ def _agreed(mechanism: Mechanism, reference: Any) -> Program:
 
     require_agreement(mechanism, reference, accelerations, "closed form")
     return program
-
-
-def _seconds(rhs: RightHandSide, y: np.ndarray) -> float:
-    """Time of one evaluation, the least of a few."""
-    best = float("inf")
-    for _ in range(5):
-        begin = perf_counter()
-        try:
-            rhs(0.0, y)
-        except (ArithmeticError, ValueError):
-            return 0.0
-        best = min(best, perf_counter() - begin)
-    return best

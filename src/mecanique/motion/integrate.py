@@ -118,18 +118,14 @@ def simulate(
         task = Task(rhs, not METHODS[chosen].smooth, rtol, atol, longest, int(max_steps))
         watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end), closing)
         if chosen == "dop853":
-            watcher.reconsider = plan.clock(t0, end)
-        clock = perf_counter()
+            watcher.reconsider = plan.watch(t0, end)
         trouble, path = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
-        elapsed = perf_counter() - clock
         if watcher.reconsidered:
-            plan.change(elapsed * (end - steps.t[-1]) / (steps.t[-1] - t0))
+            plan.change()
             if plan.taylor:
                 return flowed(plan, start, times, (t0, end), (rtol, atol), longest, int(max_steps), progress, begin)
             rhs = plan.rhs
             continue
-        if not plan.source:
-            plan.code.spent += elapsed
         if method == "auto" and chosen == "dop853" and trouble is not None and trouble[0] == "stiff":
             chosen, reason = "radau", f"stiff equations, found by dop853 at t = {steps.t[-1]:.4g} s"
             continue

@@ -29,6 +29,9 @@ COMPILED = {
 SMALL = 3
 """With more velocities than this the closed form in Python is no faster than the reference."""
 
+STEPS = 1200
+"""Steps after which to see whether compiling would pay; by then dop853 knows whether the equations are stiff."""
+
 PAYS = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
 
@@ -69,6 +72,7 @@ class Plan:
         self._auto = method == "auto"
         self._flows = not (events or mechanism.loops or any(callable(i.signal) for i in mechanism.inputs))
         self._closed = False
+        self._left = 0.0
         self.method = "dop853" if method in ("auto", *COMPILED) else method
         if method == "taylor":
             if events:
@@ -80,9 +84,7 @@ class Plan:
         elif self._auto and self.code.possible and not mechanism.loops:
             if self._flows and self.code.has_integrator(rtol):
                 self.taylor, self.reason = True, "equations that are compiled already"
-            elif self.code.has_rhs or (
-                mechanism.nv <= SMALL and self.code.faster and self.code.spent > self.code.seconds_to_derive()
-            ):
+            elif self.code.has_rhs and mechanism.nv <= SMALL:
                 self._try(self._close)
 
     @property
@@ -96,8 +98,10 @@ class Plan:
         """Whose equations are integrated, for the method's description."""
         return " on the closed form" if self._closed else ""
 
-    def clock(self, begin: float, end: float) -> Callable[[float], bool] | None:
-        """Return what says, at a time within the motion, whether another method would pay; None if none ever can.
+    def watch(self, begin: float, end: float) -> Callable[[float], bool] | None:
+        """Return what says, at the time of each step, whether another method would pay; None if none ever can.
+
+        It counts steps and looks at no clock, so that the same motion is always integrated in the same way.
 
         Args:
             begin: start of the motion [s].
@@ -105,30 +109,35 @@ class Plan:
         """
         if not (self._auto and self.code.possible) or self.mechanism.loops:
             return None
-        flows, closes = self._flows and installed(), self.mechanism.nv <= SMALL and not self._closed
-        if not (flows or (closes and self.code.faster)):
+        if not (self._can_flow or self._can_close):
             return None
-        started = perf_counter()
+        count = 0
 
         def pays(t: float) -> bool:
-            elapsed = perf_counter() - started
-            if elapsed < self.code.seconds_to_derive():
+            nonlocal count
+            count += 1
+            if count != STEPS:
                 return False
-            left = elapsed * (end - t) / max(t - begin, 1e-300)
-            return left > PAYS * (self.code.seconds_to_build() if not closes else self.code.seconds_to_derive())
+            self._left = STEPS * (end - t) / (t - begin) * _seconds_per_step(self.mechanism)
+            cost = self.code.seconds_to_derive() if self._can_close else self.code.seconds_to_build()
+            return self._left > PAYS * cost
 
         return pays
 
-    def change(self, left: float) -> None:
-        """Compile, and take the faster method from now on.
-
-        Args:
-            left: how long the motion would take as it is [s].
-        """
-        if self._flows and installed() and left > PAYS * self.code.seconds_to_build():
+    def change(self) -> None:
+        """Compile, and take the faster method from now on."""
+        if self._can_flow and self._left > PAYS * self.code.seconds_to_build():
             self._try(self._flow)
-        elif not self._closed:
+        elif self._can_close:
             self._try(self._close)
+
+    @property
+    def _can_flow(self) -> bool:
+        return self._flows and installed()
+
+    @property
+    def _can_close(self) -> bool:
+        return self.mechanism.nv <= SMALL and not self._closed
 
     def _try(self, make: Callable[[], None]) -> None:
         try:
@@ -138,8 +147,6 @@ class Plan:
 
     def _close(self) -> None:
         self.code.rhs(self.reference)
-        if self._auto and not self.code.faster:
-            return
         self._closed = True
 
     def _flow(self) -> None:
@@ -184,12 +191,15 @@ def flowed(
     motion = Motion(mechanism, times, q, v, found.curve, text, statistics, (), (), plan.reference)
     if found.trouble:
         advice = {
-            "interrupted": "interrupted",
-            "too many steps": f"more than {max_steps} steps: raise max_steps, shorten the duration or loosen rtol",
-            "collapsed": "the step size collapsed: a force or the mass matrix becomes singular there",
+            "interrupted": ("interrupted", ""),
+            "too many steps": (
+                f"more than {max_steps} steps",
+                "; raise max_steps, shorten the duration or loosen rtol",
+            ),
+            "collapsed": ("the step size collapsed", ": a force or the mass matrix becomes singular there"),
         }[found.trouble]
         error = IntegrationError(
-            f"{advice}, at t = {found.last:.6g} s; the motion until then is in the error's .motion",
+            f"{advice[0]} at t = {found.last:.6g} s{advice[1]}; the motion until then is in the error's .motion",
             time=found.last,
             motion=motion,
         )
@@ -198,3 +208,8 @@ def flowed(
     if progress is not None:
         progress(1.0)
     return motion
+
+
+def _seconds_per_step(mechanism: Mechanism) -> float:
+    """What a step of dop853 takes on the reference, about [s]."""
+    return 12 * (1.5e-6 + 0.5e-6 * mechanism.nv)
