@@ -295,23 +295,26 @@ class Recursion:
         """M in the joint velocities from the composite moments beyond each joint, shape (n, nu, nu)."""
         M = np.zeros((n, len(self._armature), len(self._armature)))
         C: list[np.ndarray] = [np.broadcast_to(J, (n, 4, 4)) for J in self._J]
-        transposed = [np.swapaxes(pose, -1, -2) for pose in A]
+        # what the velocities beyond each link ask of it, carried from link to link together
+        beyond: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in self._tree]
         for place in range(len(self._tree) - 1, -1, -1):
             if self._S[place]:
-                F = np.stack([S @ C[place] for S in self._S[place]], axis=1)
-                rows = slice(self._first[place], self._first[place] + F.shape[1])
-                at = place
-                while True:
-                    for k, S in enumerate(self._S[at]):
-                        M[:, rows, self._first[at] + k] = np.sum(F * S, axis=(-2, -1))
-                    parent = self._tree[at].parent
-                    if parent < 0:
-                        break
-                    F = A[at][:, None] @ F @ transposed[at][:, None]
-                    at = parent
-            parent = self._tree[place].parent
+                own = np.stack([S @ C[place] for S in self._S[place]], axis=1)
+                beyond[place].append((own, self._first[place] + np.arange(own.shape[1])))
+            parts, beyond[place] = beyond[place], []
+            if not parts:
+                F, rows = np.zeros((n, 0, 4, 4)), np.zeros(0, dtype=int)
+            elif len(parts) == 1:
+                F, rows = parts[0]
+            else:
+                several, places = zip(*parts, strict=True)
+                F, rows = np.concatenate(several, axis=1), np.concatenate(places)
+            for k, S in enumerate(self._S[place]):
+                M[:, rows, self._first[place] + k] = np.einsum("nrij,ij->nr", F, S)
+            parent, back = self._tree[place].parent, np.swapaxes(A[place], -1, -2)
             if parent >= 0:
-                C[parent] = C[parent] + A[place] @ C[place] @ transposed[place]
+                C[parent] = C[parent] + A[place] @ C[place] @ back
+                beyond[parent].append((A[place][:, None] @ F @ back[:, None], rows))
         M = np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2)
         M += np.diag(self._armature)
         return M
