@@ -19,8 +19,9 @@ BELOW: dict[str, set[str]] = {
     "reference": {"errors", "model", "urdf"},
     "verify": {"errors", "model", "textbook", "urdf", "derive", "reference"},
     "motion": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify"},
+    "book": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify", "motion"},
     "view": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify", "motion"},
-    "cli": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify", "motion", "view"},
+    "cli": {"errors", "model", "textbook", "urdf", "derive", "reference", "verify", "motion", "book", "view"},
     "__main__": {"cli"},
 }
 """What each room may import besides itself."""

@@ -155,6 +155,20 @@ def derive(
     say(text)
 
 
+@app.command(epilog="Example: mecanique book --json")
+@guarded
+def book(as_json: AsJson = False) -> None:
+    """Check every equation of the chapter; the exit code is 1 if a right form is not proven."""
+    from mecanique.book import register
+    from mecanique.cli import book as printed
+
+    with working("Checking the equations of the chapter"):
+        rows = register()
+    say(printed.as_json(rows) if as_json else printed.as_text(rows))
+    if not all(row.sound for row in rows):
+        raise typer.Exit(1)
+
+
 @app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
 @guarded
 def verify(

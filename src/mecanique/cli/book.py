@@ -1,0 +1,33 @@
+"""What `mecanique book` prints: the register of the chapter's equations."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mecanique.book.row import Row
+
+__all__ = ["as_json", "as_text"]
+
+
+def as_text(rows: tuple[Row, ...]) -> str:
+    """Return the register as text, a summary first.
+
+    Args:
+        rows: of the register.
+    """
+    wrong = [row.number for row in rows if not row.finding.holds]
+    sound = "each with its right form proven" if all(row.sound for row in rows) else "NOT ALL PROVEN"
+    errors = f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}" if wrong else "none in error as printed"
+    head = f"Fundamentals of Dynamics, chapter 1: {len(rows)} rows, {len(rows) - len(wrong)} hold, {errors}"
+    return "\n".join([head, "", *map(str, rows)])
+
+
+def as_json(rows: tuple[Row, ...]) -> str:
+    """Return the register as JSON text.
+
+    Args:
+        rows: of the register.
+    """
+    return json.dumps([row.to_dict() for row in rows], ensure_ascii=False, indent=2, allow_nan=False)
