@@ -116,6 +116,8 @@ def _rows(given: Given, mechanism: Mechanism, what: str) -> tuple[np.ndarray, bo
         raise InputError(f"expected shape ({size},) or (n, {size}) for {what} = ({listed}), got {rows.shape}")
     single = rows.ndim == 1
     rows = np.atleast_2d(rows)
+    if what == "q":
+        mechanism.refuse_outside(rows)
     return (_normalized(rows, mechanism) if what == "q" else rows), single
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, evaluate, finite
+from mecanique.model.expression import Scalar, evaluate, finite, symbols_in
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Floating, Joint, Spherical
 from mecanique.model.loops import Loop
@@ -62,7 +62,7 @@ class Mechanism:
         driven = self.coordinates.driven
         free = [name for joint in self.joints for name in joint.coordinates if name not in driven]
         names = (*self.coordinates.names, *(name for name in free if name not in self.coordinates.names))
-        object.__setattr__(self, "coordinates", Coordinates(names, self.coordinates.map))
+        object.__setattr__(self, "coordinates", Coordinates(names, self.coordinates.map, self.coordinates.limits))
         found = faults(self)
         if found:
             raise MechanismError(self.name, found)
@@ -134,10 +134,54 @@ class Mechanism:
         """
         return float(evaluate(scalar, self.values))
 
+    @cached_property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """The open interval of each coordinate that is limited, by name."""
+        return {
+            name: (self.evaluate(lower), self.evaluate(upper))
+            for name, (lower, upper) in self.coordinates.intervals.items()
+        }
+
+    def refuse_outside(self, q: np.ndarray) -> None:
+        """Raise if a coordinate is not within its limits.
+
+        Args:
+            q: shape (nq,) or (n, nq).
+
+        Raises:
+            InputError: naming the coordinate, its limits and what it was.
+        """
+        for name, (lower, upper) in self.limits.items():
+            values = np.atleast_2d(q)[:, self.coordinates.index(name)]
+            outside = values[~((values > lower) & (values < upper))]
+            if len(outside):
+                raise InputError(self.limited(name, f", got {outside[0]:.9g}"))
+
+    def limited(self, name: str, what: str = "") -> str:
+        """Return in a sentence where a coordinate must stay, and what to use instead.
+
+        Args:
+            name: of a limited coordinate.
+            what: what happened to it, after a comma.
+        """
+        stated = ", ".join(map(str, self.coordinates.intervals[name]))
+        numbers = ", ".join(f"{bound:g}" for bound in self.limits[name])
+        interval = f"({stated})" if stated == numbers else f"({stated}) = ({numbers})"
+        others = [other for other, map_ in self.coordinates.driven.items() if name in symbols_in(map_)]
+        instead = f", e.g. {' or '.join(others)}" if others else ""
+        return (
+            f"{name} must stay within {interval}{what}: the chart {name} of {self.name!r} ends there; "
+            f"use another coordinate{instead}"
+        )
+
     def neutral(self) -> np.ndarray:
-        """Return the position with every coordinate zero and every quaternion one, shape (nq,)."""
+        """Return the position with every coordinate zero and every quaternion one, shape (nq,).
+
+        A coordinate whose limits leave out zero is in the middle of them, or 1 away from the finite one.
+        """
         ones = {j.coordinates[-1] for j in self.joints if isinstance(j, (Spherical, Floating))}
-        return np.array([1.0 if name in ones else 0.0 for name in self.coordinates])
+        middle = {name: _middle(*bounds) for name, bounds in self.limits.items()}
+        return np.array([1.0 if name in ones else middle.get(name, 0.0) for name in self.coordinates])
 
     def position(self, q: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
         """Return positions as an array, shape (nq,).
@@ -146,7 +190,8 @@ class Mechanism:
             q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w one), or None.
 
         Raises:
-            InputError: if the shape is wrong, a number is not finite or a quaternion has no length.
+            InputError: if the shape is wrong, a number is not finite or beyond its coordinate's limits, or a
+                quaternion has no length.
             UnknownNameError: if a name is no coordinate.
         """
         q = _filled(q, self.coordinates.names, "coordinate", self.neutral())
@@ -157,6 +202,7 @@ class Mechanism:
                 if not 1e-9 < length < 1e9:
                     raise InputError(f"expected a unit quaternion for joint {joint.name!r}, got {q[at].tolist()}")
                 q[at] /= length
+        self.refuse_outside(q)
         return q
 
     def velocity(self, v: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
@@ -209,6 +255,14 @@ def _lookup(kind: str, name: str, known: dict[str, _T]) -> _T:
     if name not in known:
         raise UnknownNameError(kind, name, known)
     return known[name]
+
+
+def _middle(lower: float, upper: float) -> float:
+    if lower < 0 < upper:
+        return 0.0
+    if np.isfinite(lower) and np.isfinite(upper):
+        return (lower + upper) / 2
+    return lower + 1 if np.isfinite(lower) else upper - 1
 
 
 def _filled(

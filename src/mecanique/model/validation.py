@@ -175,6 +175,10 @@ def _symbols(m: Description) -> Iterator[str]:
             yield from _unknown(f"joint {joint.name!r}", (joint.armature,), constants)
     for name, expression in m.coordinates.driven.items():
         yield from _unknown(f"the map of coordinate {name!r}", (expression,), moving)
+    for name, limits in m.coordinates.intervals.items():
+        if name not in m.coordinates.names:
+            yield f"the limits of {name!r}, which is no generalized coordinate"
+        yield from _unknown(f"the limits of coordinate {name!r}", limits, constants)
     for signal in m.inputs:
         for name in sorted(signal.symbols - constants - {"t"}):
             yield f"input {signal.symbol!r} depends on {name!r}, which is no parameter"
@@ -347,6 +351,10 @@ def _is_finite(scalar: Scalar, values: dict[str, float]) -> bool:
 
 def _constants(m: Description) -> Iterator[str]:
     """Springs and dampers that would feed energy in are refused: write a Force for those."""
+    for name, limits in m.coordinates.intervals.items():
+        lower, upper = (float(evaluate(bound, m.values)) for bound in limits)
+        if not lower < upper:
+            yield f"coordinate {name!r}: its lower limit {lower:g} is not below its upper {upper:g}"
     for loop in m.loops:
         length = float(evaluate(loop.length, m.values))
         if loop.kind == "distance" and not (math.isfinite(length) and length > 0):

@@ -16,6 +16,7 @@ from mecanique.errors import InputError, IntegrationError, MecaniqueError, Unkno
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.closing import Closing
 from mecanique.motion.dense import Curve, State
+from mecanique.motion.ends import chart_ends, refuse_end
 from mecanique.motion.events import Event, Occurrence
 from mecanique.motion.methods import METHODS, Outcome, Task, advance
 from mecanique.motion.motion import Motion, Statistics
@@ -97,7 +98,8 @@ def simulate(
         raise UnknownNameError("method", method, ("auto", *METHODS, *COMPILED))
     if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
         raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
-    longest = longest_step(mechanism, end - t0, max_step, events)
+    watched = (*events, *chart_ends(mechanism, start))
+    longest = longest_step(mechanism, end - t0, max_step, watched)
     if reference is None:
         from mecanique.reference import Reference
 
@@ -107,7 +109,7 @@ def simulate(
     if mechanism.loops:
         closing = Closing(mechanism, reference, rtol)
         start, remark = closing.start(q, v, t0)
-    plan = Plan(mechanism, reference, method, rtol, end - t0, events)
+    plan = Plan(mechanism, reference, method, rtol, end - t0, watched)
     if plan.taylor:
         return flowed(plan, start, times, (t0, end), (rtol, atol), longest, int(max_steps), progress, begin)
     rhs, chosen = plan.rhs, plan.method
@@ -116,7 +118,7 @@ def simulate(
     while True:
         steps = Steps()
         task = Task(rhs, not METHODS[chosen].smooth, rtol, atol, longest, int(max_steps))
-        watcher = Watcher(mechanism, reference, rates, task, steps, events, progress, (t0, end), closing)
+        watcher = Watcher(mechanism, reference, rates, task, steps, watched, progress, (t0, end), closing)
         if chosen == "dop853":
             watcher.reconsider = plan.watch(t0, end)
         trouble, path = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
@@ -139,7 +141,7 @@ def simulate(
     if last < end:  # stopped early: by an event, by trouble or by the user
         times = np.append(times[times < last], last)
     happened: tuple[Occurrence, ...] = ()
-    if not events and closing is None and times.tolist() == [steps.t[0], last]:
+    if not watched and closing is None and times.tolist() == [steps.t[0], last]:
         ends = np.array([steps.y[0], steps.y[-1]])
         state = State(times, rates.normalized(ends[:, : mechanism.nq]), ends[:, mechanism.nq :])
     else:
@@ -152,6 +154,7 @@ def simulate(
     motion = Motion(mechanism, times, state.q, state.v, path, text, statistics, happened, tuple(events), reference)
     if trouble is not None:
         raise _error(trouble, task, steps, mechanism, motion)
+    refuse_end(motion)
     if progress is not None:
         progress(1.0)
     return motion

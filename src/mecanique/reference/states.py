@@ -78,6 +78,7 @@ def checked(mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t:
     positions = _many(
         rows["q"], mechanism.position(q) if rows["q"] is None else None, count, mechanism.nq, "coordinate"
     )
+    mechanism.refuse_outside(positions)
     for joint in mechanism.joints:
         if len(joint.coordinates) > len(joint.velocities):
             at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]

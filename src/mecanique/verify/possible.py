@@ -57,6 +57,8 @@ def is_possible(mechanism: Mechanism, states: Sampled, assumptions: Sequence[Ass
     possible = np.ones(len(states.t), dtype=bool)
     with np.errstate(all="ignore"):
         values = _values(mechanism, states.q, states.t)
+        for name, (lower, upper) in mechanism.limits.items():
+            possible &= (values[name] > lower) & (values[name] < upper)
         for name in mechanism.coordinates.driven:
             possible &= np.isfinite(values[name])
         for force in mechanism.forces:

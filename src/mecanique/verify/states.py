@@ -28,6 +28,9 @@ _LENGTH = 0.4
 _RATE = 3.0
 """Velocities lie within this many radians, or characteristic lengths, per second of zero."""
 
+_NEAR_LIMIT = 0.05
+"""A coordinate limited on both sides is kept off its limits by this part of their distance."""
+
 _LOT = 32
 """Least number of candidates drawn at once, enough to know what is usual."""
 
@@ -102,7 +105,17 @@ def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> S
     length = characteristic_length(mechanism)
     angular = _angles(mechanism)
     reach = np.array([np.pi if name in angular else _LENGTH * length for name in mechanism.coordinates])
-    q = random.uniform(-reach, reach, (samples, mechanism.nq))
+    low, high = -reach, reach.copy()
+    for name, (lower, upper) in mechanism.limits.items():
+        k = mechanism.coordinates.index(name)
+        if np.isfinite([lower, upper]).all():
+            low[k], high[k] = lower + _NEAR_LIMIT * (upper - lower), upper - _NEAR_LIMIT * (upper - lower)
+        else:
+            low[k], high[k] = max(lower, low[k]), min(upper, high[k])
+            if not low[k] < high[k]:
+                middle = mechanism.neutral()[k]
+                low[k], high[k] = (lower, 2 * middle - lower) if np.isfinite(lower) else (2 * middle - upper, upper)
+    q = random.uniform(low, high, (samples, mechanism.nq))
     for joint in mechanism.joints:
         if isinstance(joint, (Spherical, Floating)):
             at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]

@@ -2,7 +2,8 @@
 
 The same particle m on the same horizontal circle of radius R, across gravity g, as in `particle_on_circle`, with its
 rectangular coordinate x as generalized coordinate: y = +sqrt(R² - x²), so that theta = acos(x/R). The coordinate
-serves on the half y > 0 only; at x = ±R, where the circle turns back, its mass matrix grows without bound.
+serves on the half y > 0 only; at x = ±R, where the circle turns back, its mass matrix grows without bound and the
+chart ends: a motion that goes on there needs the angle.
 """
 
 from numpy import arccos, cos, sin, sqrt
@@ -20,7 +21,7 @@ def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
         name="particle_on_circle_x",
         bodies=(Body("ground"), Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0)))),
         joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
-        coordinates=Coordinates(("x",), {"theta": acos(coordinate("x") / R)}),
+        coordinates=Coordinates(("x",), {"theta": acos(coordinate("x") / R)}, limits={"x": (-R, R)}),
         parameters=(m, R, g),
         gravity=(0, 0, -g),
     )
