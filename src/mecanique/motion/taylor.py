@@ -15,7 +15,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.motion.program import Program
 from mecanique.motion.tape import Value
 
-__all__ = ["build_seconds", "installed", "integrator", "lanes"]
+__all__ = ["build_seconds", "installed", "integrator", "lanes", "system"]
 
 _FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}
 
@@ -52,14 +52,14 @@ def integrator(program: Program, tolerance: float, runs: int = 1) -> Any:
         DerivationError: if the equations hold what has no Taylor series here.
     """
     heyoka = _heyoka()
-    system = _system(program, heyoka)
+    equations = system(program, heyoka)
     size = len(program.tape.needed(program.rates))
     options: dict[str, Any] = {"tol": tolerance, "compact_mode": size > _COMPACT, "opt_level": 1}
     if program.open:
         options["pars"] = [0.0] * len(program.open) if runs == 1 else [[0.0] * runs for _ in program.open]
     if runs == 1:
-        return heyoka.taylor_adaptive(system, [0.0] * len(system), **options)
-    return heyoka.taylor_adaptive_batch(system, [[0.0] * runs for _ in system], **options)
+        return heyoka.taylor_adaptive(equations, [0.0] * len(equations), **options)
+    return heyoka.taylor_adaptive_batch(equations, [[0.0] * runs for _ in equations], **options)
 
 
 def lanes() -> int:
@@ -77,7 +77,16 @@ def _heyoka() -> Any:
     return heyoka
 
 
-def _system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
+def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
+    """Return the equations as heyoka takes them: pairs of a letter and its rate.
+
+    Args:
+        program: the equations.
+        heyoka: the module.
+
+    Raises:
+        DerivationError: if the equations hold what has no Taylor series here.
+    """
     if program.signals:
         names = ", ".join(program.signals)
         raise DerivationError(f"a function of time has no Taylor series: {names}; use another method than 'taylor'")

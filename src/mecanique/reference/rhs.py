@@ -38,6 +38,8 @@ def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *
     bare = recursive and chart.identical and not loads.act_on_bodies and not loads.act_in_joints
     if bare and chart.one_hinge:
         return _hinge(engine, chart, loads)
+    if bare and (chart.all_positions or chart.all_hinges):
+        return _chain(engine, chart, loads, mechanism.nv)
     accelerations = _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
     nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
     if chart.velocities_are_rates:
@@ -77,6 +79,35 @@ def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
         return out
 
     return hinge
+
+
+def _chain(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
+    """Hinges, or joints with limits, without springs or loads: chains and falling robots."""
+    import pinocchio as pin
+
+    aba, model, data, p, none, empty = pin.aba, engine.model, engine.data, chart.p, loads.in_joints, np.empty
+    if chart.all_positions:
+
+        def placed(t: float, y: Array) -> Array:
+            out = empty(2 * nv)
+            v = y[nv:]
+            out[:nv] = v
+            out[nv:] = aba(model, data, y[:nv], v, none)
+            return out
+
+        return placed
+    cosines, sines, cosine, sine = p[0::2], p[1::2], np.cos, np.sin
+
+    def turned(t: float, y: Array) -> Array:
+        out = empty(2 * nv)
+        q, v = y[:nv], y[nv:]
+        cosine(q, cosines)
+        sine(q, sines)
+        out[:nv] = v
+        out[nv:] = aba(model, data, p, v, none)
+        return out
+
+    return turned
 
 
 def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
