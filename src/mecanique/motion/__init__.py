@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from mecanique.motion.ensemble import simulate_many
     from mecanique.motion.equilibrium import Equilibrium, equilibria
     from mecanique.motion.events import Event, Occurrence
+    from mecanique.motion.inertial import InertialCheck, inertial_check
     from mecanique.motion.integrate import simulate
     from mecanique.motion.linearization import Linearization
     from mecanique.motion.linearizing import linearize
@@ -26,6 +27,7 @@ __all__ = [
     "Energies",
     "Equilibrium",
     "Event",
+    "InertialCheck",
     "Linearization",
     "Motion",
     "Occurrence",
@@ -36,6 +38,7 @@ __all__ = [
     "Trust",
     "equilibria",
     "frequency_response",
+    "inertial_check",
     "linearize",
     "simulate",
     "simulate_many",
@@ -47,6 +50,7 @@ _HOMES = {
     "Energies": "energies",
     "Equilibrium": "equilibrium",
     "Event": "events",
+    "InertialCheck": "inertial",
     "Linearization": "linearization",
     "Motion": "motion",
     "Occurrence": "events",
@@ -57,6 +61,7 @@ _HOMES = {
     "Trust": "trust",
     "equilibria": "equilibrium",
     "frequency_response": "response",
+    "inertial_check": "inertial",
     "linearize": "linearizing",
     "simulate": "integrate",
     "simulate_many": "ensemble",
