@@ -12,7 +12,7 @@ import mecanique as mq
 from mecanique.cli.checks import linted, surveyed
 from mecanique.cli.derivations import derivation, derivations
 from mecanique.cli.linear import figures, response_table, small_motions
-from mecanique.cli.printing import heading, say, show, verdict_table, working
+from mecanique.cli.printing import complain, heading, named_progress, say, show, verdict_table, working
 from mecanique.cli.words import (
     Coordinates,
     Duration,
@@ -64,27 +64,60 @@ def _mecanique(
     """
 
 
-@app.command("list", epilog="Example: mecanique list --json")
+@app.command("list", epilog="Example: mecanique list --tag pendulum")
 @guarded
-def list_(as_json: AsJson = False) -> None:
-    """List the textbook systems."""
+def list_(
+    tag: Annotated[
+        list[str] | None, typer.Option(metavar="TAG", help="Only systems with this tag; may be given again.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the textbook systems: name, what each is, its degrees of freedom N, tags."""
     entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
+    known = sorted({word for entry in entries.values() for word in entry.tags})
+    for word in tag or ():
+        if word not in known:
+            raise mq.UnknownNameError("tag", word, known)
+    entries = {name: entry for name, entry in entries.items() if set(tag or ()) <= set(entry.tags)}
+    rows = [
+        {
+            "name": name,
+            "title": entry.title,
+            "N": _freedom(name),
+            "source": entry.source,
+            "parameters": {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters},
+            "tags": list(entry.tags),
+        }
+        for name, entry in entries.items()
+    ]
     if as_json:
-        rows = [
-            {
-                "name": name,
-                "title": entry.title,
-                "source": entry.source,
-                "parameters": {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters},
-                "tags": list(entry.tags),
-            }
-            for name, entry in entries.items()
-        ]
         say(json.dumps(rows, ensure_ascii=False, indent=2))
         return
-    width = max(map(len, entries))
-    for name, entry in entries.items():
-        say(f"{name:{width}}  {entry.title}")
+    width, wide = (max((len(str(row[key])) for row in rows), default=0) for key in ("name", "title"))
+    for row, entry in zip(rows, entries.values(), strict=True):
+        say(f"{row['name']:{width}}  {row['title']:{wide}}  N = {row['N']}  {', '.join(entry.tags)}")
+
+
+@app.command(epilog="Example: mecanique gallery pages")
+@guarded
+def gallery(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Where the pages go; made if it is not there.")],
+    systems: Annotated[
+        list[str] | None, typer.Option("--only", metavar="SYSTEM", help="Only this system; may be given again.")
+    ] = None,
+    duration: Duration = None,
+) -> None:
+    """Write an offline page for every textbook system, and an index with pictures."""
+    from mecanique.view.gallery import gallery as write
+
+    with named_progress("Writing pages") as advance:
+        cards = write(directory, systems, duration=duration, progress=advance)
+    failed = [card for card in cards if card.fault]
+    for card in failed:
+        complain(f"{card.name}: {card.fault}")
+    say(f"Wrote {directory / 'index.html'}: {len(cards) - len(failed)} of {len(cards)} systems")
+    if failed:
+        raise typer.Exit(1)
 
 
 @app.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
@@ -383,6 +416,16 @@ def picture(
         motion = simulated(chosen, q, v, max(time or 0.0, 0.1), rtol)
         mq.picture(motion, time, path, free_body=free_body)
     say(f"Wrote {path}")
+
+
+def _freedom(name: str) -> int:
+    """Degrees of freedom of a textbook system; only loops need the engine to count them."""
+    mechanism = mq.textbook.load(name)
+    if not mechanism.loops:
+        return mechanism.nv
+    from mecanique.reference import degrees_of_freedom
+
+    return int(degrees_of_freedom(mechanism, mq.textbook.entry(name).start).N)
 
 
 def _figures(motion: mq.Motion) -> dict[str, object]:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from mecanique.verify.verdict import Verdict
 
-__all__ = ["complain", "heading", "progress", "say", "show", "verdict_table", "working"]
+__all__ = ["complain", "heading", "named_progress", "progress", "say", "show", "verdict_table", "working"]
 
 
 def say(text: str) -> None:
@@ -66,6 +66,22 @@ def progress(text: str) -> Iterator[Callable[[float], None]]:
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
         task = bar.add_task(text, total=1.0)
         yield lambda done: bar.update(task, completed=done)
+
+
+@contextmanager
+def named_progress(text: str) -> Iterator[Callable[[str, float], None]]:
+    """Show a bar on a terminal; yield what tells it the thing at hand and the fraction done.
+
+    Args:
+        text: what is being done.
+    """
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+        task = bar.add_task(text, total=1.0)
+        yield lambda name, done: bar.update(task, completed=done, description=f"{text}: {name}")
 
 
 def verdict_table(verdict: Verdict) -> Table:

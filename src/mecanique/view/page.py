@@ -22,7 +22,7 @@ from mecanique.view.panels import badge, panels
 from mecanique.view.scene import Scene
 from mecanique.view.window import RecorderWindow, viewer_directory
 
-__all__ = ["page", "policy", "write_page"]
+__all__ = ["page", "policy", "write_page", "write_text"]
 
 # in the order they need one another
 _MODULES = (
@@ -65,8 +65,16 @@ def write_page(scene: Scene, path: str | os.PathLike[str]) -> Path:
     Returns:
         The path written.
     """
-    target = Path(path)
-    text = page(scene)
+    return write_text(page(scene), Path(path))
+
+
+def write_text(text: str, target: Path) -> Path:
+    """Write a text to a file, which is replaced in one step.
+
+    Args:
+        text: what to write.
+        target: where to; its directory must exist.
+    """
     beside = target.with_name(f".{target.name}.{os.getpid()}.part")
     try:
         beside.write_text(text, encoding="utf-8")
