@@ -146,3 +146,21 @@ def test_a_data_frame_has_the_names(motion: mq.Motion, monkeypatch: pytest.Monke
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(mq.InputError, match=r"need pandas; install it with: pip install 'mecanique\[frames\]'"):
         motion.to_frame()
+
+
+def test_parquet_has_units_and_every_digit(motion: mq.Motion, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    motion.to_parquet(tmp_path / "a.parquet")
+    table = parquet.read_table(tmp_path / "a.parquet")
+    assert table.column_names == ["t", *motion.names]
+    for name in motion.names:
+        assert np.array_equal(table[name].to_numpy(), motion[name])
+    units = json.loads(table.schema.metadata[b"units"])
+    assert units.keys() == {"t", *motion.names}
+    assert units["t"] == "s"
+
+
+def test_without_pyarrow_parquet_says_how_to_get_it(motion: mq.Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(mq.InputError, match=r"need pyarrow; install it with: pip install 'mecanique\[parquet\]'"):
+        motion.to_parquet("never.parquet")

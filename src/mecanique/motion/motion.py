@@ -265,6 +265,19 @@ class Motion:
 
         to_csv(self, path)
 
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
+
+        Args:
+            path: the file.
+
+        Raises:
+            InputError: if pyarrow is not installed, or the file cannot be written.
+        """
+        from mecanique.motion.storage import to_parquet
+
+        to_parquet(self, path)
+
     def to_frame(self) -> Any:
         """Return t (as index), q, v and a as a pandas DataFrame.
 

@@ -22,7 +22,7 @@ from mecanique.motion.provenance import found, provenance
 from mecanique.motion.rates import Rates
 from mecanique.motion.units import labelled, per_second, units
 
-__all__ = ["load", "save", "to_csv", "to_frame"]
+__all__ = ["load", "save", "to_csv", "to_frame", "to_parquet"]
 
 FORMAT = "mecanique motion 1"
 """First line of every file's description."""
@@ -152,6 +152,27 @@ def to_frame(motion: Motion) -> Any:
     )
     frame.attrs["units"] = {"t": "s", **_units(motion)}
     return frame
+
+
+def to_parquet(motion: Motion, path: str | PathLike[str]) -> None:
+    """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
+
+    Args:
+        motion: what to write.
+        path: the file.
+
+    Raises:
+        InputError: if pyarrow is not installed, or the file cannot be written.
+    """
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise InputError("Parquet files need pyarrow; install it with: pip install 'mecanique[parquet]'") from None
+    columns = [motion.t, *np.column_stack([motion.q, motion.v, motion.a]).T]
+    table = pa.table({name: pa.array(column) for name, column in zip(("t", *motion.names), columns, strict=True)})
+    table = table.replace_schema_metadata({"units": json.dumps({"t": "s", **_units(motion)}, ensure_ascii=False)})
+    _written(Path(path), lambda file: pq.write_table(table, file))
 
 
 def _units(motion: Motion) -> dict[str, str]:
