@@ -52,10 +52,22 @@ def test_a_disagreement_is_seen() -> None:
     assert not found.agrees
     assert "1 of 2 agree" in found.summary
     assert "DISAGREE: b" in found.summary
-    assert "DISAGREES" in str(found).splitlines()[2]
+    assert "DISAGREES: forces" in str(found).splitlines()[2]
     data = json.loads(found.to_json())
     assert data["agrees"] is False
     assert data["entries"][1]["worst"] is None
+
+
+def test_a_fault_of_ours_is_told_and_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    from mecanique.verify import compare
+
+    def broken(*words: object, **more: object) -> None:
+        raise IndexError("index 0 is out of bounds")
+
+    monkeypatch.setattr(compare, "compared", broken)
+    found = survey_robots(2, only=("TwoDofs",))
+    assert not found.agrees
+    assert "DISAGREES: IndexError: index 0 is out of bounds" in str(found)
 
 
 def test_bad_words_are_refused() -> None:
@@ -63,3 +75,10 @@ def test_bad_words_are_refused() -> None:
         survey_robots(only=("pandra",))
     with pytest.raises(InputError, match="expected a whole number of at least 1 for processes, got 0"):
         survey_robots(processes=0)
+
+
+@pytest.mark.parametrize("name", ["iris_simple", "quadrotor_base"])
+def test_a_single_link_held_fast_has_nothing_to_disagree_about(name: str) -> None:
+    verdict = mq.verify(mq.read_urdf(mq.robot(name)), 3)
+    assert verdict.agrees
+    assert verdict.velocities == ()

@@ -162,7 +162,7 @@ class Balances:
 
     def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
         """Components of the joints' forces and moments along their velocities, shape (n, nu, k)."""
-        columns = wrenches[0].shape[2] if wrenches else 0
+        columns = wrenches[0].shape[2] if wrenches else 1
         out = np.zeros((len(at.springs), len(at.holders), columns))
         for u, k in enumerate(at.holders):
             out[:, u] = np.einsum("ni,nik->nk", at.axes[:, :, u], wrenches[k])

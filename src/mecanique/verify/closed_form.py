@@ -42,7 +42,8 @@ class ClosedForm:
             t: shape () or (n,) [s].
         """
         size = self._mechanism.nv
-        return self._evaluated([m for row in self._derivation.M for m in row], q, None, t).reshape(-1, size, size)
+        entries = self._evaluated([m for row in self._derivation.M for m in row], q, None, t)
+        return entries.reshape(len(entries), size, size)
 
     def bias(self, q: Given, v: Given, t: Any = 0.0) -> Array:
         """Return h, shape (n, nv).

@@ -62,17 +62,20 @@ def in_house(mechanism: Mechanism) -> InHouse:
     return InHouse(forms, symbols.derivation.assumptions)
 
 
-def computed(mechanism: Mechanism, symbols: Equations | None = None) -> dict[str, Dynamics]:
+def computed(mechanism: Mechanism, symbols: Equations | None = None, *, quick: bool = False) -> dict[str, Dynamics]:
     """Return the forms that only give numbers, by name.
 
     Args:
         mechanism: what to derive.
         symbols: its equations, if they are there already.
+        quick: whether only the definition, as jets, and the fast recursion are asked for.
     """
     jets = Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
+    both: dict[str, Dynamics] = {"jets": jets, "recursion": derive(mechanism) if symbols is None else symbols}
+    if quick:
+        return both
     return {
-        "jets": jets,
-        "recursion": derive(mechanism) if symbols is None else symbols,
+        **both,
         "Newton-Euler": derive(mechanism, "newton_euler"),
         "virtual work": derive(mechanism, "virtual_work"),
     }

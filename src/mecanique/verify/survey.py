@@ -35,7 +35,7 @@ class Entry:
         root: how the root link is held; empty for a textbook system.
         velocities: number of generalized velocities, 0 if it was refused.
         worst: largest relative difference of all quantities; infinite if a number is not finite or it was refused.
-        quantity: where that difference is.
+        quantity: where that difference is, or what went wrong.
         refused: why it was refused, in one sentence; empty if it was compared.
         seconds: how long it took [s].
     """
@@ -105,8 +105,8 @@ class Survey:
                 rows.append((name, "-", "-", f"refused: {entries[0].refused}"))
                 continue
             sizes = "/".join(str(entry.velocities) if not entry.refused else "-" for entry in entries)
-            worst = max(entry.worst for entry in entries if not entry.refused)
-            said = "" if worst <= self.tolerance else "DISAGREES"
+            worst, quantity = max((entry.worst, entry.quantity) for entry in entries if not entry.refused)
+            said = "" if worst <= self.tolerance else f"DISAGREES: {quantity}"
             told = [f"{entry.root} refused: {entry.refused}" for entry in entries if entry.refused]
             rows.append((name, sizes, f"{worst:.1e}", "; ".join(filter(None, (said, *told)))))
         both = any(entry.root for entry in self.entries)
@@ -196,11 +196,14 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
         mechanism = _loaded(name, root)
         from mecanique.verify.compare import compared
 
-        verdict = compared(mechanism, samples, seed, closed_form=not root)
+        verdict = compared(mechanism, samples, seed, quick=bool(root))
         size, worst = mechanism.nv, verdict.worst
         quantity = max(verdict.rows, key=lambda row: row.worst).quantity if verdict.rows else ""
     except MecaniqueError as error:
         refused = _short(str(error))
+    except Exception as error:
+        # a fault of ours must not take the other rows along; it counts as a disagreement and is told
+        quantity = f"{type(error).__name__}: {error}"
     return Entry(name, root, size, worst, quantity, refused, perf_counter() - start)
 
 
