@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,7 +12,7 @@ import typer
 import mecanique as mq
 from mecanique.cli.checks import linted, surveyed
 from mecanique.cli.derivations import derivation, derivations
-from mecanique.cli.linear import figures, response_table, small_motions
+from mecanique.cli.linear import figures, inertial_figures, response_table, small_motions
 from mecanique.cli.printing import complain, heading, named_progress, say, show, verdict_table, working
 from mecanique.cli.words import (
     Coordinates,
@@ -106,10 +107,15 @@ def gallery(
         list[str] | None, typer.Option("--only", metavar="SYSTEM", help="Only this system; may be given again.")
     ] = None,
     duration: Duration = None,
+    only_pictures: Annotated[bool, typer.Option("--pictures", help="Only the pictures, as SVG files.")] = False,
 ) -> None:
     """Write an offline page for every textbook system, and an index with pictures."""
     from mecanique.view.gallery import gallery as write
+    from mecanique.view.gallery import pictures
 
+    if only_pictures:
+        say(f"Wrote {len(pictures(directory, systems))} pictures to {directory}")
+        return
     with named_progress("Writing pages") as advance:
         cards = write(directory, systems, duration=duration, progress=advance)
     failed = [card for card in cards if card.fault]
@@ -350,6 +356,27 @@ def linearize(
         with working(f"Writing {page}"):
             mq.export(linearization.motion(which, amplitude), page)
         say(f"\nWrote {page}")
+
+
+@app.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
+@guarded
+def inertial(
+    system: SystemName,
+    latitude: Annotated[float, typer.Option(metavar="DEGREES", help="Latitude of the place, positive in the north.")],
+    facing: Annotated[
+        Literal["south", "east", "north", "west"], typer.Option(help="Where the x axis points; z points up.")
+    ] = "south",
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    as_json: AsJson = False,
+) -> None:
+    """Judge whether the ground may be taken as inertial: repeat the motion on the turning earth."""
+    motion = simulated(choose(system, parameters), q, v, duration, 1e-10)
+    with working("Repeating the motion on the turning earth"):
+        check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
+    say(inertial_figures(check) if as_json else str(check))
 
 
 @app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")

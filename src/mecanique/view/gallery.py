@@ -17,7 +17,7 @@ from mecanique.textbook import entry, load, names
 from mecanique.view.drawing.draw import figure_text
 from mecanique.view.page import policy, write_text
 
-__all__ = ["Card", "gallery", "index", "picture_of"]
+__all__ = ["Card", "gallery", "index", "picture_of", "pictures"]
 
 
 @final
@@ -64,13 +64,8 @@ def gallery(
     """
     from mecanique.view.show import export
 
-    chosen = names() if systems is None else tuple(systems)
-    entries = {name: entry(name) for name in chosen}
-    folder = Path(directory)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"expected a directory to write to, got {os.fspath(directory)!r}: {error.strerror}") from None
+    entries = {name: entry(name) for name in (names() if systems is None else systems)}
+    folder = _folder(directory)
     cards = []
     for k, (name, system) in enumerate(entries.items()):
         if progress is not None:
@@ -83,6 +78,34 @@ def gallery(
         cards.append(Card(name, system.title, system.tags, picture_of(name), fault))
     write_text(index(cards), folder / "index.html")
     return tuple(cards)
+
+
+def pictures(directory: str | os.PathLike[str], systems: Sequence[str] | None = None) -> tuple[Path, ...]:
+    """Write the figure of each system of the catalogue as an SVG file.
+
+    Args:
+        directory: where to; it is made if it does not exist.
+        systems: names of systems; all by default.
+
+    Returns:
+        The paths written.
+
+    Raises:
+        UnknownNameError: if a system does not exist.
+        InputError: if the directory cannot be made.
+    """
+    entries = {name: entry(name) for name in (names() if systems is None else systems)}
+    folder = _folder(directory)
+    return tuple(write_text(picture_of(name), folder / f"{name}.svg") for name in entries)
+
+
+def _folder(directory: str | os.PathLike[str]) -> Path:
+    folder = Path(directory)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"expected a directory to write to, got {os.fspath(directory)!r}: {error.strerror}") from None
+    return folder
 
 
 def picture_of(name: str) -> str:
