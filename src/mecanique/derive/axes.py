@@ -31,6 +31,7 @@ class Axes:
         turns: shape (3, 3), directions of moments.
         turn_labels: name of each; "" for the normal of a plane.
         sentence: what they are, for the reader.
+        whose: name of the body whose axes x, y and z are, or "the world".
     """
 
     rows: Sequence[Sequence[Any]]
@@ -39,6 +40,7 @@ class Axes:
     turns: Sequence[Sequence[Any]]
     turn_labels: tuple[str, str, str]
     sentence: str
+    whose: str = "the world"
 
 
 def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:
@@ -58,8 +60,9 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         turn = kinematics.turn(kinematics.place[body])
         rows = [[turn[i][k] for i in range(3)] for k in range(3)]
         own = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
-        whose = f"x, y and z are the axes of {body}" if own else "x, y and z are the axes of the world"
-        return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), f"{whose}; moments are taken about them.")
+        whose = body if own else "the world"
+        sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
+        return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), sentence, whose)
     if (swing := _swing(mechanism, body)) is not None:
         joint, n, t = swing
         rotation = kinematics.turn(kinematics.place[body])

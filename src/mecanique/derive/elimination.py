@@ -6,7 +6,7 @@ origin of the body's frame: no equation is ever solved but by moving terms, so t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -55,16 +55,21 @@ class JointRate:
     rotor: Series
 
 
-def demands(cuts: Cuts, part: Callable[[Cut], tuple[Vector, Vector]]) -> dict[str, Demand]:
+def demands(
+    cuts: Cuts,
+    part: Callable[[Cut], tuple[Vector, Vector]],
+    free: Mapping[str, Sequence[JointRate]] | None = None,
+) -> dict[str, Demand]:
     """Return what every joint must transmit, by name of its child.
 
     Args:
         cuts: the bodies.
         part: gives the force and the moment about its origin that a body needs from its joint by itself.
+        free: by name of the child, the motions in which its joint transmits nothing but what its rotor takes, which
+            is then used; left out, the components there are kept as the bodies beyond need them.
     """
     algebra = cuts.algebra
     found: dict[str, Demand] = {}
-    known = {cut.body for cut in cuts.bodies}
     behind: dict[str, list[str]] = {}
     for cut in cuts.bodies:
         behind.setdefault(cut.joint.parent, []).append(cut.body)
@@ -78,8 +83,13 @@ def demands(cuts: Cuts, part: Callable[[Cut], tuple[Vector, Vector]]) -> dict[st
                 cuts.carried(found[child].moment, child, cut.body),
                 cross(cuts.between_seats(cut.body, child), push),
             ]
-        found[cut.body] = Demand([tidy(c) for c in total(algebra, forces)], [tidy(c) for c in total(algebra, moments)])
-    return {name: found[name] for name in found if name in known}
+        sums = {"force": total(algebra, forces), "moment": total(algebra, moments)}
+        for rate in () if free is None else free[cut.body]:
+            vector = sums[rate.kind]
+            size = algebra.ring.sum([a * c for a, c in zip(rate.axis, vector, strict=True)]) + rate.rotor
+            sums[rate.kind] = [c - size * a for a, c in zip(rate.axis, vector, strict=True)]
+        found[cut.body] = Demand(*([tidy(c) for c in sums[kind]] for kind in ("force", "moment")))
+    return found
 
 
 def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:

@@ -13,7 +13,7 @@ from mecanique.derive.algebra import Algebra
 from mecanique.derive.balances import Balances
 from mecanique.derive.cuts import Cut, Cuts
 from mecanique.derive.derivation import Derivation, Left, Result, Stage
-from mecanique.derive.elimination import Demand, JointRate, demands, joint_rates, project
+from mecanique.derive.elimination import JointRate, demands, joint_rates, project
 from mecanique.derive.equations import Equations
 from mecanique.derive.kinematics import Kinematics
 from mecanique.derive.poisson import Kind, Series
@@ -59,14 +59,9 @@ class NewtonEuler:
         self.rates = joint_rates(self.cuts)
         self._inertia = demands(self.cuts, _needs)
         self._loads = demands(self.cuts, Cut.loads)
-        self.demands = {
-            body: Demand(
-                [tidy(a - b) for a, b in zip(need.force, self._loads[body].force, strict=True)],
-                [tidy(a - b) for a, b in zip(need.moment, self._loads[body].moment, strict=True)],
-            )
-            for body, need in self._inertia.items()
-        }
-        """What each joint transmits to its child, by name of the child: equal to the reaction along the motion."""
+        free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
+        self.demands = demands(self.cuts, _missing, free)
+        """What each joint transmits to its child along a motion, by name of the child."""
         self.unknowns: dict[str, str] = {}
         """What each reaction is, by its name."""
         self.symbols: dict[str, tuple[Vector, Vector]] = {}
@@ -156,9 +151,10 @@ class NewtonEuler:
     def _meaning(self, cut: Cut, kind: str, label: str, sign: int) -> str:
         joint, parent = cut.joint.name, cut.joint.parent
         if kind == "moment":
-            about = f"about {label}" if label else "in the sense in which moments count positive"
+            about = f"about {label} of {cut.axes.whose}" if label else "in the sense in which moments count positive"
             return f"moment that {parent} exerts on {cut.body} in {joint}, {about} [N·m]"
-        where = f"towards {joint}" if sign < 0 else f"along {label}"
+        along_it = f"along {label} of {cut.axes.whose}" if label in "xyz" else f"along {label}"
+        where = f"towards {joint}" if sign < 0 else along_it
         return f"force that {parent} exerts on {cut.body} in {joint}, {where} [N]"
 
     def _free_body(self, cut: Cut) -> list[Stage]:
@@ -176,14 +172,17 @@ class NewtonEuler:
         acting += list(dict.fromkeys(one.name for one in cut.applied))
         acting += [f"the opposite of the reaction in {name}" for name in hung]
         sentence = f"Cut free, {body} is acted on by {_listed(acting)}. {cut.axes.sentence}"
-        if cut.mass:
+        moving = self._accelerations(cut)
+        if moving:
             sentence += (
                 " Mass times the acceleration a of the center of mass equals the resultant force; below are the "
                 "components of a, then those of both sides."
             )
+        elif cut.mass:
+            sentence += " Its center of mass stays where it is, so the forces on it are in balance."
         else:
             sentence += " It has no mass, so the forces on it are in balance."
-        stages = [Stage(f"Free body {body}: forces", sentence, (*self._accelerations(cut), *kept))]
+        stages = [Stage(f"Free body {body}: forces", sentence, (*moving, *kept))]
         if spun:
             point = (
                 f"{cut.joint.name}, a fixed point"
@@ -286,12 +285,12 @@ class NewtonEuler:
     def _closing(self) -> str:
         if len(self.rates) == len(self.algebra.velocities):
             return (
-                "The joints transmit nothing along or about their free directions: the components of the reactions "
-                "there, as eliminated, are zero, and that is one equation for each velocity."
+                "Put into the balances along and about the directions in which the joints are free, where they "
+                "transmit nothing, the reactions leave one equation for each velocity, without unknown forces."
             )
         return (
-            "The joints transmit nothing where they are free, and what guides the other coordinates does no work: "
-            "with the reactions as eliminated that is one equation for each velocity."
+            "Put into the balances where the joints are free and transmit nothing, and into the sum of what guides the "
+            "other coordinates, the reactions leave one equation for each velocity, without unknown forces."
         )
 
 
@@ -300,6 +299,12 @@ def _needs(cut: Cut) -> tuple[Vector, Vector]:
     force = [a - b for a, b in zip(cut.push, cut.weight, strict=True)]
     moment = [a - b for a, b in zip(cut.turning, cut.weight_moment, strict=True)]
     return [tidy(c) for c in force], [tidy(c) for c in moment]
+
+
+def _missing(cut: Cut) -> tuple[Vector, Vector]:
+    """What a body needs from its joint besides what is applied to it."""
+    (force, moment), (push, turn) = _needs(cut), cut.loads()
+    return [a - b for a, b in zip(force, push, strict=True)], [a - b for a, b in zip(moment, turn, strict=True)]
 
 
 def _back(cut: Cut) -> Vector:
