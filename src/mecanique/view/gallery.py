@@ -153,7 +153,7 @@ def index(cards: Sequence[Card]) -> str:
 
 def _card(card: Card) -> str:
     data = base64.b64encode(card.picture.encode()).decode()
-    image = f'<img src="data:image/svg+xml;base64,{data}" alt="" loading="lazy">' if card.picture else ""
+    image = f'<img src="data:image/svg+xml;base64,{data}" alt="">' if card.picture else ""
     words = f"<h2>{escape(card.name.replace('_', ' '))}</h2><p>{escape(card.title)}</p>"
     tags = "".join(f"<li>{escape(tag)}</li>" for tag in card.tags)
     attributes = f'data-tags="{escape("|".join(card.tags))}"'
