@@ -23,6 +23,9 @@ _LEFT = 1e-3
 
 _ROUNDING = 1e-14
 
+_CHANGE = 1e3
+"""Most that is changed to bring a state back, in tolerances."""
+
 
 @final
 class Closing:
@@ -38,6 +41,7 @@ class Closing:
         self._mechanism = mechanism
         self._closed = reference.closed
         self._most = max(_LEFT * rtol, _ROUNDING)
+        self._rtol = rtol
         self._nq = mechanism.nq
 
     def start(self, q: Values | None, v: Values | None, t: float) -> tuple[np.ndarray, str]:
@@ -53,18 +57,19 @@ class Closing:
         Raises:
             ClosureError: naming the loop that cannot be closed, and by how much.
         """
-        from mecanique.reference.assembly import closed_velocity, position_near
+        from mecanique.reference.assembly import closed_velocity, limit_rank, position_near, projected
 
         m = self._mechanism
         given_q, given_v = m.position(q), m.velocity(v)
         none = np.zeros(m.nv, dtype=bool)
         position = position_near(self._closed, q, given_q, t, none)
+        limit_rank(self._closed, position, t)
         held = none
         if isinstance(v, Mapping):
             named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
             held = np.array([name in named for name in m.velocities])
         velocity = closed_velocity(self._closed, position, given_v, t, held if held.any() else None)
-        position, velocity = self._both(position, velocity, t)
+        position, velocity = projected(self._closed, position, velocity, t)
         moved = [
             f"{what} changed by up to {size:.3g}"
             for what, size in (
@@ -108,5 +113,5 @@ class Closing:
     def _both(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         from mecanique.reference.assembly import projected
 
-        position, velocity = projected(self._closed, q, v, t)
+        position, velocity = projected(self._closed, q, v, t, most=_CHANGE * self._rtol)
         return position, velocity

@@ -16,7 +16,8 @@ from mecanique.model.expression import finite
 from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.answers import Array
-from mecanique.reference.closed import Closed
+from mecanique.reference.closed import LEAST, WEAK, Closed
+from mecanique.reference.nullspace import split
 from mecanique.reference.states import Given
 from mecanique.reference.tree import Tree
 
@@ -39,7 +40,7 @@ _PROJECTED = 1e-9
 
 _STEPS = 200
 _PATIENCE = 12
-"""How many steps in a row may gain less than a hundredth."""
+"""How many steps in a row may gain less than a thousandth."""
 
 _LONGEST = 0.5
 """Longest step, in characteristic lengths or radians."""
@@ -172,7 +173,7 @@ def closed_position(closed: Closed, q: Array, t: float, held: Array | None = Non
         # near the end nothing is damped, and directions without a hold are left alone
         near = size < 1e-4
         gain = np.zeros_like(singular)
-        strong = singular > (1e-7 * top if near else 0.0)
+        strong = singular > (max(1e-7 * top, LEAST) if near else 0.0)
         gain[strong] = singular[strong] / (singular[strong] ** 2 + (0.0 if near else damping * top**2))
         step = -right.T @ (gain * (left.T @ best))
         longest = float(np.abs(step).max(initial=0.0))
@@ -181,7 +182,7 @@ def closed_position(closed: Closed, q: Array, t: float, held: Array | None = Non
         trial = moved(closed, q, columns * step)
         after = _state(closed, trial, t)
         before, now = float(np.linalg.norm(best)), float(np.linalg.norm(after))
-        stuck = stuck + 1 if now > 0.99 * before else 0
+        stuck = stuck + 1 if now > 0.999 * before else 0
         if stuck > _PATIENCE:
             break
         if now < before:
@@ -220,14 +221,14 @@ def closed_velocity(closed: Closed, q: Array, v: Array, t: float, held: Array | 
     for fixed in (held, None) if held is not None else (None,):
         columns = closures.columns if fixed is None else np.where(fixed, 0.0, closures.columns)
         J = closures.rows[:, None] * closure.jacobian * columns
-        step = np.linalg.lstsq(J, -off, rcond=1e-10)[0]
+        step = -_least(J, off)
         if fixed is None or np.abs(J @ step + off).max(initial=0.0) <= 1e-9 * max(1.0, float(np.abs(v).max(initial=0))):
             break
     result: Array = v + columns * step
     return result
 
 
-def projected(closed: Closed, q: Array, v: Array, t: float) -> tuple[Array, Array]:
+def projected(closed: Closed, q: Array, v: Array, t: float, *, most: float = np.inf) -> tuple[Array, Array]:
     """Return the closed state next to one that is almost closed: positions by Newton's method, then velocities.
 
     Args:
@@ -235,6 +236,8 @@ def projected(closed: Closed, q: Array, v: Array, t: float) -> tuple[Array, Arra
         q: shape (nq,).
         v: shape (nv,).
         t: time [s].
+        most: greatest change of a state that has only drifted, in scaled units. Next to a singular position, where the
+            constraints hardly hold a direction, it is left alone until the motion has passed.
     """
     closures = closed.closures
     rows, columns = closures.rows, closures.columns
@@ -246,10 +249,42 @@ def projected(closed: Closed, q: Array, v: Array, t: float) -> tuple[Array, Arra
         if size < 1e-15 or size > 0.5 * last:
             break
         J = rows[:, None] * closure.jacobian * columns
-        q = moved(closed, q, -columns * np.linalg.lstsq(J, off, rcond=_PROJECTED)[0])
+        q = moved(closed, q, -columns * _least(J, off, closed.most, most))
     J = rows[:, None] * closure.jacobian * columns
     off = rows * (closure.jacobian @ v + closure.drift)
-    return q, v - columns * np.linalg.lstsq(J, off, rcond=_PROJECTED)[0]
+    most *= 1 + float(np.abs(v / columns).max(initial=0.0))
+    return q, v - columns * _least(J, off, closed.most, most)
+
+
+def _least(J: Array, off: Array, most: int | None = None, limit: float = np.inf) -> Array:
+    """The least x with J x = off, as far as J reaches and no part of x is beyond the limit."""
+    left, singular, right = np.linalg.svd(J, full_matrices=False)
+    parts = left.T @ off
+    weak = _PROJECTED if limit == np.inf else WEAK
+    strong = singular > max(weak * float(singular.max(initial=0.0)), LEAST)
+    if most is not None:
+        strong[most:] = False
+    parts[~strong] = 0.0
+    parts[strong] /= singular[strong]
+    parts[np.abs(parts) > limit] = 0.0
+    result: Array = right.T @ parts
+    return result
+
+
+def limit_rank(closed: Closed, q: Array, t: float) -> None:
+    """Note the rank of the constraints, so that redundant ones are not taken for independent a little off the loops.
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,), with closed loops.
+        t: time [s].
+    """
+    from mecanique.reference.freedom import degrees_of_freedom
+
+    closed.most = None
+    J = closed.closures.rows[:, None] * closed.closures.at(q, np.zeros(closed.mechanism.nv), t).jacobian
+    rank = split(J * closed.closures.columns, 1e-7, 1e-7).rank
+    closed.most = rank if rank == min(J.shape) else degrees_of_freedom(closed.mechanism, q, t=t).rank
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:

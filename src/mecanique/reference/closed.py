@@ -20,10 +20,16 @@ from mecanique.reference.rhs import Rhs
 from mecanique.reference.sites import Action
 from mecanique.reference.tree import Tree
 
-__all__ = ["COMPONENTS", "Closed", "Forces"]
+__all__ = ["COMPONENTS", "LEAST", "WEAK", "Closed", "Forces"]
 
 COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
 """The components of a wrench, world axes."""
+
+LEAST = 1e-12
+"""Scaled singular values of the constraints below this are rounding."""
+
+WEAK = 1e-4
+"""Fraction of the largest singular value below which a motion passes a singular position."""
 
 _OPEN = 1e-6
 """Loops that are farther open than this, in characteristic lengths or radians, are not closed."""
@@ -56,8 +62,10 @@ class Closed:
         self._tree = tree
         self.mechanism: Mechanism = tree.mechanism
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
+        self.most: int | None = None
+        """The rank that the constraints do not exceed, if known; a little off the loops redundant rows seem to."""
 
-    def solve(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
+    def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
         """Return accelerations and multipliers.
 
         Raises:
@@ -80,6 +88,9 @@ class Closed:
             rows=self.closures.rows,
             columns=self.closures.columns,
             names=self.mechanism.velocities,
+            least=LEAST,
+            most=self.most,
+            weak=weak,
         )
 
     def acceleration(self, q: Array, v: Array, t: float) -> Array:
@@ -131,7 +142,7 @@ class Closed:
         zero = np.zeros(self.mechanism.nv)
         closure = self.closures.at(q, zero, t)
         rows, columns = self.closures.rows, self.closures.columns
-        left = split(rows[:, None] * closure.jacobian * columns).loose
+        left = split(rows[:, None] * closure.jacobian * columns, least=LEAST).loose
         loose = np.zeros((count, 6), dtype=bool)
         for combination in left.T:
             tree.move(q, zero, t, zero)
@@ -168,7 +179,7 @@ class Closed:
             out = np.empty(size)
             q, v = y[:nq], y[nq:]
             chart.rates(q, v, out[:nq])
-            out[nq:] = self.solve(q, v, t).acceleration
+            out[nq:] = self.solve(q, v, t, weak=WEAK).acceleration
             return out
 
         return closed

@@ -25,7 +25,7 @@ from mecanique.reference.tree import Tree
 __all__ = ["Freedom", "degrees_of_freedom"]
 
 _TOLERANCE = 1e-7
-"""Singular values below this fraction of the largest count as zero: positions are closed to rounding only."""
+"""Singular values below this, or this fraction of the largest, count as zero: positions are closed to rounding."""
 
 _AROUND = 8
 """How many positions around the one in question are looked at."""
@@ -106,11 +106,11 @@ def degrees_of_freedom(mechanism: Mechanism, q: Given = None, *, t: float = 0.0,
         return Freedom(mechanism.nv, 0, 0, (), False, 0, position, bodies)
     closed = Closed(Tree(mechanism))
     here = _scaled(closed, position, t)
-    rank_here = split(here, _TOLERANCE).rank
+    rank_here = split(here, _TOLERANCE, _TOLERANCE).rank
     around = [_scaled(closed, other, t) for other in _around(closed, position, here, t, seed)]
     # a Jacobian of full rank anywhere on the way decides; nowhere near, the position is all there is
-    best = max([here, *around], key=lambda J: split(J, _TOLERANCE).rank)
-    rank = split(best, _TOLERANCE).rank
+    best = max([here, *around], key=lambda J: split(J, _TOLERANCE, _TOLERANCE).rank)
+    rank = split(best, _TOLERANCE, _TOLERANCE).rank
     singular = rank_here < rank
     redundant = _redundant(best, closed.closures.names)
     if not around and rank_here < mechanism.nv:
@@ -137,7 +137,7 @@ def _scaled(closed: Closed, q: Array, t: float) -> Array:
 def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
     """Assembled positions that lie off q along its free directions."""
     random = np.random.default_rng(seed)
-    free = split(J, _TOLERANCE).null
+    free = split(J, _TOLERANCE, _TOLERANCE).null
     found = []
     for k in range(_AROUND if free.shape[1] else 0):
         direction = free @ random.normal(size=free.shape[1])
@@ -156,7 +156,7 @@ def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Arr
 def _redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
     """Rows that add nothing to those before them."""
     found, basis = [], np.zeros((0, J.shape[1]))
-    size = float(np.abs(J).max(initial=0.0))
+    size = max(float(np.abs(J).max(initial=0.0)), _TOLERANCE)
     for row, name in zip(J, names, strict=True):
         rest = row - basis.T @ (basis @ row)
         rest -= basis.T @ (basis @ rest)

@@ -66,15 +66,26 @@ class ConstrainedMotion:
     rank: int
 
 
-def split(jacobian: np.ndarray, tolerance: float = RANK_TOLERANCE) -> Split:
+def split(
+    jacobian: np.ndarray,
+    tolerance: float = RANK_TOLERANCE,
+    least: float = 0.0,
+    most: int | None = None,
+    fixed: int | None = None,
+) -> Split:
     """Split the directions of motion by a Jacobian.
 
     Args:
         jacobian: shape (m, n), scaled so that its entries are of one unit.
         tolerance: singular values below this fraction of the largest count as zero.
+        least: singular values below this count as zero.
+        most: the rank that is not exceeded, for redundant rows that agree only up to rounding.
+        fixed: the rank, if it is not to be found.
     """
     left, singular, right = np.linalg.svd(jacobian)
-    rank = int((singular > tolerance * max(singular[0], 1e-300)).sum()) if singular.size and singular[0] > 0 else 0
+    rank = int((singular > max(tolerance * singular[0], least, 1e-300)).sum()) if singular.size else 0
+    rank = rank if most is None else min(rank, most)
+    rank = rank if fixed is None else min(fixed, len(singular))
     loose = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
     return Split(rank, left[:, :rank], singular[:rank], right[:rank].T, right[rank:].T, loose < 1e-9, left[:, rank:])
 
@@ -88,6 +99,9 @@ def solve(
     rows: np.ndarray | None = None,
     columns: np.ndarray | None = None,
     names: Sequence[str] | None = None,
+    least: float = 0.0,
+    most: int | None = None,
+    weak: float = 0.0,
 ) -> ConstrainedMotion:
     """Return the acceleration that satisfies M a + h = Jᵀ λ and J a + γ = 0.
 
@@ -99,16 +113,25 @@ def solve(
         rows: shape (m,), factors that bring the rows to one unit; ones by default.
         columns: shape (n,), factors that bring the coordinates to one unit; ones by default.
         names: of the velocities, for the message; their indices by default.
+        least: scaled singular values of the Jacobian below this count as zero.
+        most: the rank that is not exceeded.
+        weak: directions with singular values below this fraction of the largest are taken for closed, as the rank
+            `most` has it, but keep their velocities: next to a singular position rounding would bend the path.
 
     Raises:
         ClosureError: if a free direction carries no mass; its message names the largest components.
     """
     rows = np.ones(len(gamma)) if rows is None else rows
     columns = np.ones(len(h)) if columns is None else columns
-    parts = split(rows[:, None] * jacobian * columns)
+    fixed = most if weak else None
+    parts = split(rows[:, None] * jacobian * columns, least=least, most=most, fixed=fixed)
+    gain = np.ones(parts.rank)
+    if fixed is not None:
+        gain = (parts.singular > weak * parts.singular.max(initial=0.0)).astype(float)
+    gain = np.divide(gain, parts.singular, out=np.zeros_like(gain), where=gain > 0)
     scaled_mass = columns[:, None] * mass * columns
     scaled_h = columns * h
-    particular = -parts.range_right @ ((parts.range_left.T @ (rows * gamma)) / parts.singular)
+    particular = -parts.range_right @ ((parts.range_left.T @ (rows * gamma)) * gain)
     reduced = parts.null.T @ scaled_mass @ parts.null
     if reduced.size:
         free, directions = np.linalg.eigh(reduced)
@@ -121,5 +144,5 @@ def solve(
         push = parts.null.T @ (scaled_h + scaled_mass @ particular)
         particular = particular - parts.null @ (directions @ ((directions.T @ push) / free))
     force = scaled_mass @ particular + scaled_h
-    multipliers = rows * (parts.range_left @ ((parts.range_right.T @ force) / parts.singular))
+    multipliers = rows * (parts.range_left @ ((parts.range_right.T @ force) * gain))
     return ConstrainedMotion(columns * particular, multipliers, parts.determined, parts.rank)

@@ -1,0 +1,140 @@
+"""Closed mechanisms in motion: on their loops, with their energy, through singular positions, as published."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mecanique import textbook
+from mecanique.errors import ClosureError, InputError
+from mecanique.model import coordinate
+from mecanique.motion import Motion, simulate
+from mecanique.motion.actions import Actions
+from mecanique.motion.events import Event
+
+PUBLISHED = {
+    "beta": 15.81077119629904,
+    "theta": -15.75637105984298,
+    "gamma": 0.04082224013073101,
+    "phi": -0.5347301163226948,
+    "delta": 0.5244099658805304,
+    "omega": 0.5347301163226948,
+    "epsilon": 1.048080741042263,
+}
+"""The squeezer after 0.03 s (test set for IVP solvers, problem andrews)."""
+
+
+def drift(motion: Motion, t: np.ndarray | None = None) -> float:
+    closed = motion.reference.closed
+    states = zip(motion.q, motion.v, motion.t, strict=True)
+    if t is not None:
+        state = motion(t)
+        states = zip(state.q, state.v, t, strict=True)
+    return float(max(max(closed.drift(q, v, float(s))) for q, v, s in states))
+
+
+def energy_error(motion: Motion) -> float:
+    energy = motion.energy()
+    return float(abs(energy.balance).max() / energy.scale)
+
+
+@pytest.fixture(scope="module")
+def linkage() -> Motion:
+    return simulate(textbook.load("four_bar_linkage"), q={"phi": 1.1, "theta": -0.8, "psi": 1.2}, duration=5.0, fps=20)
+
+
+def test_the_start_is_closed_and_the_motion_says_so(linkage: Motion) -> None:
+    assert "; loops closed at the start (positions changed by up to" in linkage.method
+    assert drift(linkage) < 1e-13
+    exact = simulate(textbook.load("four_bar_linkage"), q={"phi": 1.1}, v={"phi": 1.5}, duration=0.1)
+    assert (exact.q[0, 0], exact.v[0, 0]) == (1.1, pytest.approx(1.5, abs=1e-12))
+
+
+def test_positions_velocities_and_energy_are_kept(linkage: Motion) -> None:
+    assert drift(linkage) < 1e-13
+    assert drift(linkage, np.linspace(0.01, 4.99, 50)) < 1e-13
+    assert energy_error(linkage) < 1e-10
+
+
+def test_the_balances_of_the_audit_hold_with_the_forces_of_the_loops(linkage: Motion) -> None:
+    audit = linkage.audit()
+    assert audit.ok, str(audit)
+
+
+def test_loop_forces_are_there_along_the_motion(linkage: Motion) -> None:
+    found = linkage.reactions("C")
+    assert found.force.shape == (len(linkage), 3)
+    named = {
+        action.name
+        for action in Actions(linkage.mechanism, linkage.reference).reactions(linkage.t, linkage.q, linkage.v)
+    }
+    assert named == {"A", "B", "C", "D"}
+    later = linkage.reactions("C", t=[1.0, 2.0])
+    assert later.force.shape == (2, 3)
+
+
+def test_the_squeezer_arrives_where_it_is_published_to() -> None:
+    entry = textbook.entry("squeezer")
+    motion = simulate(entry.mechanism(), q=dict(entry.start), duration=0.03, rtol=1e-11, samples=4)
+    for name, value in PUBLISHED.items():
+        assert motion[name][-1] == pytest.approx(value, rel=1e-7), name
+    assert drift(motion) < 1e-12
+
+
+@pytest.mark.parametrize("n", [1, 3])
+def test_chained_four_bars_pass_their_singular_position_as_parallelograms(n: int) -> None:
+    """Falling from upright at 1 rad/s the posts turn like one pendulum, through the flat singular position."""
+    mechanism = textbook.load("chained_four_bars", n=n)
+    start = {f"theta{k}": np.pi / 2 for k in range(n + 1)} | {f"phi{k}": -np.pi / 2 for k in range(1, n + 1)}
+    speeds = {f"theta{k}": -1.0 for k in range(n + 1)} | {f"phi{k}": 1.0 for k in range(1, n + 1)}
+    motion = simulate(mechanism, q=start, v=speeds, duration=3.0, fps=20)
+    posts = np.stack([motion[f"theta{k}"] for k in range(n + 1)])
+    assert posts.min() < -np.pi  # it went through
+    length = ((n + 1) / 3 + n) / ((n + 1) / 2 + n)
+    rate = motion["theta0'"]
+    np.testing.assert_allclose(rate**2, 1 + 2 * 9.81 / length * (1 - np.sin(motion["theta0"])), rtol=1e-6)
+    np.testing.assert_allclose(posts, posts[:1].repeat(n + 1, axis=0), atol=1e-6)
+    assert energy_error(motion) < 1e-8
+    assert drift(motion) < 1e-10
+
+
+def test_the_governor_turns_steadily_where_porter_says() -> None:
+    system = textbook.entry("governor")
+    # psi'² = ((m + M) g - k (2 l cos theta - a)) / (m l cos theta)
+    drop = 2 * 0.5 * np.cos(0.9)
+    speed = np.sqrt((3 * 9.81 - 60 * (drop - 0.4)) / (0.5 * np.cos(0.9)))
+    q = {"theta1": 0.9, "theta2": 0.9, "s": drop}
+    motion = simulate(system.mechanism(), q=q, v={"psi": speed}, duration=2.0, fps=20)
+    np.testing.assert_allclose(motion["theta1"], 0.9, atol=1e-9)
+    np.testing.assert_allclose(motion["psi'"], speed, rtol=1e-9)
+
+
+def test_bricard_moves_on_its_curve() -> None:
+    motion = simulate(textbook.load("bricard_linkage"), duration=2.0, fps=20)
+    first, second = np.sin(motion["q1"]), np.sin(motion["q2"])
+    assert np.ptp(motion["q1"]) > 0.1
+    np.testing.assert_allclose(first * second, first + second, atol=1e-12)
+    assert energy_error(motion) < 1e-9
+    assert "force x" in motion.reactions("hinge6").undetermined
+
+
+def test_an_implicit_method_stays_on_the_loops_too() -> None:
+    motion = simulate(textbook.load("slider_crank"), q={"theta": 0.7}, duration=0.3, rtol=1e-6, method="radau", fps=20)
+    assert drift(motion) < 1e-13
+    assert motion.method.startswith("radau")
+    assert energy_error(motion) < 1e-4
+
+
+def test_what_cannot_be_closed_does_not_start() -> None:
+    mechanism = textbook.load("four_bar_linkage", a=1.0, b=0.2, c=0.3)
+    with pytest.raises(ClosureError, match="loop 'C' cannot be closed"):
+        simulate(mechanism, q={"phi": 1.1})
+
+
+def test_impacts_need_an_open_mechanism() -> None:
+    with pytest.raises(InputError, match="expected an open mechanism for impacts, got one with loops"):
+        simulate(
+            textbook.load("slider_crank"),
+            q={"theta": 0.7},
+            events=[Event("wall", coordinate("x") - 0.9, restitution=0.5)],
+        )

@@ -1,0 +1,398 @@
+"""Loops inside Pinocchio: their equations, their forces, assembly, branches and degrees of freedom."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mecanique import textbook
+from mecanique.errors import ClosureError, EngineError, InputError, UnknownNameError
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Floating,
+    JointForce,
+    Loop,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    Revolute,
+    Spherical,
+    bar,
+    box,
+    coordinate,
+    particle,
+    rod,
+    time,
+)
+from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
+from mecanique.reference.assembly import closed_velocity, projected
+from mecanique.reference.closed import Closed
+
+A = Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
+B = Placement((0.3, -0.2, 0.3), (-0.4, 0.3, 0.2))
+KINDS = ("ball", "hinge", "weld", "distance", "pin", "plate")
+
+
+def hinge(name: str, parent: str, child: str, x: float = 0.0) -> Revolute:
+    return Revolute(name, parent, child, axis=(0, -1, 0), origin=Placement((x, 0, 0)))
+
+
+def spatial(kind: str, a: str = "ground", b: str = "c") -> Mechanism:
+    """Three boxes on a hinge, free, and on a ball, tied by a loop; the hinge is driven by time."""
+    loop = Loop("tie", kind, a, A, b, B, 0.4 if kind == "distance" else 0.0)  # type: ignore[arg-type]  # parametrized
+    return Mechanism(
+        "spatial",
+        (
+            Body("ground"),
+            *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
+        ),
+        (
+            Revolute("j", "ground", "a", axis=(0, 1, 0), origin=Placement((0.1, 0.2, 0.3))),
+            Floating("f", "a", "b", origin=Placement((0.3, 0, 0), (0.1, 0.2, 0.3))),
+            Spherical("s", "b", "c", origin=Placement((0.3, 0.1, 0), (0.1, 0.2, 0.3))),
+        ),
+        loops=(loop,),
+        coordinates=Coordinates((), {"j": 0.3 * time() ** 2 + 0.2 * time()}),
+    )
+
+
+def closed_of(mechanism: Mechanism) -> Closed:
+    closed = Reference(mechanism).closed
+    assert closed is not None
+    return closed
+
+
+def four_bar(loop: str = "pin", masses: tuple[float, ...] = (1.0, 2.0, 1.5), **values: float) -> Mechanism:
+    """The catalogue's linkage with another loop, or other masses."""
+    given = dict(zip(("m1", "m2", "m3"), masses, strict=True)) | values
+    mechanism = textbook.load("four_bar_linkage", **given)
+    ends = "coupler", (mechanism.values["b"], 0, 0), "rocker", (mechanism.values["c"], 0, 0)
+    made = {"pin": Loop.pin("C", *ends), "ball": Loop.ball("C", *ends), "hinge": Loop.hinge("C", *ends, (0, 1, 0))}
+    return replace(mechanism, loops=(made[loop],))
+
+
+START = {"phi": 1.1, "theta": -0.76, "psi": 1.25}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("ends", [("ground", "c"), ("c", "b"), ("a", "c")])
+def test_the_constraints_change_as_their_jacobian_and_gamma_say(kind: str, ends: tuple[str, str]) -> None:
+    """Along q(t) with constant a: J v + b is the rate of Φ on the loop, J a + γ that of J v + b."""
+    mechanism = spatial(kind, *ends)
+    closed = closed_of(mechanism)
+    random = np.random.default_rng(3)
+    q, v, a = mechanism.position(random.normal(size=11)), random.normal(size=9), random.normal(size=9)
+
+    def path(end: float) -> tuple[np.ndarray, np.ndarray, float]:
+        y, speed, steps = q.copy(), v.copy(), 40
+        h = end / steps
+        for _ in range(steps):
+            k1 = closed.rates(y, speed)
+            k2 = closed.rates(y + h / 2 * k1, speed + h / 2 * a)
+            k3 = closed.rates(y + h / 2 * k2, speed + h / 2 * a)
+            k4 = closed.rates(y + h * k3, speed + h * a)
+            y, speed = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), speed + h * a
+        return y, speed, 0.5 + end
+
+    def rate(end: float) -> np.ndarray:
+        y, speed, t = path(end)
+        here = closed.closures.at(y, speed, t)
+        found: np.ndarray = here.jacobian @ speed + here.drift
+        return found
+
+    def slope(of: list[np.ndarray], h: float) -> np.ndarray:
+        found: np.ndarray = (45 * (of[3] - of[2]) - 9 * (of[4] - of[1]) + (of[5] - of[0])) / (60 * h)
+        return found
+
+    h = 1e-3
+    places = (-3 * h, -2 * h, -h, h, 2 * h, 3 * h)
+    here = closed.closures.at(q, v, 0.5)
+    np.testing.assert_allclose(
+        slope([rate(s) for s in places], h), here.jacobian @ a + here.gamma, atol=1e-7, rtol=1e-8
+    )
+    turning = np.array([name.split(": ")[1] in ("rx", "ry", "rz") for name in closed.closures.names])
+    straight = ~turning if kind in ("hinge", "weld") else np.ones(len(turning), dtype=bool)
+    found = slope([closed.closures.residual(*path(s)[::2]) for s in places], h)
+    np.testing.assert_allclose(found[straight], (here.jacobian @ v + here.drift)[straight], atol=1e-8)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_motion_stays_on_the_loop_and_all_bodies_keep_their_balance(kind: str) -> None:
+    mechanism = spatial(kind)
+    reference, t = Reference(mechanism), 0.5
+    q = assemble(mechanism, mechanism.position(np.random.default_rng(1).normal(size=11)), t=t)
+    v = closed_velocity(closed_of(mechanism), q, np.random.default_rng(2).normal(size=9), t)
+    a, found = reference.acceleration(q, v, t), reference.reactions(q, v, t)
+    closure = closed_of(mechanism).closures.at(q, v, t)
+    assert abs(closure.residual).max() < 1e-13
+    assert abs(closure.jacobian @ v + closure.drift).max() < 1e-12
+    assert abs(closure.jacobian @ a + closure.gamma).max() < 1e-9
+    # Newton and Euler for c alone: the ball joint and the loop carry it
+    poses = reference.poses(q, t)
+    here = poses[3] @ np.array([*B.xyz, 1.0])
+    tie, ball = found["tie"], found["s"]
+    center = reference.point("c", (0, 0, 0), q, v, a, t)
+    np.testing.assert_allclose(tie.force + ball.force + 3 * np.array([0, 0, -9.81]), 3 * center.acceleration, atol=1e-8)
+    tips = [reference.point("c", tuple(axis), q, v, a, t) for axis in np.eye(3)]
+    turn = np.stack([tip.position - center.position for tip in tips], axis=-1)
+    change = np.stack([tip.acceleration - center.acceleration for tip in tips], axis=-1)
+    inertia = np.array([0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04]) * 3 / 12
+    moments = change @ (0.5 * inertia.sum() * np.eye(3) - np.diag(inertia)) @ turn.T
+    rate = np.array([moments[2, 1] - moments[1, 2], moments[0, 2] - moments[2, 0], moments[1, 0] - moments[0, 1]])
+    arm = np.cross(here[:3] - center.position, tie.force)
+    np.testing.assert_allclose(tie.moment + arm + ball.moment, rate, atol=1e-9)
+    assert found["tie"].undetermined == ()
+
+
+@pytest.mark.parametrize("masses", [(1.0, 2.0, 1.5), (1.0, 0.0, 1.5), (1.0, 0.0, 0.0)])
+@pytest.mark.parametrize("loop", ["pin", "ball", "hinge"])
+def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(loop: str, masses: tuple[float, ...]) -> None:
+    """Against numbers from an independent reduced Lagrangian, solved with Newton's method on Taylor jets."""
+    expected = {2.0: -5.56672477868565, 0.0: -6.96628394424538 if masses[2] else -6.67466692677737}[masses[1]]
+    mechanism = four_bar(loop, masses)
+    q = assemble(mechanism, START, keep=("phi",))
+    v = closed_velocity(closed_of(mechanism), q, mechanism.velocity({"phi": 1.7}), 0.0, np.array([True, False, False]))
+    assert (q[0], v[0]) == (1.1, 1.7)
+    assert Reference(mechanism).acceleration(q, v)[0] == pytest.approx(expected, rel=1e-13)
+
+
+def test_redundant_equations_leave_named_components_undetermined() -> None:
+    q = assemble(four_bar(), START)
+    assert Reference(four_bar("pin")).undetermined(q) == {}
+    ball = Reference(four_bar("ball"))
+    out_of_plane = ("force y", "moment x", "moment z")
+    assert ball.undetermined(q) == {"A": out_of_plane, "B": out_of_plane, "D": out_of_plane, "C": ("force y",)}
+    reactions = ball.reactions(q)
+    assert reactions["C"].undetermined == ("force y",)
+    assert reactions["C"].force[1] == pytest.approx(0, abs=1e-12)
+    assert Reference(four_bar("pin")).reactions(q)["A"].undetermined == ()
+    np.testing.assert_allclose(reactions["A"].force, Reference(four_bar("pin")).reactions(q)["A"].force, atol=1e-10)
+
+
+def test_a_massless_link_pulls_along_itself() -> None:
+    mechanism = textbook.load("slider_crank")
+    q = assemble(mechanism, {"theta": 0.7, "beta": -0.97, "x": 1.5}, keep=("theta",))
+    v = projected(closed_of(mechanism), q, mechanism.velocity({"theta": 3.0}), 0.0)[1]
+    found = Reference(mechanism).reactions(q, v)
+    along = Reference(mechanism).poses(q)[2, :3, 0]
+    assert np.linalg.norm(found["B"].force) > 0.1
+    np.testing.assert_allclose(np.cross(found["B"].force, along), 0, atol=1e-12)
+    np.testing.assert_allclose(found["A"].force, found["B"].force, atol=1e-12)
+
+
+def parallel(alpha: float) -> tuple[np.ndarray, float, float]:
+    """Position of the bars of Example 1.2, α'' and the force of CF on DEF, from the springs' exact lengths."""
+    k, length, a, c, s = 50.0, 0.5, 0.8, np.cos(alpha), np.sin(alpha)
+    rise, run = a + 2 * length * s, 2 * length * (1 - c)
+    upper = np.hypot(run, rise)
+    fall, way = a - 4 * length * s, 4 * length * (1 - c)
+    lower = np.hypot(way, fall)
+    pull = -k * (upper - a) / upper * (run * 2 * length * s + rise * 2 * length * c)
+    push = -2 * k * (lower - a) / lower * (way * 4 * length * s - fall * 4 * length * c)
+    turn = (pull + push) / (17 * length**2)
+    return np.array([alpha, alpha, -alpha]), turn, (9 * length**2 * turn - pull) / (4 * length * c)
+
+
+@pytest.mark.parametrize("alpha", [1e-6, 0.1, 0.4, -0.9])
+def test_bars_and_springs_in_large_motion(alpha: float) -> None:
+    q, turn, pin = parallel(alpha)
+    reference = Reference(textbook.load("bars_and_springs_loop"))
+    np.testing.assert_allclose(reference.acceleration(q), [turn, turn, -turn], rtol=1e-10)
+    found = reference.reactions(q)
+    np.testing.assert_allclose(found["F"].force, [0, 0, pin], atol=1e-10 * abs(pin))
+    np.testing.assert_allclose(found["C"].force, [0, 0, pin], atol=1e-10 * abs(pin))
+
+
+def test_bars_and_springs_in_the_small_have_the_reactions_of_the_chapter() -> None:
+    """Fundamentals of Dynamics, eqs. Ex.1.2.e to Ex.1.2.h, with q = 4 l α: on the bars, y upwards."""
+    m, k, length, q = 1.0, 50.0, 0.5, 1e-6
+    reference = Reference(textbook.load("bars_and_springs_loop"))
+    position = np.array([1.0, 1.0, -1.0]) * np.arcsin(q / (4 * length))
+    second = reference.acceleration(position)[0] * 4 * length
+    assert 17 / 4 * m * second + 9 * k * q == pytest.approx(0, abs=1e-4 * k * q)
+    found = reference.reactions(position)
+    for name in "ADCF":
+        assert found[name].force[0] == pytest.approx(0, abs=1e-5 * k * q)
+    assert found["A"].force[2] == pytest.approx(-3 * m / 16 * second - k / 4 * q, rel=1e-4)
+    assert found["D"].force[2] == pytest.approx(-m / 2 * second, rel=1e-4)
+
+
+def test_assembly_keeps_what_it_can() -> None:
+    mechanism = four_bar()
+    named = assemble(mechanism, {"phi": 1.1, "psi": 1.2})
+    assert named[0] != 1.1
+    q = assemble(mechanism, {"phi": 1.1})
+    assert q[0] == 1.1
+    assert abs(closed_of(mechanism).closures.residual(q, 0.0)).max() < 1e-14
+    moved = assemble(mechanism, np.array([1.1, 0.0, 0.0]))
+    assert moved[0] != 1.1
+    assert assemble(textbook.load("cart_pole"), {"x": 0.5}).tolist() == [0.5, 0.0]
+
+
+def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:
+    found = assembly_branches(four_bar(), {"phi": 1.1, "theta": -0.76, "psi": 1.25}, keep=("phi",))
+    assert len(found) == 2
+    crank, rocker = np.array([np.cos(1.1), np.sin(1.1)]), np.array([2.0, 0.0])
+    for q in found:
+        assert q[0] == 1.1
+        joint = crank + 2.2 * np.array([np.cos(q[0] + q[1]), np.sin(q[0] + q[1])])
+        np.testing.assert_allclose(joint, rocker + 1.7 * np.array([np.cos(q[2]), np.sin(q[2])]), atol=1e-12)
+    assert len(assembly_branches(textbook.load("cart_pole"))) == 1
+
+
+def test_a_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:
+    with pytest.raises(ClosureError, match=r"loop 'C' cannot be closed from there.*open by 0\.5 m \(C: y\)"):
+        assemble(four_bar(a=1.0, b=0.2, c=0.3), {"phi": 1.1})
+    with pytest.raises(ClosureError, match="loop 'C' cannot be closed"):
+        assemble(four_bar(), {"phi": 1.1, "theta": 0.3}, keep=("phi", "theta"))
+    with pytest.raises(UnknownNameError, match="unknown coordinate 'fi'"):
+        assemble(four_bar(), keep=("fi",))
+    with pytest.raises(InputError, match="expected a whole number of at least 1 for most, got 0"):
+        assembly_branches(four_bar(), most=0)
+
+
+def test_open_loops_are_not_answered_for() -> None:
+    reference = Reference(four_bar())
+    for ask in (reference.acceleration, reference.reactions, reference.undetermined):
+        with pytest.raises(EngineError, match=r"loops are open at q = .* close them first, by mecanique.assemble"):
+            ask([1.1, 0.0, 0.0])
+
+
+def test_degrees_of_freedom_and_redundant_equations() -> None:
+    plane, ball, hinge = (degrees_of_freedom(four_bar(loop), START) for loop in ("pin", "ball", "hinge"))
+    assert [found.N for found in (plane, ball, hinge)] == [1, 1, 1]
+    assert [found.redundant for found in (plane, ball, hinge)] == [(), ("C: y",), ("C: z", "C: rx", "C: ry")]
+    assert not any(found.singular for found in (plane, ball, hinge))
+    assert str(ball) == (
+        "N = 3 velocities - 2 independent constraint equations (of 3) = 1; as 6 n - b of 3 rigid bodies: b = 17 "
+        "restraints; redundant: C: y"
+    )
+
+
+def test_a_singular_position_is_told_from_a_redundant_equation() -> None:
+    flat = degrees_of_freedom(four_bar(a=1.0, b=2.0, c=1.0, d=2.0), {"phi": 0.0, "theta": 0.0, "psi": 0.0})
+    assert (flat.N, flat.rank_here, flat.singular, flat.redundant) == (1, 1, True, ())
+    assert "singular position: only 1 equations are independent there" in str(flat)
+    bricard = degrees_of_freedom(textbook.load("bricard_linkage"))
+    assert (bricard.N, bricard.constraints, bricard.rank, bricard.singular) == (1, 5, 4, False)
+    assert len(bricard.redundant) == 1
+
+
+def test_particles_count_three_each() -> None:
+    """N = 3 n_p - b (Fundamentals of Dynamics, sect. 1.2): a spherical pendulum and a double one in space."""
+    rope = Mechanism(
+        "rope",
+        (
+            Body("ground"),
+            *(Body(name) for name in ("p1", "p2", "r1", "r2")),
+            *(Body(name, particle(1.0)) for name in "pr"),
+        ),
+        tuple(
+            Prismatic(f"{name}{axis}", parent, child, axis=unit)
+            for name in "pr"
+            for axis, parent, child, unit in (
+                ("x", "ground", f"{name}1", (1, 0, 0)),
+                ("y", f"{name}1", f"{name}2", (0, 1, 0)),
+                ("z", f"{name}2", name, (0, 0, 1)),
+            )
+        ),
+        loops=(
+            Loop.distance("one", "ground", (0, 0, 0), "p", (0, 0, 0), 1.0),
+            Loop.distance("two", "p", (0, 0, 0), "r", (0, 0, 0), 1.5),
+        ),
+    )
+    found = degrees_of_freedom(rope, {"pz": -1.0, "rz": -2.5})
+    assert found.N == 4
+    assert "as 3 n_p - b of 2 particles: b = 2 restraints" in str(found)
+
+
+def test_a_locked_mechanism_still_has_reactions() -> None:
+    truss = Mechanism(
+        "truss",
+        (Body("ground"), Body("a", rod(1.0, 1.0, (1, 0, 0))), Body("b", rod(1.0, 1.0, (1, 0, 0)))),
+        (
+            hinge("A", "ground", "a"),
+            hinge("B", "a", "b", 1),
+        ),
+        loops=(Loop.pin("C", "ground", (1.2, 0, 0), "b", (1, 0, 0)),),
+    )
+    q = assemble(truss, {"A": 1.0, "B": -2.0})
+    found = degrees_of_freedom(truss, q)
+    assert found.N == 0
+    assert "locked: nothing can move" in str(found)
+    reference = Reference(truss)
+    np.testing.assert_allclose(reference.acceleration(q), 0, atol=1e-12)
+    reactions = reference.reactions(q)
+    total = reactions["A"].force + reactions["C"].force
+    np.testing.assert_allclose(total, [0, 0, 2 * 9.81], atol=1e-12)
+
+
+def test_a_position_that_only_trembles_is_locked_and_singular() -> None:
+    flat = Mechanism(
+        "flat",
+        (Body("ground"), Body("a", rod(1.0, 1.0, (1, 0, 0))), Body("b", rod(1.0, 1.0, (1, 0, 0)))),
+        (hinge("A", "ground", "a"), hinge("B", "a", "b", 1)),
+        loops=(Loop.pin("C", "ground", (2, 0, 0), "b", (1, 0, 0)),),
+    )
+    found = degrees_of_freedom(flat)
+    assert (found.N, found.singular, found.redundant) == (0, True, ())
+
+
+def test_a_massless_motion_that_the_loops_leave_free_is_refused_by_name() -> None:
+    mechanism = Mechanism(
+        "loose",
+        (Body("ground"), Body("a", bar(1.0, (1, 0, 0))), Body("b", bar(1.0, (1, 0, 0))), Body("c", rod(1.0, 1.0))),
+        (
+            hinge("A", "ground", "a"),
+            hinge("B", "a", "b", 1),
+            hinge("D", "ground", "c"),
+        ),
+        loops=(Loop.distance("tie", "ground", (3, 0, 0), "b", (1, 0, 0), 1.5),),
+    )
+    q = assemble(mechanism, {"A": 0.3, "B": -0.4})
+    with pytest.raises(ClosureError, match=r"a free direction carries no mass \(.*at [AB]'"):
+        Reference(mechanism).acceleration(q)
+
+
+def test_loops_work_with_coordinate_maps_and_drives() -> None:
+    """The four-bar with its crank driven at constant speed: the drive does what inverse dynamics asks for."""
+    W = Parameter("W", 2.0, "rad/s")
+    driven = four_bar()
+    driven = replace(
+        driven,
+        coordinates=Coordinates((), {"phi": W * time() + 1.1}),
+        parameters=(*driven.parameters, W),
+    )
+    reference = Reference(driven)
+    free = four_bar()
+    for t in (0.0, 0.4):
+        q = assemble(driven, {"theta": -0.76, "psi": 1.25}, t=t)
+        v = projected(closed_of(driven), q, np.zeros(2), t)[1]
+        a = reference.acceleration(q, v, t)
+        whole, speed = np.array([1.1 + 2 * t, *q]), np.array([2.0, *v])
+        push = JointForce("drive", "A", float(reference.reactions(q, v, t)["A"].moment @ np.array([0, -1, 0])))
+        found = Reference(replace(free, forces=(push,))).acceleration(whole, speed)
+        np.testing.assert_allclose(found, [0, *a], atol=1e-11)
+    assert degrees_of_freedom(driven, {"theta": -0.76, "psi": 1.25}).N == 0
+
+
+def test_a_loop_named_like_a_joint_is_kept_apart() -> None:
+    mechanism = four_bar()
+    same = replace(mechanism, loops=(replace(mechanism.loops[0], name="A"),))
+    assert set(Reference(same).reactions(assemble(same, START))) == {"A", "B", "D", "loop A"}
+
+
+def test_linear_maps_may_halve_a_loop() -> None:
+    """A rhombus of four equal bars described by one angle: the loop closes by itself and is redundant."""
+    x = coordinate("x")
+    mechanism = replace(
+        four_bar(a=1.0, b=1.0, c=1.0, d=1.0), coordinates=Coordinates(("x",), {"phi": x, "theta": -x, "psi": x})
+    )
+    found = degrees_of_freedom(mechanism, {"x": 0.7})
+    assert (found.N, found.rank, found.redundant) == (1, 0, ("C: x", "C: y"))
+    free = Reference(replace(mechanism, loops=())).acceleration([0.7], [0.4])
+    np.testing.assert_allclose(Reference(mechanism).acceleration([0.7], [0.4]), free, rtol=1e-12)
