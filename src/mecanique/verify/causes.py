@@ -72,5 +72,9 @@ def _ranked(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
         for k in reversed([*equal, *rest])
     }
     causes = list(reversed(found.values()))
+    if causes[0].removes:
+        # beside a change that removes the difference, only others that do so are worth telling
+        others = (cause for cause in causes[1:] if cause.removes and cause.kind != "other inertia")
+        causes = [causes[0], *others]
     twins = [cause for cause in causes[1:] if cause.after <= bound and cause.kind != "other inertia"]
     return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])

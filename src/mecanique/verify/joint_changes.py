@@ -58,7 +58,9 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 own[k] = sum(mechanism.evaluate(damper.damping) for damper in dampers)
             amounts, answers = fitted(evidence, columns[k : k + 1])
             where, unit = f"joint {joint.name!r}", _UNITS[kind, isinstance(joint, Revolute)]
-            yield Change(kind, where, _text(kind, where, amounts[0], own[k], unit), answers, 1)
+            # less than nothing of it is no likely mistake
+            chosen = 1 if own[k] + amounts[0] > -1e-9 * abs(amounts[0]) else 2
+            yield Change(kind, where, _text(kind, where, amounts[0], own[k], unit), answers, chosen)
         if len(free) > 1:
             amounts, answers = fitted(evidence, columns.sum(axis=0)[None])
             yield Change(kind, "", f"{kind} in every joint: {amounts[0]:+.6g} more in each (SI units)", answers, 1)

@@ -162,7 +162,8 @@ class Verdict:
                 told.append(f"{pair}: {row.remark}")
             if not row.worst <= self.tolerance:
                 told.append(f"{pair}: worst at {self.state(row)}")
-        told += [f"likely cause {k}: {cause}" for k, cause in enumerate(self.causes, 1)]
+        known = self.causes[0].alike if self.causes else ()
+        told += [f"likely cause {k}: {c}" for k, c in enumerate((c for c in self.causes if c not in known), 1)]
         return (*told, *self.notes)
 
     def __str__(self) -> str:
