@@ -66,3 +66,14 @@ def test_refusals_are_sentences() -> None:
     assert "no equilibrium of 'kepler_orbit' was found" in run("kepler_orbit", code=2)
     assert "expected a mode in 0…1" in run("two_blocks", "--compare", "--mode", "3", code=2)
     assert "unknown coordinate 'p'" in run("rigid_bar_pendulum", "--at", "p=3", code=2)
+
+
+def test_the_ground_is_judged_at_a_latitude() -> None:
+    words = ["inertial", "rigid_bar_pendulum", "--latitude", "48", "--duration", "2"]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert "The ground may be taken as inertial within 0.001" in result.output
+    told = json.loads(CliRunner().invoke(app, [*words, "--json"]).stdout)
+    assert told["latitude_deg"] == pytest.approx(48)
+    assert {row["name"] for row in told["rows"]} >= {"q", "force in pin"}
+    assert CliRunner().invoke(app, ["inertial", "two_blocks", "--latitude", "91"]).exit_code == 2

@@ -1,4 +1,4 @@
-"""How small motions are printed: in letters, in numbers, as JSON, as CSV."""
+"""How small motions and checks of the ground are printed: in letters, in numbers, as JSON, as CSV."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ import numpy as np
 from mecanique.errors import DerivationError
 
 if TYPE_CHECKING:
+    from mecanique.motion.inertial import InertialCheck
     from mecanique.motion.linearization import Linearization
     from mecanique.motion.response import Response
 
-__all__ = ["figures", "response_table", "small_motions"]
+__all__ = ["figures", "inertial_figures", "response_table", "small_motions"]
 
 
 def small_motions(linearization: Linearization) -> str:
@@ -69,6 +70,33 @@ def figures(linearization: Linearization) -> str:
             name: [[complex(x).real, complex(x).imag] for x in row]
             for name, row in zip(linearization.deviations, linearization.modes.tolist(), strict=True)
         },
+    }
+    return json.dumps(told, ensure_ascii=False, indent=2, allow_nan=False)
+
+
+def inertial_figures(check: InertialCheck) -> str:
+    """Return a check of the ground as JSON.
+
+    Args:
+        check: what to print.
+    """
+    told = {
+        "mechanism": check.still.mechanism.name,
+        "latitude_deg": float(np.degrees(check.latitude)),
+        "facing": check.facing,
+        "inertial": check.inertial,
+        "tolerance": check.tolerance,
+        "rows": [
+            {
+                "name": row.name,
+                "size": row.size,
+                "change": row.change,
+                "relative": row.relative if np.isfinite(row.relative) else None,
+                "unit": row.unit,
+                "time": row.time,
+            }
+            for row in check.rows
+        ],
     }
     return json.dumps(told, ensure_ascii=False, indent=2, allow_nan=False)
 

@@ -1,216 +1,308 @@
-"""Whether the ground may be taken for an inertial frame: the same motion on the turning earth.
+"""Whether the ground may be taken as inertial: the same motion again on the turning earth.
 
-The site is carried around by the earth, which turns once in a sidereal day: a rheonomic joint between inertial space
-and the ground, with no small-angle formula and no Coriolis force written by hand. The acceleration of free fall that
-the mechanism states is what a plumb line shows at the world's origin, the centrifugal part there included; it turns
-with the ground. With that the earth's center may be left out: what its distance adds is the same at all points of the
-site and is part of what the plumb line shows. The earth's way around the sun and tides are left out.
+The base turns about the earth's axis by rheonomic joints, exactly, at any angle and speed: Coriolis and centrifugal
+effects follow from the equations of motion, not from formulas for small angles. The axis is led through the world's
+origin. That leaves out the uniform part of the centrifugal acceleration, the one that comes from the distance to the
+earth's axis, and rightly so: g as a plumb line shows it, and as a mechanism's gravity states it, contains it already.
+Weights turn with the ground. The earth's way around the sun and the tides are left out.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, final
+from typing import Any, Literal, final
 
 import numpy as np
 
-from mecanique.errors import InputError
+from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import time
+from mecanique.model.expression import finite, time
 from mecanique.model.forces import AnyForce, Force, Torque
-from mecanique.model.joints import Revolute
+from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Parameter
 from mecanique.motion.integrate import simulate
 from mecanique.motion.motion import Motion
+from mecanique.motion.units import units
 
-__all__ = ["EARTH_RATE", "Change", "InertialCheck", "inertial_check", "on_the_turning_earth"]
+__all__ = ["EARTH_RATE", "InertialCheck", "InertialRow", "inertial_check", "on_turning_earth"]
 
 EARTH_RATE = 7.292115e-5
-"""Angular velocity of the earth [rad/s] (IERS Conventions 2010, table 1.2)."""
+"""Rate of the earth's rotation [rad/s] (WGS 84, NIMA TR8350.2, 2000, table 3.1)."""
 
-_SPACE, _JOINT, _RATE = "inertial_space", "earth", "Omega_earth"
+RTOL = 1e-12
+"""Relative tolerance of both motions: what is looked for is small."""
+
+_AXES = {"south": (-1.0, 0.0), "east": (0.0, 1.0), "north": (1.0, 0.0), "west": (0.0, -1.0)}
+"""Components of north along x and y, by where x points: y is then east, north, west, south."""
 
 
 @final
 @dataclass(frozen=True)
-class Change:
-    """How far the earth's rotation changes a quantity.
+class InertialRow:
+    """How far one quantity changes.
 
     Args:
-        largest: over the motion, in the quantity's unit.
-        relative: the same by the largest value of the quantity; infinite where it is zero without the rotation.
-        time: when it is largest [s].
+        name: what it is.
+        size: largest magnitude on ground that is at rest; of a coordinate, its range.
+        change: largest change that the earth's rotation makes.
+        unit: of both.
+        time: when the change is largest [s]; of a period, the end of the motion.
     """
 
-    largest: float
-    relative: float
+    name: str
+    size: float
+    change: float
+    unit: str
     time: float
 
+    @property
+    def relative(self) -> float:
+        """The change by the size; infinite if something arises from nothing."""
+        return self.change / self.size if self.size > 0 else (float("inf") if self.change > 0 else 0.0)
+
 
 @final
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class InertialCheck:
-    """How far motion, reactions and periods change on the turning earth; its text is a table.
+    """A motion on ground at rest against the same motion on the turning earth; its text is a table.
 
     Args:
-        mechanism: its name.
-        latitude: north positive [rad].
-        duration: of the motion [s].
-        coordinates: change of each coordinate.
-        reactions: change of the force in each joint, in the axes of the ground.
-        periods: mean time between the maxima of each coordinate that has two, without and with the rotation [s].
-        motion: the motion on the turning earth.
+        latitude: [rad].
+        facing: where the world's x axis points.
+        rate: of the earth's rotation [rad/s].
+        rows: coordinates, reactions in the ground's axes, periods.
+        still: the motion on ground at rest.
+        turning: the motion on the turning earth.
+        tolerance: relative change below which the ground counts as inertial.
+        length: what moments are compared with forces by, a typical length of the mechanism [m].
     """
 
-    mechanism: str
     latitude: float
-    duration: float
-    coordinates: Mapping[str, Change]
-    reactions: Mapping[str, Change]
-    periods: Mapping[str, tuple[float, float]]
-    motion: Motion
+    facing: str
+    rate: float
+    rows: tuple[InertialRow, ...]
+    still: Motion
+    turning: Motion
+    tolerance: float
+    length: float
 
     @property
-    def worst(self) -> float:
-        """The largest relative change of a coordinate that moves without the rotation."""
-        finite = [change.relative for change in self.coordinates.values() if math.isfinite(change.relative)]
-        return max(finite, default=0.0)
+    def worst(self) -> InertialRow:
+        """The row that changes most, relatively; what arises from nothing is compared with the rest of its unit."""
+        return max(self.rows, key=self._weight)
+
+    @property
+    def inertial(self) -> bool:
+        """Whether every change is within the tolerance, so that the ground may be taken as inertial."""
+        return self._weight(self.worst) <= self.tolerance
+
+    def __getitem__(self, name: str) -> InertialRow:
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise UnknownNameError("row", name, (row.name for row in self.rows))
+
+    def _weight(self, row: InertialRow) -> float:
+        alike = max(other.size for other in self.rows if other.unit == row.unit)
+        if row.unit == "N·m":  # a moment may arise where there was none
+            alike = max(alike, self.length * max(other.size for other in self.rows if other.unit in ("N", "N·m")))
+        return row.change / alike if alike > 0 else row.relative
 
     def __str__(self) -> str:
-        degrees = math.degrees(self.latitude)
+        width = max(len(row.name) for row in self.rows)
+        span = self.still.t[-1] - self.still.t[0]
         lines = [
-            f"{self.mechanism} on the earth, turning at {EARTH_RATE:g} rad/s, latitude {degrees:.4g} degrees, "
-            f"{self.duration:.4g} s; x points east, y north, z up"
+            f"{self.still.mechanism.name} on the earth at latitude {np.degrees(self.latitude):.6g}°, "
+            f"x {self.facing}, z up, over {span:.6g} s",
+            f"{'quantity':<{width}}  {'size':>16}  {'change':>16}  {'relative':>9}  at t [s]",
         ]
-        width = max(map(len, [*self.coordinates, *self.reactions, *self.periods]), default=0)
-        for what, changes in (("coordinate", self.coordinates), ("reaction in", self.reactions)):
-            for name, change in changes.items():
-                share = (
-                    f"{change.relative:.1e} of its largest value" if math.isfinite(change.relative) else "zero without"
-                )
-                lines.append(
-                    f"  {what:<11} {name:<{width}}  changes by {change.largest:.2e} ({share}) at {change.time:.4g} s"
-                )
-        for name, (without, including) in self.periods.items():
-            shift = including / without - 1
-            lines.append(f"  {'period of':<11} {name:<{width}}  {without:.9g} s, relative change {shift:.1e}")
+        for row in self.rows:
+            size, change = (f"{x:.4g} {row.unit}".rstrip() for x in (row.size, row.change))
+            lines.append(f"{row.name:<{width}}  {size:>16}  {change:>16}  {row.relative:9.1e}  {row.time:.4g}")
+        word = "may" if self.inertial else "may not"
+        lines.append(
+            f"The ground {word} be taken as inertial within {self.tolerance:g}: "
+            f"the most is {self._weight(self.worst):.2g}, in {self.worst.name}."
+        )
+        lines.append("g contains the centrifugal acceleration of the place; the rest of the rotation is exact.")
         return "\n".join(lines)
 
 
-def on_the_turning_earth(mechanism: Mechanism, latitude: float) -> Mechanism:
-    """Return a mechanism whose ground is carried by the earth; x points east, y north, z up.
+def inertial_check(
+    mechanism: Mechanism,
+    motion: Motion,
+    latitude: float,
+    *,
+    facing: Literal["south", "east", "north", "west"] = "south",
+    tolerance: float = 1e-3,
+    rate: float = EARTH_RATE,
+) -> InertialCheck:
+    """Judge afterwards whether the ground could be taken as inertial: integrate again on the turning earth.
+
+    Both motions start in the same state relative to the ground. World axes: z up, x where `facing` says.
 
     Args:
-        mechanism: any mechanism; its gravity is what a plumb line shows.
-        latitude: north positive [rad].
+        mechanism: what moves; its gravity is that of the place, as measured.
+        motion: how it moved.
+        latitude: [rad], positive in the north.
+        facing: where the world's x axis points.
+        tolerance: relative change below which the ground counts as inertial.
+        rate: of the earth's rotation [rad/s].
 
     Raises:
-        InputError: if the latitude is not within −π/2…π/2.
+        InputError: if the latitude is not within ±π/2, or the motion is another mechanism's.
+        IntegrationError: if a motion stops before its end.
     """
-    if not (isinstance(latitude, (int, float)) and -math.pi / 2 <= latitude <= math.pi / 2):
-        raise InputError(f"expected a latitude within -pi/2…pi/2 rad, north positive, got {latitude!r}")
-    ground = mechanism.ground
-    rate = Parameter(_RATE, EARTH_RATE, "rad/s", "angular velocity of the earth")
-    weights: list[AnyForce] = []
+    turned = on_turning_earth(mechanism, latitude, facing=facing, rate=rate)
+    tolerance = finite(tolerance, "the tolerance")
+    if not tolerance > 0:
+        raise InputError(f"expected a positive tolerance, got {tolerance:g}")
+    if not isinstance(motion, Motion) or motion.mechanism != mechanism:
+        raise InputError(f"expected a motion of {mechanism.name!r}, as simulate returns it, got {motion!r}")
+
+    def again(which: Mechanism) -> Motion:
+        return simulate(
+            which,
+            q=motion.q[0],
+            v=motion.v[0],
+            t0=float(motion.t[0]),
+            duration=float(motion.t[-1] - motion.t[0]),
+            samples=motion.t,
+            rtol=RTOL,
+            method="dop853" if motion.method.startswith("dop853") else "auto",
+            events=motion.watched,
+        )
+
+    still, turning = again(mechanism), again(turned)
+    count = min(len(still.t), len(turning.t))
+    rows = [*_coordinate_rows(still, turning, count), *_reaction_rows(still, turning, turned, count)]
+    rows += _period_rows(still, turning)
+    from mecanique.verify.states import characteristic_length
+
+    length = float(characteristic_length(mechanism))
+    return InertialCheck(float(latitude), facing, rate, tuple(rows), still, turning, tolerance, length)
+
+
+def on_turning_earth(
+    mechanism: Mechanism,
+    latitude: float,
+    *,
+    facing: Literal["south", "east", "north", "west"] = "south",
+    rate: float = EARTH_RATE,
+) -> Mechanism:
+    """Return a mechanism whose ground turns with the earth; its coordinates are the same, relative to the ground.
+
+    The axis goes through the world's origin, and each body's weight is a force in the ground's axes: g contains the
+    centrifugal acceleration that comes from the distance to the earth's axis.
+
+    Args:
+        mechanism: on ground at rest; world axes: z up, x where `facing` says.
+        latitude: [rad], positive in the north.
+        facing: where the world's x axis points: "south", "east", "north" or "west".
+        rate: of the earth's rotation [rad/s].
+
+    Raises:
+        InputError: if the latitude is not within ±π/2, or `facing` is none of the four.
+    """
+    latitude = finite(latitude, "the latitude")
+    if not abs(latitude) <= np.pi / 2:
+        raise InputError(f"expected a latitude within ±π/2 rad, got {latitude:g}; of degrees take numpy.radians")
+    if facing not in _AXES:
+        raise InputError(f"expected facing among {', '.join(_AXES)}, got {facing!r}")
+    along_x, along_y = (north * float(np.cos(latitude)) for north in _AXES[facing])
+    names = {body.name for body in mechanism.bodies} | {joint.name for joint in mechanism.joints}
+    names |= {*mechanism.coordinates, *mechanism.coordinates.driven, *(force.name for force in mechanism.forces)}
+    names |= {*mechanism.values, *(signal.symbol for signal in mechanism.inputs), "world"}
+    stars, earth, place = (_free(name, names) for name in ("stars", "earth_turn", "place"))
+    axis = (along_x, along_y, float(np.sin(latitude)))
+    weights = []
     for body in mechanism.bodies:
-        if body.name != ground and body.mass != 0:
-            x, y, z = (_product(body.mass, component) for component in mechanism.gravity)
-            weights.append(Force(f"weight_of_{body.name}", body.name, body.center, (x, y, z), axes=ground))
-    carried = [
-        replace(force, axes=ground) if isinstance(force, (Force, Torque)) and force.axes == "world" else force
-        for force in mechanism.forces
-    ]
-    axis = (0.0, math.cos(latitude), math.sin(latitude))
+        if body.name != mechanism.ground and mechanism.evaluate(body.mass) > 0:
+            pull = tuple(body.mass * g for g in mechanism.gravity)
+            weights.append(Force(_free(f"weight of {body.name}", names), body.name, body.center, pull, axes=place))
+    forces = tuple(_turned(force, place) for force in mechanism.forces)
+    old = mechanism.coordinates
     return replace(
         mechanism,
-        name=f"{mechanism.name}_on_earth",
-        bodies=(Body(_SPACE), *mechanism.bodies),
-        joints=(Revolute(_JOINT, _SPACE, ground, axis=axis), *mechanism.joints),
-        forces=(*carried, *weights),
-        parameters=(*mechanism.parameters, rate),
-        coordinates=Coordinates(mechanism.coordinates.names, {**mechanism.coordinates.driven, _JOINT: rate * time()}),
+        bodies=(Body(stars), *mechanism.bodies, Body(place)),
+        joints=(
+            Revolute(earth, stars, mechanism.ground, axis=axis, coordinate=earth),
+            Fixed(place, mechanism.ground, place),
+            *mechanism.joints,
+        ),
+        forces=(*forces, *weights),
+        coordinates=Coordinates(old.names, {**old.driven, earth: rate * time()}, old.limits),
         gravity=(0.0, 0.0, 0.0),
-        ground=_SPACE,
+        ground=stars,
     )
 
 
-def inertial_check(mechanism: Mechanism, motion: Motion, latitude: float) -> InertialCheck:
-    """Judge a motion for which the ground was taken for an inertial frame: how far the earth's rotation changes it.
-
-    Args:
-        mechanism: what moved.
-        motion: how it moved, by `simulate`.
-        latitude: of the site, north positive [rad]; x points east, y north, z up.
-
-    Raises:
-        InputError: if the latitude is not within −π/2…π/2, or the motion is another mechanism's.
-        IntegrationError: if the motion on the turning earth cannot be integrated.
-    """
-    if motion.mechanism != mechanism:
-        raise InputError(f"expected a motion of {mechanism.name!r}, got one of {motion.mechanism.name!r}")
-    carried = on_the_turning_earth(mechanism, latitude)
-    t = motion.t
-    turning = simulate(
-        carried,
-        q=motion.q[0],
-        v=motion.v[0],
-        duration=float(t[-1] - t[0]),
-        rtol=motion.statistics.rtol,
-        t0=float(t[0]),
-    )
-    there = turning(np.clip(t, turning.t[0], turning.t[-1]))
-    coordinates = {
-        name: _change(there.q[:, k : k + 1] - motion.q[:, k : k + 1], motion.q[:, k : k + 1], t)
-        for k, name in enumerate(mechanism.coordinates)
-    }
-    engine = turning.reference
-    place = [body.name for body in carried.bodies].index(mechanism.ground)
-    axes = engine.poses(there.q, there.t)[:, place, :3, :3]
-    theirs = engine.reactions(there.q, there.v, there.t)
-    ours = motion.reference.reactions(motion.q, motion.v, t)
-    reactions = {}
-    for joint in mechanism.joints:
-        force = np.einsum("nji,nj->ni", axes, theirs[joint.name].force)
-        reactions[joint.name] = _change(force - ours[joint.name].force, ours[joint.name].force, t)
-    periods = {}
-    for name in mechanism.coordinates:
-        found = [_period(one, name) for one in (motion, turning)]
-        if found[0] is not None and found[1] is not None:
-            periods[name] = (found[0], found[1])
-    return InertialCheck(mechanism.name, latitude, float(t[-1] - t[0]), coordinates, reactions, periods, turning)
+def _free(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
 
 
-def _change(difference: np.ndarray, values: np.ndarray, t: np.ndarray) -> Change:
-    size = np.linalg.norm(difference, axis=1)
-    at = int(size.argmax())
-    largest, whole = float(size[at]), float(np.linalg.norm(values, axis=1).max())
-    tiny = 1e-12 * max(largest, 1e-300)
-    relative = largest / whole if whole > tiny else math.inf if largest else 0.0
-    return Change(largest, relative, float(t[at]))
+def _turned(force: AnyForce, place: str) -> AnyForce:
+    """A force in world axes is one in the ground's axes now."""
+    return replace(force, axes=place) if isinstance(force, (Force, Torque)) and force.axes == "world" else force
 
 
-def _period(motion: Motion, name: str) -> float | None:
-    """Mean time between the maxima of a coordinate: where its rate falls through zero."""
-    if f"{name}'" not in motion.mechanism.velocities:
-        return None
+def _coordinate_rows(still: Motion, turning: Motion, count: int) -> list[InertialRow]:
+    rows, unit = [], units(still.mechanism)
+    for k, name in enumerate(still.mechanism.coordinates):
+        change = np.abs(turning.q[:count, k] - still.q[:count, k])
+        at = int(change.argmax())
+        rows.append(InertialRow(name, float(np.ptp(still.q[:, k])), float(change[at]), unit[name], float(still.t[at])))
+    return rows
+
+
+def _reaction_rows(still: Motion, turning: Motion, turned: Mechanism, count: int) -> list[InertialRow]:
+    """Changes of reactions, both in the ground's axes."""
+    earth = turned.joints[0]
+    ground = [body.name for body in turned.bodies].index(earth.child)
+    back = turning.poses()[:count, ground, :3, :3].transpose(0, 2, 1)
+    rows = []
+    for joint in still.mechanism.joints:
+        one, other = still.reactions(joint.name), turning.reactions(joint.name)
+        for what, unit in (("force", "N"), ("moment", "N·m")):
+            before = getattr(one, what)[:count]
+            after = np.einsum("nij,nj->ni", back, getattr(other, what)[:count])
+            change = np.linalg.norm(after - before, axis=1)
+            at = int(change.argmax())
+            size = float(np.linalg.norm(before, axis=1).max())
+            if max(size, float(change[at])) > 1e-12:
+                rows.append(InertialRow(f"{what} in {joint.name}", size, float(change[at]), unit, float(still.t[at])))
+    return rows
+
+
+def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
+    """Changes of the mean time between maxima, of coordinates that have some."""
+    rows: list[InertialRow] = []
+    for name in still.mechanism.coordinates:
+        if f"{name}'" not in still.mechanism.velocities:
+            continue
+        before, after = (_maxima(motion, name) for motion in (still, turning))
+        count = min(len(before), len(after))
+        if count > 1:
+            first, second = ((times[count - 1] - times[0]) / (count - 1) for times in (before, after))
+            rows.append(
+                InertialRow(f"period of {name}", first, abs(second - first), "s", float(still.t[-1])),
+            )
+    return rows
+
+
+def _maxima(motion: Motion, name: str) -> list[float]:
+    """When a coordinate is largest, to rounding."""
     from scipy.optimize import brentq
 
-    column = motion.mechanism.velocities.index(f"{name}'")
-    t = np.linspace(motion.t[0], motion.t[-1], 20 * len(motion.t))
-    rate = motion(t).v[:, column]
-    scale = float(np.abs(rate).max())
-    falls = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0) & (scale > 1e-9))
-
-    def at(moment: float) -> float:
-        return float(motion(moment).v[column])
-
-    tops = [brentq(at, t[k], t[k + 1], xtol=1e-14) for k in falls]
-    return float((tops[-1] - tops[0]) / (len(tops) - 1)) if len(tops) > 1 else None
-
-
-def _product(mass: Any, component: Any) -> Any:
-    return 0.0 if isinstance(component, float) and component == 0.0 else mass * component
+    k = motion.mechanism.velocities.index(f"{name}'")
+    rate: Any = motion.v[:, k]
+    if np.ptp(motion[name]) < 1e-9 * (1 + np.abs(motion[name]).max()):
+        return []
+    falls = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0))
+    return [
+        float(brentq(lambda t: float(motion(t).v[k]), motion.t[i], motion.t[i + 1], xtol=1e-13, rtol=1e-14))
+        for i in falls
+    ]
