@@ -160,6 +160,21 @@ def test_arrows_are_the_forces(exported: Callable[[str], Visit], motions: Motion
     seen.clean()
 
 
+def test_a_notebook_shows_the_page_in_a_frame_of_its_own(
+    visit: Callable[..., Visit], motions: Motions, tmp_path: Path
+) -> None:
+    text = motions("rigid_bar_pendulum")._repr_html_()
+    assert text is not None
+    assert text.startswith('<iframe sandbox="allow-scripts allow-downloads" ')
+    (tmp_path / "notebook.html").write_text(f"<!DOCTYPE html><html><body>{text}</body></html>", encoding="utf-8")
+    seen = visit((tmp_path / "notebook.html").as_uri(), wait=False, offline=True)
+    inner = seen.page.frame_locator("iframe")
+    inner.locator("body.ready").wait_for()
+    assert inner.locator(".badge.good").inner_text() == "✓ agrees"
+    assert inner.locator("canvas").count() > 0
+    seen.clean()
+
+
 @pytest.fixture
 def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """A pendulum shown by a program of its own, as a user would: its address and the program."""

@@ -302,6 +302,11 @@ class Motion:
 
         return plot(self, what, joint)
 
+    def _repr_html_(self) -> str | None:
+        from mecanique.motion.notebook import html
+
+        return html(self)
+
     def __repr__(self) -> str:
         return f"<Motion of {self.mechanism.name!r}: {len(self.t)} samples, t = {self.t[0]:g}…{self.t[-1]:g} s>"
 

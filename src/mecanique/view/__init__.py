@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
+from mecanique.motion.notebook import shown_by
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -105,3 +107,12 @@ def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def _frame(motion: Motion) -> str:
+    from mecanique.view.show import frame
+
+    return frame(motion)
+
+
+shown_by(_frame)

@@ -6,18 +6,19 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from html import escape
 from pathlib import Path
 from typing import Any
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.view.document import VerdictTable
 from mecanique.view.live import Changes, LiveView
-from mecanique.view.page import write_page
+from mecanique.view.page import page, write_page
 from mecanique.view.scene import Frame, Scene
 from mecanique.view.staging import actions_of, scene_of
 from mecanique.view.texts import document_of
 
-__all__ = ["export", "scene", "view"]
+__all__ = ["export", "frame", "scene", "view"]
 
 
 def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: Any = None) -> Scene:
@@ -63,6 +64,19 @@ def export(
     if not target.parent.is_dir():
         raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
     return write_page(scene(motion, equations, verdict), target)
+
+
+def frame(motion: Any) -> str:
+    """Return a motion's page in a frame of its own, for a notebook: its scripts run, but see nothing around them.
+
+    Args:
+        motion: the `Motion`.
+    """
+    text = escape(page(scene(motion)), quote=True)
+    return (
+        f'<iframe sandbox="allow-scripts allow-downloads" title="{escape(repr(motion))}" srcdoc="{text}"'
+        ' style="width: 100%; height: 600px; border: 0"></iframe>'
+    )
 
 
 def view(motion: Any, *, speed: float, port: int, open_browser: bool) -> None:
