@@ -100,3 +100,13 @@ def test_residuals_count_every_quantity_alike() -> None:
     assert evidence.before == pytest.approx(0.5)
     assert evidence.residual(evidence.tau) == 0
     assert Evidence.of(mechanism, states, {}) is None
+
+
+def test_gravity_that_leans_is_told_by_its_components() -> None:
+    mechanism = mq.read_urdf(mq.robot("panda"))
+    cause, *more = mq.verify(mechanism, 10, against=replace(mechanism, gravity=(0.5, 0, -9.8))).causes
+    assert (cause.kind, cause.text) == ("gravity direction", "gravity is (0.5, 0, -9.8) m/s²")
+    assert not more
+    still, *_ = mq.verify(mechanism, 10, against=replace(mechanism, gravity=(0, 0, 0))).causes
+    assert still.text == "gravity is left out"
+    assert still.alike == ()

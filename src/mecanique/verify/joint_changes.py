@@ -95,7 +95,12 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
             if size and not np.allclose(np.abs(g), np.abs(own)):
                 yield Change("gravity direction", "", f"gravity pulls along {mark}{name}", answers(g))
     amounts, predicted = fitted(evidence, pulls)
-    listed = ", ".join(f"{g:.6g}" for g in own + amounts)
+    found = np.where(np.abs(own + amounts) > 1e-9 * np.linalg.norm(own + amounts), own + amounts, 0.0)
+    plain = [np.zeros(3), -own, *(sign * size * axis for axis in np.eye(3) for sign in (1, -1))]
+    if size and any(np.allclose(found, one, rtol=0, atol=1e-9 * size) for one in plain):
+        # it is one of those above
+        return
+    listed = ", ".join(f"{g:.6g}" for g in found)
     yield Change("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
 
 
