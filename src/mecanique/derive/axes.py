@@ -67,10 +67,11 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         joint, n, t = swing
         rotation = kinematics.turn(kinematics.place[body])
         rows = [[_dot(rotation[i], unit) for i in range(3)] for unit in (n, t, joint.axis)]
+        pin = joint.name
         sentence = (
-            f"Unit vectors that turn with the body: n points from {joint.name} to the center of mass, t across, to "
-            f"where the angle grows. R_{joint.name}_n is counted towards {joint.name}, against n, and R_{joint.name}_t "
-            "along t. Moments count positive in the sense of the angle."
+            f"Unit vectors that turn with the body: n points from {pin} to the center of mass, t across, to where the "
+            f"angle grows, k along the axis. R_{pin}_n is counted towards {pin}, against n, and R_{pin}_t along t. "
+            "Moments count positive in the sense of the angle."
         )
         return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
     at = int(np.abs(normal).argmax())

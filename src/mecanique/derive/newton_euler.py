@@ -25,7 +25,7 @@ from mecanique.derive.vectors import Vector, along, cross, total, zero
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["NewtonEuler", "derive_equations"]
+__all__ = ["NewtonEuler", "derive_equations", "listed"]
 
 
 def derive_equations(mechanism: Mechanism) -> Equations:
@@ -66,6 +66,7 @@ class NewtonEuler:
         """What each reaction is, by its name."""
         self.symbols: dict[str, tuple[Vector, Vector]] = {}
         """Force and moment of each joint on its child with the reactions by name, by name of the child."""
+        self._own: dict[str, tuple[Vector, Vector]] = {}
         self._zeros: list[str] = []
         self._closed: list[Result] = []
         for cut in self.cuts.bodies:
@@ -109,12 +110,13 @@ class NewtonEuler:
         demand = self.demands[cut.body]
         free = self._free(cut)
         force, moment = zero(algebra), zero(algebra)
+        own: dict[str, Vector] = {"force": zero(algebra), "moment": zero(algebra)}
         for kind, rows, labels, signs in (
             ("force", axes.rows, axes.labels, axes.signs),
             ("moment", axes.turns, axes.turn_labels, (1, 1, 1)),
         ):
             closed = along(algebra, rows, demand.force if kind == "force" else demand.moment)
-            for row, label, sign, value in zip(rows, labels, signs, closed, strict=True):
+            for k, (row, label, sign, value) in enumerate(zip(rows, labels, signs, closed, strict=True)):
                 loose = [rate for rate in free if rate.kind == kind and _parallel(row, rate.axis)]
                 if loose:
                     # a free joint transmits what its rotor takes, nothing else
@@ -127,6 +129,7 @@ class NewtonEuler:
                     self._zeros.append(name)
                     continue
                 symbol = sign * algebra.ring.unknown(name, Kind.REACTION)
+                own[kind][k] = symbol
                 self.unknowns[name] = self._meaning(cut, kind, label, sign)
                 self._closed.append(Result(Left(name), sign * value))
                 vector = [symbol * algebra.lifted(c) for c in row]
@@ -135,6 +138,7 @@ class NewtonEuler:
                 else:
                     moment = total(algebra, [moment, vector])
         self.symbols[cut.body] = (force, moment)
+        self._own[cut.body] = (own["force"], own["moment"])
 
     def _free(self, cut: Cut) -> list[JointRate]:
         """The joint velocities in which the joint of a body transmits nothing."""
@@ -151,27 +155,24 @@ class NewtonEuler:
     def _meaning(self, cut: Cut, kind: str, label: str, sign: int) -> str:
         joint, parent = cut.joint.name, cut.joint.parent
         if kind == "moment":
-            about = f"about {label} of {cut.axes.whose}" if label else "in the sense in which moments count positive"
+            about = f"about {label}{_whose(cut, label)}" if label else "in the sense in which moments count positive"
             return f"moment that {parent} exerts on {cut.body} in {joint}, {about} [N·m]"
-        along_it = f"along {label} of {cut.axes.whose}" if label in "xyz" else f"along {label}"
-        where = f"towards {joint}" if sign < 0 else along_it
+        where = f"towards {joint}" if sign < 0 else f"along {label}{_whose(cut, label)}"
         return f"force that {parent} exerts on {cut.body} in {joint}, {where} [N]"
 
     def _free_body(self, cut: Cut) -> list[Stage]:
         """The balances of one body, with the reactions by name."""
         algebra, body = self.algebra, cut.body
-        push = self.resultant(cut)
         left = along(algebra, cut.axes.rows, cut.push)
-        right = along(algebra, cut.axes.rows, push)
+        right = self.forces_along(cut)
         kept = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
-        turning, moment = self.turning(cut), self.moment(cut)
-        left, right = along(algebra, cut.axes.turns, turning), along(algebra, cut.axes.turns, moment)
+        left, right = along(algebra, cut.axes.turns, self.turning(cut)), self.moments_along(cut)
         spun = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         hung = [other.joint.name for other in self.cuts.bodies if other.joint.parent == body]
         acting = [f"the reaction in {cut.joint.name}", *(["its weight"] if any(cut.weight) else [])]
         acting += list(dict.fromkeys(one.name for one in cut.applied))
         acting += [f"the opposite of the reaction in {name}" for name in hung]
-        sentence = f"Cut free, {body} is acted on by {_listed(acting)}. {cut.axes.sentence}"
+        sentence = f"Cut free, {body} is acted on by {listed(acting)}. {cut.axes.sentence}"
         moving = self._accelerations(cut)
         if moving:
             sentence += (
@@ -214,6 +215,40 @@ class NewtonEuler:
         loads, _ = cut.loads()
         back = [force for _, force, _ in self._behind(cut)]
         return total(self.algebra, [cut.weight, loads, self.symbols[cut.body][0], *back])
+
+    def forces_along(self, cut: Cut) -> Vector:
+        """Return the resultant force along the axes in which the body's equations are written.
+
+        The reaction of its own joint needs no projection, which would write out n·n = 1 in its coordinates.
+
+        Args:
+            cut: the body.
+        """
+        force, own = self.symbols[cut.body][0], self._own[cut.body][0]
+        rest = [a - b for a, b in zip(self.resultant(cut), force, strict=True)]
+        known = self._rotors(cut, "force")
+        found = along(self.algebra, cut.axes.rows, total(self.algebra, [rest, known]))
+        return [a + b for a, b in zip(found, own, strict=True)]
+
+    def moments_along(self, cut: Cut) -> Vector:
+        """Return the resultant moment about the axes in which the body's equations are written.
+
+        Args:
+            cut: the body.
+        """
+        moment, own = self.symbols[cut.body][1], self._own[cut.body][1]
+        rest = [a - b for a, b in zip(self.moment(cut), moment, strict=True)]
+        known = self._rotors(cut, "moment")
+        found = along(self.algebra, cut.axes.turns, total(self.algebra, [rest, known]))
+        return [a + b for a, b in zip(found, own, strict=True)]
+
+    def _rotors(self, cut: Cut, kind: str) -> Vector:
+        """What the rotor of a body's free joint takes."""
+        found = zero(self.algebra)
+        for rate in self._free(cut):
+            if rate.kind == kind and rate.rotor:
+                found = [a - rate.rotor * c for a, c in zip(found, rate.axis, strict=True)]
+        return found
 
     def turning(self, cut: Cut) -> Vector:
         """Return the moment of the rates of momentum about the body's fixed point, or else its center of mass.
@@ -312,11 +347,21 @@ def _back(cut: Cut) -> Vector:
     return [c - c if cut.fixed else -c for c in cut.center]
 
 
+def _whose(cut: Cut, label: str) -> str:
+    """Whose axis a label means, where the sentence about the axes does not tell."""
+    return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
+
+
 def _parallel(row: Sequence[Any], axis: Vector) -> bool:
     """Whether a direction is ± an axis, as series."""
     lifted = [axis[0].ring.number(1) * c for c in row]
     return lifted == axis or lifted == [-c for c in axis]
 
 
-def _listed(words: list[str]) -> str:
+def listed(words: Sequence[str]) -> str:
+    """Return words as an enumeration, the last after "and".
+
+    Args:
+        words: at least one.
+    """
     return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

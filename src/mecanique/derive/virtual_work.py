@@ -14,7 +14,7 @@ from mecanique.derive.cuts import Cut
 from mecanique.derive.derivation import Derivation, Left, Result, Stage
 from mecanique.derive.distribution import distribution_of
 from mecanique.derive.equations import Equations
-from mecanique.derive.newton_euler import NewtonEuler
+from mecanique.derive.newton_euler import NewtonEuler, listed
 from mecanique.derive.poisson import Kind, Series
 from mecanique.derive.springs import length_names
 from mecanique.derive.stages import quaternion_stages
@@ -81,7 +81,7 @@ class VirtualWork:
             Stage(
                 "Sum of the virtual work",
                 "The work of all forces in the virtual displacement, inertia forces included, is zero. As "
-                f"{' and '.join(self._names)} {'is' if len(self._names) == 1 else 'are'} arbitrary, what stands "
+                f"{listed(self._names)} {'is' if len(self._names) == 1 else 'are'} arbitrary, what stands "
                 "before each is zero by itself.",
                 tuple(
                     Result(Left("δW", name[1:], component=True), by_velocity(algebra, c) * delta)
@@ -163,9 +163,10 @@ class VirtualWork:
 
     def _equilibrium(self, cut: Cut) -> Stage:
         algebra, zero = self.algebra, self.algebra.ring.number(0)
-        force = [a - b for a, b in zip(self.balances.resultant(cut), cut.push, strict=True)]
-        moment = [a - b for a, b in zip(self.balances.moment(cut), self.balances.turning(cut), strict=True)]
-        sums = [*along(algebra, cut.axes.rows, force), *along(algebra, cut.axes.turns, moment)]
+        pushes = along(algebra, cut.axes.rows, cut.push)
+        turnings = along(algebra, cut.axes.turns, self.balances.turning(cut))
+        given = (*self.balances.forces_along(cut), *self.balances.moments_along(cut))
+        sums = [a - b for a, b in zip(given, (*pushes, *turnings), strict=True)]
         if not any(sums):
             return Stage(f"Equilibrium of {cut.body}", f"{cut.body} has no mass, and nothing acts on it: all is zero.")
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
@@ -207,12 +208,11 @@ class VirtualWork:
     def _where(self, cut: Cut) -> str:
         if not cut.mass:
             return ""
-        at_one = self._seat_of_inertia(cut)[0] is not None
-        where = f"where their resultant acts, at the distance s_{cut.body}" if at_one else "at the center of mass"
-        weight = (
-            "The weight acts at the center of mass, the inertia forces" if any(cut.weight) else "The inertia forces"
-        )
-        return f" {weight} {where}."
+        if self._seat_of_inertia(cut)[0] is not None:
+            weight = "The weight acts at the center of mass, t" if any(cut.weight) else "T"
+            return f" {weight}he inertia forces where their resultant acts, at the distance s_{cut.body}."
+        both = "Weight and inertia forces act" if any(cut.weight) else "The inertia forces act"
+        return f" {both} at the center of mass."
 
     def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
         """Virtual displacement of the point at which a rod's inertia forces act, and the couple that is left there."""
