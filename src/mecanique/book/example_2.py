@@ -1,114 +1,26 @@
-"""Example 1.2: bars and springs in small vertical motion, every displayed result.
-
-Positions follow from the bars being straight between their ends, velocities and accelerations from differentiation,
-momenta and moments from cross products, reactions from the balances of the single bars. x points right, y up, the
-origin is D; C moves down by q. On ABC the bar CF exerts C_x along x and C_y against y, on DEF it exerts F_x against x
-and F_y along y; A and D are supports.
-"""
+"""Example 1.2: bars and springs in small vertical motion, every displayed result; the assembly is in `bars`."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, final
+from typing import Any
 
+from mecanique.book.bars import Bars
 from mecanique.book.row import Check, Finding, compared, corrected, identical
 
 __all__ = ["CHECKS"]
 
 
-@final
-class _Bars:
-    """The assembly in sympy, for small vertical motion."""
-
-    def __init__(self) -> None:
-        from sympy import Function, Matrix, Symbol, symbols
-
-        self.m, self.k, self.l = symbols("m k l", positive=True)
-        t = Symbol("t")
-        q = Function("q")(t)
-        self.q, self.v, self.a = q, q.diff(t), q.diff(t, 2)
-        length = self.l
-        self.A, self.D = Matrix([0, length]), Matrix([0, 0])
-        C, F = Matrix([4 * length, length - q]), Matrix([4 * length, -q])
-        self.B, self.E = self.A + (C - self.A) * 3 / 4, self.D + (F - self.D) / 2
-        self.Bs, self.C, self.F = self.A + (C - self.A) / 2, C, F
-        self.t = t
-        self.reactions = symbols("A_x A_y C_x C_y D_x D_y F_x F_y")
-        self.delta = Symbol("delta_q")
-
-    def rate(self, point: Any, order: int = 1) -> Any:
-        """Velocity or acceleration of a point."""
-        return point.diff(self.t, order)
-
-    @property
-    def center(self) -> Any:
-        """Center of mass of both particles."""
-        return (self.m * self.B + 2 * self.m * self.E) / (3 * self.m)
-
-    @property
-    def springs(self) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-        """Point and force of each spring: it resists the displacement of its end."""
-        from sympy import Matrix
-
-        lifts = [
-            -stiffness * (point - point.subs(self.q, 0))
-            for stiffness, point in ((self.k, self.Bs), (2 * self.k, self.F))
-        ]
-        return (self.Bs, Matrix(lifts[0])), (self.F, Matrix(lifts[1]))
-
-    @property
-    def pushes(self) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-        """Point and rate of momentum of each particle."""
-        return (self.B, self.m * self.rate(self.B, 2)), (self.E, 2 * self.m * self.rate(self.E, 2))
-
-    def moment(self, about: Any, pairs: Any, *, undeformed: bool = True) -> Any:
-        """Sum of moments about a point, z component; levers of the undeflected assembly, as motion is small."""
-        total = 0
-        for point, force in pairs:
-            arm = (point - about).subs(self.q, 0) if undeformed else point - about
-            total += arm[0] * force[1] - arm[1] * force[0]
-        return total
-
-    @property
-    def equation(self) -> Any:
-        """The left side of the equation of motion as it is printed."""
-        return self.m * self.a * 17 / 4 + 9 * self.k * self.q
-
-    @property
-    def solved(self) -> dict[Any, Any]:
-        """All reactions and q'' from the balances of the three bars."""
-        from sympy import Matrix, Symbol, solve
-
-        Ax, Ay, Cx, Cy, Dx, Dy, Fx, Fy = self.reactions
-        acceleration = Symbol("q2")
-        abc = [(self.A, Matrix([Ax, Ay])), (self.C, Matrix([Cx, -Cy])), self.springs[0]]
-        deform = [(self.D, Matrix([Dx, Dy])), (self.F, Matrix([-Fx, Fy])), self.springs[1]]
-        cf = [(self.C, Matrix([-Cx, Cy])), (self.F, Matrix([Fx, -Fy]))]
-        middle = (self.C + self.F) / 2
-        equations: list[Any] = []
-        for forces, push, point in (
-            (abc, self.pushes[0], self.A),
-            (deform, self.pushes[1], self.D),
-            (cf, None, middle),
-        ):
-            given = [] if push is None else [(push[0], -push[1])]
-            total = sum((force for _, force in [*forces, *given]), Matrix([0, 0]))
-            equations += [*total, self.moment(point, [*forces, *given])]
-        equations = [equation.subs(self.a, acceleration) for equation in equations]
-        (found,) = solve(equations, [*self.reactions, acceleration], dict=True)
-        return {**found, "q''": found[acceleration]}
-
-
 @cache
-def _bars() -> _Bars:
-    return _Bars()
+def _bars() -> Bars:
+    return Bars()
 
 
 _HOW = "positions of the straight bars, differentiated"
 
 
-def _exact(difference: Callable[[_Bars], Any], how: str = _HOW) -> Callable[[], Finding]:
+def _exact(difference: Callable[[Bars], Any], how: str = _HOW) -> Callable[[], Finding]:
     return lambda: identical(difference(_bars()), how)
 
 
@@ -118,7 +30,7 @@ def _vector(x: Any, y: Any) -> Any:
     return Matrix([x, y])
 
 
-def _positions(b: _Bars) -> list[Any]:
+def _positions(b: Bars) -> list[Any]:
     return [
         *(b.B - _vector(3 * b.l, b.l - b.q * 3 / 4)),
         *(b.E - _vector(2 * b.l, -b.q / 2)),
@@ -151,7 +63,7 @@ def _velocity_of_e() -> Finding:
     )
 
 
-def _balance(b: _Bars) -> list[Any]:
+def _balance(b: Bars) -> list[Any]:
     """3 m a_C against the sum of supports and springs, and each side as printed."""
     Ax, Ay, _, _, Dx, Dy, _, _ = b.reactions
     lifts = sum((force for _, force in b.springs), _vector(0, 0))
@@ -165,12 +77,12 @@ def _balance(b: _Bars) -> list[Any]:
     ]
 
 
-def _spin(b: _Bars) -> Any:
+def _spin(b: Bars) -> Any:
     pairs = [(b.B, b.m * b.rate(b.B)), (b.E, 2 * b.m * b.rate(b.E))]
     return b.moment(b.D, pairs) + b.m * b.l * b.v * 17 / 4
 
 
-def _moment(b: _Bars) -> list[Any]:
+def _moment(b: Bars) -> list[Any]:
     Ax, Ay, _, _, Dx, Dy, _, _ = b.reactions
     outer = b.moment(b.D, [(b.A, _vector(Ax, Ay)), (b.D, _vector(Dx, Dy)), *b.springs])
     left = b.moment(b.D, b.pushes)
@@ -178,7 +90,7 @@ def _moment(b: _Bars) -> list[Any]:
     return [left + b.m * b.l * b.a * 17 / 4, outer - (-b.l * Ax + 9 * b.k * b.l * b.q), balance]
 
 
-def _deduced(b: _Bars) -> list[Any]:
+def _deduced(b: Bars) -> list[Any]:
     from sympy import solve
 
     Ax, *_ = b.reactions
@@ -188,7 +100,7 @@ def _deduced(b: _Bars) -> list[Any]:
     return [found - b.equation, other + b.equation]
 
 
-def _link(b: _Bars) -> list[Any]:
+def _link(b: Bars) -> list[Any]:
     _, _, Cx, Cy, _, _, Fx, Fy = b.reactions
     forces = [(b.C, _vector(-Cx, Cy)), (b.F, _vector(Fx, -Fy))]
     total = forces[0][1] + forces[1][1]
@@ -204,25 +116,25 @@ def _link(b: _Bars) -> list[Any]:
     ]
 
 
-def _upper(b: _Bars) -> list[Any]:
+def _upper(b: Bars) -> list[Any]:
     Ax, Ay, Cx, Cy, *_ = b.reactions
     total = _vector(Ax, Ay) + _vector(Cx, -Cy) + b.springs[0][1]
     given = _vector(Ax + Cx, Ay - Cy + b.k * b.q / 2)
     return [*(total - given), *(b.pushes[0][1] - _vector(0, -b.m * b.a * 3 / 4)), b.solved[Ax]]
 
 
-def _motion(b: _Bars) -> Any:
+def _motion(b: Bars) -> Any:
     return b.equation.subs(b.a, b.solved["q''"])
 
 
-def _vertical(b: _Bars) -> list[Any]:
+def _vertical(b: Bars) -> list[Any]:
     solved = b.solved
     Ay, Dy = b.reactions[1], b.reactions[5]
     given = -b.m * b.a * 3 / 16 - b.k * b.q / 4, -b.m * b.a / 2
     return [(g.subs(b.a, solved["q''"]) - solved[name]) for g, name in zip(given, (Ay, Dy), strict=True)]
 
 
-def _displacements(b: _Bars) -> list[Any]:
+def _displacements(b: Bars) -> list[Any]:
     return [
         point.diff(b.q)[1] + share
         for point, share in ((b.Bs, _half()), (b.B, 3 * _half() / 2), (b.F, 1), (b.E, _half()))
@@ -235,7 +147,7 @@ def _half() -> Any:
     return Rational(1, 2)
 
 
-def _work(b: _Bars) -> Any:
+def _work(b: Bars) -> Any:
     """Force times displacement, springs and inertia forces."""
     total = 0
     for point, force in (*b.springs, *((p, -push) for p, push in b.pushes)):
@@ -244,7 +156,7 @@ def _work(b: _Bars) -> Any:
     return [total - printed, printed + b.equation / 4 * b.delta]
 
 
-def _equilibrium(b: _Bars) -> list[Any]:
+def _equilibrium(b: Bars) -> list[Any]:
     """Moments about C and about F, with inertia forces, and what follows for A_y and D_y."""
     from sympy import solve
 
@@ -261,14 +173,14 @@ def _equilibrium(b: _Bars) -> list[Any]:
     ]
 
 
-def _energies(b: _Bars) -> list[Any]:
+def _energies(b: Bars) -> list[Any]:
     T = b.m * b.rate(b.B).dot(b.rate(b.B)) / 2 + b.m * b.rate(b.E).dot(b.rate(b.E))
     drops = [(point - point.subs(b.q, 0))[1] for point in (b.Bs, b.F)]
     V = b.k * drops[0] ** 2 / 2 + b.k * drops[1] ** 2
     return [T - b.m * b.v**2 * 17 / 32, V - b.k * b.q**2 * 9 / 8]
 
 
-def _lagrange(b: _Bars) -> list[Any]:
+def _lagrange(b: Bars) -> list[Any]:
     T, V = b.m * b.v**2 * 17 / 32, b.k * b.q**2 * 9 / 8
     left = T.diff(b.v).diff(b.t) - T.diff(b.q) + V.diff(b.q)
     return [left - b.m * b.a * 17 / 16 - b.k * b.q * 9 / 4, 4 * left - b.equation]
