@@ -13,7 +13,7 @@ from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.linearization import Linearization
-from mecanique.motion.linearizing import linearize
+from mecanique.motion.linearizing import Held, linearize
 from mecanique.motion.rates import Rates
 from mecanique.motion.settings import Values
 from mecanique.motion.units import units
@@ -110,6 +110,8 @@ def equilibrium_near(mechanism: Mechanism, start: np.ndarray, t: float, referenc
     nv = mechanism.nv
     if not nv:
         return start
+    if mechanism.loops:
+        return _near_on_loops(mechanism, start, t, reference)
     q = rates.normalized(np.array(start, dtype=float))
     h = 1e-6
 
@@ -145,6 +147,35 @@ def equilibrium_near(mechanism: Mechanism, start: np.ndarray, t: float, referenc
     except MecaniqueError:  # e.g. a spring of no length on the way
         return None
     return q if float(np.abs(value).max(initial=0.0)) <= 1e-10 * scale + 1e-14 else None
+
+
+def _near_on_loops(mechanism: Mechanism, start: np.ndarray, t: float, reference: Any) -> np.ndarray | None:
+    """The same for a mechanism with loops: Newton's method in the deviations that the loops leave free."""
+    from mecanique.reference.assembly import closed_position
+
+    rates, h = Rates.of(mechanism), 1e-6
+    still = np.zeros(mechanism.nv)
+    try:
+        q = closed_position(reference.closed, rates.normalized(np.array(start, dtype=float)), t)
+        scale, size = 1.0, np.inf
+        for _ in range(STEPS):
+            held = Held(reference, q, t)
+            tangent, count = held.tangent, held.tangent.shape[1]
+            steps = np.vstack([np.zeros(count), np.eye(count) * h, np.eye(count) * -h])
+            many = rates.moved(np.repeat(q[None], len(steps), axis=0), steps @ tangent.T)
+            forces = np.array([reference.inverse_dynamics(one, still, still, t) for one in many])
+            along = held.without_loops(forces, many) @ tangent
+            slope = ((along[1 : count + 1] - along[count + 1 :]) / (2 * h)).T
+            size = float(np.abs(along[0]).max(initial=0.0))
+            scale = float(np.abs(slope).max(initial=0.0)) + float(np.abs(forces[0]).max(initial=0.0))
+            step = -np.linalg.lstsq(slope, along[0], rcond=1e-10)[0]
+            step *= min(1.0, 0.5 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
+            if float(np.abs(step).max(initial=0.0)) < 1e-12:
+                break
+            q = closed_position(reference.closed, rates.moved(q, tangent @ step), t)
+    except MecaniqueError:  # e.g. loops that cannot be closed on the way
+        return None
+    return q if size <= 1e-9 * scale + 1e-14 else None
 
 
 def _gravity(mechanism: Mechanism) -> float:

@@ -1,0 +1,68 @@
+"""Small motions of mechanisms with loops, in the deviations that the loops leave free."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.motion import equilibria, linearize
+
+
+def test_the_closed_bars_and_springs_have_the_equation_of_example_1_2() -> None:
+    mechanism = mq.textbook.load("bars_and_springs_loop")
+    small = linearize(mechanism)
+    p = mechanism.values
+    # (17/4) m q'' + 9 k q = 0 for the displacement q, here over the angle: both sides by the same length squared
+    assert small.K[0, 0] / small.M[0, 0] == pytest.approx(9 * p["k"] / (17 / 4 * p["m"]), rel=1e-11)
+    assert small.tangent.shape == (3, 1)
+    assert small.at_equilibrium
+    np.testing.assert_allclose(small.modes[:, 0], [1, 1, -1], rtol=1e-9)
+    # M and K are those of the tree along the direction that the loop leaves free
+    tree = mq.Reference(mechanism).mass_matrix(small.q)
+    np.testing.assert_allclose(small.M, small.tangent.T @ tree @ small.tangent, rtol=1e-12)
+
+
+def test_the_small_motion_is_the_exact_one_of_a_small_amplitude() -> None:
+    mechanism = mq.textbook.load("bars_and_springs_loop")
+    small = linearize(mechanism)
+    start = mq.assemble(mechanism, {"alpha": 1e-4}, keep=["alpha"])
+    motion = mq.simulate(mechanism, q=start, duration=1.0, rtol=1e-11)
+    expected = 1e-4 * np.cos(small.frequencies[0] * motion.t)
+    np.testing.assert_allclose(motion["alpha"], expected, atol=2e-8)
+
+
+def four_bar() -> mq.Mechanism:
+    """Two equal cranks of length 1 and a coupler of length 1, hanging from pivots 1 m apart: a swinging bar."""
+    return mq.Mechanism(
+        "swing",
+        (mq.Body("ground"), mq.Body("left"), mq.Body("right"), mq.Body("seat", mq.rod(3.0, 1.0, (1, 0, 0)))),
+        (
+            mq.Revolute("a", "ground", "left", axis=(0, -1, 0)),
+            mq.Revolute("b", "ground", "right", origin=mq.Placement((1, 0, 0)), axis=(0, -1, 0)),
+            mq.Revolute("c", "left", "seat", origin=mq.Placement((0, 0, -1)), axis=(0, -1, 0)),
+        ),
+        loops=(mq.Loop.pin("d", "right", (0, 0, -1), "seat", (1, 0, 0), (0, 1, 0)),),
+    )
+
+
+def test_a_swing_on_parallel_ropes_is_a_simple_pendulum() -> None:
+    small = linearize(four_bar(), near={"a": 0.4, "b": 0.4, "c": -0.4})
+    np.testing.assert_allclose(small.q, 0.0, atol=1e-9)
+    assert small.frequencies[0] == pytest.approx(np.sqrt(9.81), rel=1e-8)
+    assert small.stable
+    with pytest.raises(mq.DerivationError, match="has loops: its linear equations are computed, not written out"):
+        small.text()
+
+
+def test_both_equilibria_of_the_swing_are_found() -> None:
+    starts = [{"a": x, "b": x, "c": -x} for x in (0.3, 2.8)]
+    found = equilibria(four_bar(), starts=starts)
+    assert [round(abs(float(e.q[0])), 6) for e in found] == [0.0, round(np.pi, 6)]
+    assert [e.stable for e in found] == [True, False]
+
+
+def test_about_no_equilibrium_the_loops_are_refused() -> None:
+    swing = four_bar()
+    with pytest.raises(mq.InputError, match="expected an equilibrium of 'swing', which has loops"):
+        linearize(swing, at={"a": 0.4, "b": 0.4, "c": -0.4})
