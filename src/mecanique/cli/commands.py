@@ -44,6 +44,7 @@ app = typer.Typer(
 )
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
+IsFloating = Annotated[bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free.")]
 Page = Annotated[Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")]
 
 
@@ -168,7 +169,7 @@ def run(
         raise typer.Exit(1)
 
 
-@app.command(epilog="Examples: mecanique derive double_pendulum --steps; mecanique derive two_blocks --method all")
+@app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
 @guarded
 def derive(
     system: SystemName,
@@ -389,9 +390,10 @@ def export(
     v: Velocities = None,
     duration: Duration = None,
     rtol: Tolerance = 1e-10,
+    floating: IsFloating = False,
 ) -> None:
     """Write the motion as one offline page, with its equations and verdict."""
-    chosen = choose(system, parameters)
+    chosen = choose(system, parameters, "floating" if floating else "fixed")
     motion = simulated(chosen, q, v, duration, rtol)
     path = output or Path(f"{chosen.mechanism.name}.html")
     with working(f"Writing {path}"):
@@ -408,9 +410,10 @@ def view(
     v: Velocities = None,
     duration: Duration = None,
     rtol: Tolerance = 1e-10,
+    floating: IsFloating = False,
 ) -> None:
     """Show the motion live in a browser on this machine, until Ctrl-C."""
-    motion = simulated(choose(system, parameters), q, v, duration, rtol)
+    motion = simulated(choose(system, parameters, "floating" if floating else "fixed"), q, v, duration, rtol)
     mq.view(motion)
 
 
