@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
@@ -196,6 +197,17 @@ def test_every_part_is_submitted_once() -> None:
     executor = Counting()
     sweep_of_pendulums(executor=executor)
     assert executor.parts == list(range(0, 40, 5))
+
+
+def test_threads_share_the_runs_of_a_chunk() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    q, lengths = np.linspace(0.1, 1.0, 1200), np.linspace(0.5, 1.5, 1200)
+    start = np.column_stack([q, np.zeros(1200)])
+    given = (0, pickle.dumps(mechanism), start[:, :1], start[:, 1:], {"l": lengths}, np.array([0.0, 0.5]), "batch")
+    one, two = (run_part(Part(*given, 1e-10, 1e-10, 1000, threads)) for threads in (1, 2))
+    assert two.q.shape == (1200, 2, 1)
+    np.testing.assert_allclose(one.q, two.q, atol=1e-9)
+    np.testing.assert_allclose(one.v, two.v, atol=1e-9)
 
 
 def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:

@@ -25,6 +25,9 @@ from mecanique.motion.taylor import integrator, lanes
 
 __all__ = ["Chunk", "Part", "run_part", "threads_here"]
 
+FEWEST = 500
+"""Fewest runs for which a thread pays."""
+
 
 @final
 @dataclass(frozen=True, eq=False)
@@ -116,25 +119,39 @@ def _batch(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
     values = [part.parameters[symbol] for symbol in program.open]
     rates, nq = Rates.of(mechanism), part.q.shape[1]
 
-    def make(some: np.ndarray) -> Batched:
-        return batched(program, [value[some] for value in values])
-
     def normalized(states: np.ndarray) -> np.ndarray:
         states[:nq] = rates.normalized(states[:nq].T).T
         return states
 
     begin, end = float(part.times[0]), float(part.times[-1])
-    block = Block(
-        make,
-        np.ascontiguousarray(_start(part).T),
-        normalized if rates.balls else None,
-        part.rtol,
-        part.atol,
-        longest_step(mechanism, end - begin, None, ()),
-        part.max_steps,
-    )
-    states, steps = integrate(block, part.times.tolist(), kinks(mechanism, begin, end))
-    return np.moveaxis(states, -1, 0).swapaxes(1, 2), steps
+    longest, stops = longest_step(mechanism, end - begin, None, ()), kinks(mechanism, begin, end)
+    start = _start(part).T
+
+    def work(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+        def make(some: np.ndarray) -> Batched:
+            return batched(program, [value[low + some] for value in values])
+
+        block = Block(
+            make,
+            np.ascontiguousarray(start[:, low:high]),
+            normalized if rates.balls else None,
+            part.rtol,
+            part.atol,
+            longest,
+            part.max_steps,
+        )
+        return integrate(block, part.times.tolist(), stops)
+
+    # numpy lets other threads run while it computes, but small arrays do not pay for them
+    threads = max(1, min(part.threads, len(part) // FEWEST))
+    bounds = [len(part) * k // threads for k in range(threads + 1)]
+    if threads == 1:
+        pieces = [work(0, len(part))]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            pieces = list(pool.map(lambda pair: work(*pair), pairwise(bounds)))
+    states = np.concatenate([piece for piece, _ in pieces], axis=2)
+    return np.moveaxis(states, -1, 0).swapaxes(1, 2), np.concatenate([steps for _, steps in pieces])
 
 
 _integrators: dict[Any, Any] = {}

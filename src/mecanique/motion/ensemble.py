@@ -30,7 +30,7 @@ __all__ = ["simulate_many"]
 Given: TypeAlias = "Sequence[float] | np.ndarray | Mapping[str, float | Sequence[float] | np.ndarray] | None"
 
 CHUNK = 2000
-"""Runs in a chunk: what they need fits into a processor's cache, and the overhead of Python is small."""
+"""Runs in a chunk for each thread: they fit into a processor's cache, and the overhead of Python is small."""
 
 WAITING = 64
 """Most chunks handed to an executor at a time, so that memory stays bounded."""
@@ -140,7 +140,7 @@ def _chunk(count: int, method: str, executor: Executor | None) -> int:
     if method == "single":
         return 10
     # an executor should have some chunks to share out, but small ones are slow: numpy's overhead is per call
-    return CHUNK if executor is None else int(np.clip(-(-count // 8), 250, CHUNK))
+    return CHUNK * threads_here() if executor is None else int(np.clip(-(-count // 8), 250, CHUNK))
 
 
 def _here(parts: Iterator[Part], store: Store) -> Iterator[None]:
