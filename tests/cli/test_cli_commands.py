@@ -148,3 +148,42 @@ def test_derive_prints_all_methods_in_textbook_order_with_every_step() -> None:
     assert pages.count("<h3>") == 3
     words = ("derive", "two_blocks", "--method", "newton_euler", "--format", "latex", "--steps")
     assert "\\section*" in fine(*words)
+
+
+def test_list_shows_degrees_of_freedom_and_takes_tags() -> None:
+    lines = fine("list", "--tag", "loop", "--tag", "planar").splitlines()
+    assert lines
+    assert all("loop" in line and "planar" in line for line in lines)
+    four_bar = next(line for line in lines if line.startswith("four_bar_linkage "))
+    assert "Crank, coupler and rocker" in four_bar
+    assert "N = 1" in four_bar
+    data = {row["name"]: row["N"] for row in json.loads(fine("list", "--json", "--tag", "pendulum"))}
+    assert data["double_pendulum"] == 2
+    result = call("list", "--tag", "pendulun")
+    assert result.exit_code == 2
+    assert "pendulum" in result.stderr
+
+
+def test_picture_draws_a_figure_and_a_body_cut_free() -> None:
+    assert fine("picture", "cart_pole", "-p", "l=0.5") == "Wrote cart_pole.svg\n"
+    whole = Path("cart_pole.svg").read_text(encoding="utf-8")
+    assert whole.startswith("<svg")
+    fine("picture", "cart_pole", "-o", "cart.svg", "--free-body", "cart", "--time", "0.2", "-q", "q=0.5")
+    assert "forces on cart" in Path("cart.svg").read_text(encoding="utf-8")
+    assert call("picture", "cart_pole", "-o", "cart.gif").exit_code == 2
+
+
+def test_gallery_writes_pages_and_pictures() -> None:
+    words = ("gallery", "pages", "--only", "two_blocks", "--duration", "0.1")
+    assert fine(*words) == f"Wrote {Path('pages') / 'index.html'}: 1 of 1 systems\n"
+    assert sorted(path.name for path in Path("pages").iterdir()) == ["index.html", "two_blocks.html"]
+    assert fine("gallery", "drawn", "--only", "two_blocks", "--pictures") == "Wrote 1 pictures to drawn\n"
+    assert [path.name for path in Path("drawn").iterdir()] == ["two_blocks.svg"]
+
+
+def test_view_lets_a_robot_fall(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown: list[mq.Motion] = []
+    monkeypatch.setattr(mq, "view", lambda motion, **_: shown.append(motion))
+    fine("view", "ur5_robot", "--floating", "--duration", "0.1")
+    height = shown[0]["root_joint_z"]
+    assert height[-1] - height[0] == pytest.approx(-9.81 * 0.1**2 / 2, rel=1e-3)

@@ -20,6 +20,9 @@ from mecanique.view.texts import document_of
 
 __all__ = ["export", "frame", "scene", "view"]
 
+MOST_COMPARED = 8
+"""With more velocities than this a live view starts without equations and verdict, which take seconds."""
+
 
 def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: Any = None) -> Scene:
     """Return a motion with all that is said about it, as pure data.
@@ -83,7 +86,7 @@ def view(motion: Any, *, speed: float, port: int, open_browser: bool) -> None:
     """Show a motion live, see `mecanique.view`."""
     if not 0 < speed < float("inf"):
         raise InputError(f"expected a speed above 0, got {speed!r}")
-    first = scene(motion)
+    first = _first(motion)
     with LiveView(first, port=port, open_browser=open_browser) as live:
         print(f"{live.url}\nCtrl-C ends the view.", flush=True)
 
@@ -102,6 +105,15 @@ def view(motion: Any, *, speed: float, port: int, open_browser: bool) -> None:
             live.stream(frames, speed=speed, hold=True)
         except KeyboardInterrupt:
             return
+
+
+def _first(motion: Any) -> Scene:
+    """What a live view begins with; a large mechanism is shown at once and not compared first."""
+    mechanism = getattr(motion, "mechanism", None)
+    if mechanism is None or mechanism.nv <= MOST_COMPARED:
+        return scene(motion)
+    actions = actions_of(motion)
+    return scene_of(motion, document_of(motion, (), None, actions), actions)
 
 
 def _changed(motion: Any, changes: Changes, first: Scene) -> Scene:
