@@ -57,7 +57,7 @@ def test_two_blocks_differ_where_the_spring_is_turned_inside_out() -> None:
     mechanism = mq.textbook.load("two_blocks", a=1.0)
     side = linearize(mechanism).compare()
     # in the first mode q1 = q2/2, and block 1 reaches the wall at q1 = −a
-    assert side.limit == pytest.approx(2.0, rel=1e-5)
+    assert side.limit == pytest.approx(2.0, rel=1e-3)
     assert side.difference < 1e-9
 
 

@@ -238,5 +238,6 @@ def _limit(difference: Callable[[float], float], start: float, tolerance: float)
                 "the linear and the exact motion differ however small they are: the forces have a kink there"
             )
         if np.isfinite(high) and high - low < 1e-12 * high:
-            return low * (1 - 1e-6)  # the difference jumps there, e.g. where a spring is turned inside out
+            # the difference jumps there, e.g. where a spring is turned inside out, which steps may just miss
+            return low * (1 - 1e-4)
     return amplitude if np.isfinite(high) else np.inf

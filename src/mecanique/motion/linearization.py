@@ -156,7 +156,7 @@ class Linearization:
 
         if self.mechanism.loops:
             raise DerivationError(
-                f"mechanism {self.mechanism.name!r} has loops: its linear equations are computed, not written out"
+                f"mechanism {self.mechanism.name!r} has loops, and M, C and K with loops have no closed form here"
             )
         if self.v.any():
             raise DerivationError("the symbolic linear equations are about an equilibrium, not about a state in motion")

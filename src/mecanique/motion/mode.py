@@ -20,6 +20,9 @@ __all__ = ["chosen_mode", "linear_solution", "mode_motion", "slowest", "usual_am
 NODES = 32
 """Points per period between which the linear motion is interpolated."""
 
+TICK = 1e-4
+"""Step, in periods, of the differences that give the rates of a mode whose loops are closed again."""
+
 ANGLE = 0.2
 """Amplitude that is well seen [rad]."""
 
@@ -49,10 +52,10 @@ def mode_motion(
         raise InputError(f"expected a positive number of periods, got {periods!r}")
     nodes = np.linspace(0.0, duration, max(5, int(np.ceil(duration / period * NODES)) + 1))
     mechanism, rates = linearization.mechanism, Rates.of(linearization.mechanism)
-    q, v, a = linear_solution(linearization, mode, size, nodes)
+    q, v, a = _closed_solution(linearization, mode, size, nodes)
     curve = Curve(nodes, q, v, a, np.array([0]), rates)
     times = sample_times(0.0, duration, fps, None)
-    q, v, _ = linear_solution(linearization, mode, size, times)
+    q, v, _ = _closed_solution(linearization, mode, size, times)
     text = f"mode {mode + 1} of the linear equations, {abs(root.imag) / (2 * np.pi):.6g} Hz, amplitude {size:.4g}"
     statistics = Statistics(0, 0, perf_counter() - begin, 0.0, 0.0)
     return Motion(mechanism, times, q, v, curve, text, statistics)
@@ -109,6 +112,28 @@ def linear_solution(
     at = np.repeat(linearization.q[None], len(t), axis=0)
     q = rates.normalized(rates.moved(at, waves.real))
     return q, (root * waves).real, (root**2 * waves).real
+
+
+def _closed_solution(
+    linearization: Linearization, mode: int, amplitude: float, t: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The linear motion with every loop closed again: where the mode is wide, straight deviations open them."""
+    from mecanique.reference import Reference
+    from mecanique.reference.assembly import closed_position
+
+    loops, rates = Reference(linearization.mechanism).closed, Rates.of(linearization.mechanism)
+    if loops is None:
+        return linear_solution(linearization, mode, amplitude, t)
+    h = TICK * 2 * np.pi / abs(chosen_mode(linearization, mode)[0].imag)
+
+    def place(shift: float) -> np.ndarray:
+        straight, _, _ = linear_solution(linearization, mode, amplitude, t + shift)
+        return np.array([closed_position(loops, q, linearization.t) for q in straight])
+
+    before, q, after = place(-h), place(0.0), place(h)
+    v = rates.velocities(q, (after - before) / (2 * h))
+    a = rates.velocities(q, (after - 2 * q + before) / h**2)
+    return q, v, a
 
 
 def usual_amplitude(linearization: Linearization, mode: int) -> float:
