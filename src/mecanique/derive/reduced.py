@@ -29,6 +29,9 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["Reduced"]
 
 _SWEEPS = 40
+_RANK = 1e-8
+"""Pivots and singular values of J below this part of the largest count as zero."""
+
 _REGULAR = 0.05
 """Least singular value of the part of J that determines the dependent coordinates, compared with all of J."""
 
@@ -201,7 +204,7 @@ def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     top = float(np.abs(J).max(initial=0.0))
     while len(rows) < min(J.shape):
         i, k = np.unravel_index(int(np.abs(J).argmax()), J.shape)
-        if not abs(J[i, k]) > 1e-8 * top:
+        if not abs(J[i, k]) > _RANK * top:
             break
         rows.append(int(i))
         columns.append(int(k))
@@ -213,7 +216,7 @@ def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def _is_regular(block: np.ndarray, J: np.ndarray) -> bool:
     """Whether a block of J, taken for the dependent coordinates, is about as well conditioned as J itself."""
-    if not len(block):
-        return True
-    whole = np.linalg.svd(J, compute_uv=False)[len(block) - 1]
-    return bool(np.linalg.svd(block, compute_uv=False)[-1] > _REGULAR * whole)
+    sizes = np.linalg.svd(J, compute_uv=False)
+    if int((sizes > _RANK * sizes[0]).sum()) != len(block):
+        return False
+    return not len(block) or bool(np.linalg.svd(block, compute_uv=False)[-1] > _REGULAR * sizes[len(block) - 1])

@@ -44,6 +44,7 @@ from mecanique.model.shapes import (
     rod,
     shell,
 )
+from mecanique.model.velocity_constraints import VelocityConstraint
 from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
 
 __all__ = [
@@ -77,6 +78,7 @@ __all__ = [
     "Spring",
     "Torque",
     "Universal",
+    "VelocityConstraint",
     "Visual",
     "ball",
     "bar",

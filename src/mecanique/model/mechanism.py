@@ -19,6 +19,7 @@ from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import vector
 from mecanique.model.validation import faults
+from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = ["Mechanism"]
 
@@ -39,6 +40,7 @@ class Mechanism:
         coordinates: generalized coordinates and their map; the joints' own by default.
         gravity: shape (3,), acceleration of free fall in world axes [m/s²].
         ground: name of the body that is fixed in the inertial frame; its frame is the world's.
+        velocity_constraints: rolling, skates and the like; a mechanism that has some is refused, with the reason.
 
     Raises:
         MechanismError: with every fault found.
@@ -54,9 +56,10 @@ class Mechanism:
     coordinates: Coordinates = field(default=Coordinates(()))
     gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
     ground: str = "ground"
+    velocity_constraints: tuple[VelocityConstraint, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("bodies", "joints", "forces", "loops", "parameters", "inputs"):
+        for name in ("bodies", "joints", "forces", "loops", "parameters", "inputs", "velocity_constraints"):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
         driven = self.coordinates.driven

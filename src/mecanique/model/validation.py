@@ -26,6 +26,7 @@ from mecanique.model.forces import (
 from mecanique.model.joints import Floating, Joint, Planar, Prismatic, Revolute, Spherical
 from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
+from mecanique.model.velocity_constraints import VelocityConstraint, is_integrable
 
 __all__ = ["Description", "faults", "inertia_fault"]
 
@@ -70,6 +71,10 @@ class Description(Protocol):
         """Names of its velocities."""
 
     @property
+    def velocity_constraints(self) -> tuple[VelocityConstraint, ...]:
+        """Its constraints on velocities, for which it is refused."""
+
+    @property
     def gravity(self) -> tuple[Scalar, Scalar, Scalar]:
         """Acceleration of free fall."""
 
@@ -91,6 +96,7 @@ def faults(mechanism: Description) -> list[str]:
     found = [*_names(mechanism), *_symbols(mechanism)]
     found += [*_tree(mechanism)]
     found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
+    found += [*_velocity_constraints(mechanism)]
     # values can be judged only when every symbol is known
     return found or [*_bodies(mechanism), *_gravity(mechanism), *_constants(mechanism), *_finite(mechanism)]
 
@@ -294,6 +300,33 @@ def _loops(m: Description) -> Iterator[str]:
                 yield f"loop {loop.name!r}: {name!r} is no body"
         if loop.body_a == loop.body_b:
             yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
+
+
+def _velocity_constraints(m: Description) -> Iterator[str]:
+    known = {*m.coordinates.names, *(p.symbol for p in m.parameters)}
+    sound = bool(m.velocity_constraints)
+    for constraint in m.velocity_constraints:
+        where = f"velocity constraint {constraint.name!r}"
+        unknown = sorted({*constraint.terms, *(s for c in constraint.terms.values() for s in symbols_in(c))} - known)
+        if unknown or not constraint.terms:
+            sound = False
+            told = f"depends on {', '.join(map(repr, unknown))}, no coordinate or parameter" if unknown else "is empty"
+            yield f"{where} {told}"
+    if not sound:
+        return
+    names = ", ".join(repr(constraint.name) for constraint in m.velocity_constraints)
+    values = {p.symbol: p.value for p in m.parameters}
+    if is_integrable(m.velocity_constraints, m.coordinates.names, values):
+        yield (
+            f"velocity constraint {names} is the rate of a constraint on positions; state that one instead, by the "
+            "coordinate map or a loop, and the number of coordinates falls"
+        )
+    else:
+        yield (
+            f"velocity constraint {names} is not holonomic: it restricts velocities and yet no position, so that no "
+            "independent coordinates exist and Lagrange's equations of the second kind do not hold; only holonomic "
+            "mechanisms are treated"
+        )
 
 
 def _bodies(m: Description) -> Iterator[str]:

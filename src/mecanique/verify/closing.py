@@ -45,6 +45,7 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> tuple[A
     found: list[tuple[Array, Array]] = []
     which: list[int] = []
     least: list[float] = []
+    ranks: list[int] = []
     for k in range(len(t)):
         try:
             with np.errstate(all="ignore"):
@@ -55,12 +56,16 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> tuple[A
         closures = closed.closures
         J = closures.rows[:, None] * closures.at(position, velocity, float(t[k])).jacobian * closures.columns
         sizes = np.linalg.svd(J, compute_uv=False)
-        least.append(float(min((s for s in sizes if s > _RANK * sizes[0]), default=1.0)))
+        acting = sizes[sizes > _RANK * sizes[0]]
+        least.append(float(acting.min(initial=1.0)))
+        ranks.append(len(acting))
         found.append((position, velocity))
         which.append(k)
     if not found:
         return q[:0], v[:0], np.arange(0)
-    keep = np.flatnonzero(np.array(least) > max(_REGULAR * np.median(least), _TREMBLING))
+    regular = np.array(least) > max(_REGULAR * np.median(least), _TREMBLING)
+    # fewer equations than usual act at a singular position
+    keep = np.flatnonzero(regular & (np.array(ranks) == max(ranks)))
     return (
         np.array([found[k][0] for k in keep]),
         np.array([found[k][1] for k in keep]),
