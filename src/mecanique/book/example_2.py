@@ -173,6 +173,12 @@ def _equilibrium(b: Bars) -> list[Any]:
     ]
 
 
+def _horizontal(b: Bars) -> list[Any]:
+    """All that is horizontal vanishes, whatever its sign."""
+    Ax, _, Cx, Cy, Dx, _, Fx, Fy = b.reactions
+    return [*(b.solved[name] for name in (Cx, Fx, Ax, Dx)), b.solved[Cy] - b.solved[Fy]]
+
+
 def _energies(b: Bars) -> list[Any]:
     T = b.m * b.rate(b.B).dot(b.rate(b.B)) / 2 + b.m * b.rate(b.E).dot(b.rate(b.E))
     drops = [(point - point.subs(b.q, 0))[1] for point in (b.Bs, b.F)]
@@ -318,6 +324,11 @@ CHECKS = (
             lambda b: 4 * (b.k * b.q / 4 + 9 * b.m * b.a / 16 + 2 * b.k * b.q + b.m * b.a / 2) - b.equation,
             "four times the bracket before dq",
         ),
+    ),
+    Check(
+        "Ex. 1.2 11 a",
+        "with inertia forces: C_x = F_x = 0, C_y = F_y, A_x = C_x = 0, D_x = F_x = 0",
+        _exact(_horizontal, "the balances of all bars, solved"),
     ),
     Check(
         "Ex. 1.2 12",

@@ -40,11 +40,20 @@ def agreement(mechanism: Mechanism) -> str:
     Raises:
         DerivationError: if it has loops, or no closed form of reasonable length.
     """
-    *others, lagrange = derivations(mechanism).values()
+    found = derivations(mechanism)
+    *others, lagrange = found.values()
     for row, name in enumerate(mechanism.velocities):
         for other in others:
             if not (other.rows[row] - lagrange.rows[row]).vanishes():
                 return f"The closed forms of the equation for {name} differ; compare them by numbers."
-    return (
+    said = (
         "All three methods give the same equations of motion: the differences of their left sides vanish identically."
     )
+    reactions = found["newton_euler"].reactions
+    if reactions:
+        said += (
+            f" The reactions {', '.join(reactions)} stand in the balances of the single bodies and in their "
+            "equilibrium with the inertia forces; in the sum of the virtual work and in Lagrange's equations they do "
+            "not appear. Once the motion is known they follow from it, as listed under Reactions."
+        )
+    return said

@@ -25,8 +25,9 @@ def verify(
     """Compare the equations of motion derived in-house with the engine's, or with another source, at random states.
 
     Compared are the mass matrix, the bias, gravity, the generalized forces, inverse dynamics, the acceleration, the
-    energies and the momenta: each form of the in-house derivation against Pinocchio, which gets the mechanism as URDF
-    text only. Where they disagree, the verdict ranks likely causes.
+    energies and the momenta: each form of the in-house derivation (Lagrange's equations by jets, by a recursion and in
+    closed form, Newton and Euler's balances, virtual work) against Pinocchio, which gets the mechanism as URDF text
+    only; and the reactions in all joints. Where they disagree, the verdict ranks likely causes.
 
     Args:
         mechanism: what to verify.
