@@ -237,7 +237,7 @@ def _limit(difference: Callable[[float], float], start: float, tolerance: float)
             raise InputError(
                 "the linear and the exact motion differ however small they are: the forces have a kink there"
             )
-        if np.isfinite(high) and high - low < 1e-12 * high:
-            # the difference jumps there, e.g. where a spring is turned inside out, which steps may just miss
-            return low * (1 - 1e-4)
-    return amplitude if np.isfinite(high) else np.inf
+        if np.isfinite(high) and high - low < 1e-9 * high:
+            break
+    # where the difference jumps, e.g. as a spring is turned inside out, steps may just miss it
+    return low * (1 - 1e-4) if np.isfinite(high) else np.inf
