@@ -9,7 +9,7 @@ Differential Equations II, sect. VII.2).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 
@@ -36,6 +36,9 @@ class Closing:
         reference: its `Reference`.
         rtol: relative tolerance of a step.
     """
+
+    share: ClassVar[float] = 0.25
+    """Part of the tolerance that the steps may use: each starts afresh, and their errors add up without canceling."""
 
     def __init__(self, mechanism: Mechanism, reference: Any, rtol: float) -> None:
         self._mechanism = mechanism

@@ -117,7 +117,8 @@ def simulate(
     path: Callable[[], Curve] | None
     while True:
         steps = Steps()
-        task = Task(rhs, not METHODS[chosen].smooth, rtol, atol, longest, int(max_steps))
+        share = 1.0 if closing is None else Closing.share  # bringing it back restarts each step
+        task = Task(rhs, not METHODS[chosen].smooth, share * rtol, share * atol, longest, int(max_steps))
         watcher = Watcher(mechanism, reference, rates, task, steps, watched, progress, (t0, end), closing)
         if chosen == "dop853":
             watcher.reconsider = plan.watch(t0, end)
