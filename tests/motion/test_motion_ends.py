@@ -38,3 +38,14 @@ def test_other_events_are_still_found() -> None:
     motion = mq.simulate(mechanism, q=[0.8], v=[-0.6], duration=2.0, events=[middle])
     assert motion.times("middle") == pytest.approx([np.pi / 2 - np.arccos(0.8)], rel=1e-9)
     assert motion.watched == (middle,)
+
+
+def test_of_many_motions_those_that_leave_the_chart_have_no_end() -> None:
+    mechanism = mq.textbook.load("particle_on_circle_x")
+    runs = mq.simulate_many(mechanism, q={"x": [0.8, 0.8]}, v={"x": [-0.6, -0.1]}, duration=4.0)
+    assert "chosen because it watches the limits of x" in runs.method
+    assert np.isnan(runs["x"][0, -1])
+    # theta' = 1/6 brings it from acos(0.8) on by 4/6
+    assert runs["x"][1, -1] == pytest.approx(np.cos(np.arccos(0.8) + 4 / 6), abs=1e-6)
+    with pytest.raises(mq.InputError, match="method 'batch' does not watch the limits of x; expected 'single' or"):
+        mq.simulate_many(mechanism, q={"x": [0.8]}, method="batch")

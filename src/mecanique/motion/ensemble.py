@@ -188,6 +188,11 @@ def _chosen(
     """The method, and why it was chosen, after its equations were compared with the reference."""
     if method == "single":
         return method, ""
+    if mechanism.limits:
+        limited = ", ".join(mechanism.limits)
+        if method != "auto":
+            raise InputError(f"method {method!r} does not watch the limits of {limited}; expected 'single' or 'auto'")
+        return "single", f"; chosen because it watches the limits of {limited}"
     try:
         program = program_of(mechanism, varied)
         _compare(mechanism, program, varied)
