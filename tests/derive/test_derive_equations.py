@@ -94,7 +94,7 @@ def test_latex_in_notebooks() -> None:
     assert "\\ddot{q} + \\frac{3 g}{2 l} \\sin\\left(q\\right) &= 0" in latex
 
 
-@pytest.mark.parametrize("name", textbook.names())
+@pytest.mark.parametrize("name", [name for name in textbook.names() if not textbook.load(name).loops])
 def test_steps_define_every_symbol(name: str) -> None:
     equations = derive(textbook.load(name))
     text = equations.text(steps=True)

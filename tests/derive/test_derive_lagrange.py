@@ -21,7 +21,7 @@ from mecanique.model import Mechanism, time
 from mecanique.model.expression import evaluate
 
 READABLE = ("planar", "rheonomic", "three_dimensional", "functions", "free")
-NAMES = (*textbook.names(), *READABLE)
+NAMES = (*(name for name in textbook.names() if not textbook.load(name).loops), *READABLE)
 
 
 @cache
