@@ -100,6 +100,18 @@ def test_mechanisms_without_a_closed_form_run_one_by_one() -> None:
     assert runs.motion(1, samples=2).q[-1] == pytest.approx(runs.q[1, -1], abs=1e-7)
 
 
+def test_closed_mechanisms_run_one_by_one() -> None:
+    mechanism = mq.textbook.load("four_bar_linkage")
+    name = mechanism.coordinates.names[0]
+    start = mq.textbook.entry("four_bar_linkage").start
+    runs = mq.simulate_many(
+        mechanism, {k: [x, x] for k, x in start.items() if k in mechanism.coordinates}, duration=0.1
+    )
+    assert "has loops" in runs.method
+    assert not len(runs.failed)
+    assert np.array_equal(runs[name][0], runs[name][1])
+
+
 def test_a_run_that_fails_leaves_the_others_alone() -> None:
     mechanism = mq.textbook.load("kepler_orbit", mu=1.0)
     runs = mq.simulate_many(
@@ -249,7 +261,10 @@ def test_refusals(options: dict[str, Any], message: str) -> None:
 
 def test_a_dask_cluster_with_a_killed_worker_completes_the_runs(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
+    import dask
+
     with (
+        dask.config.set({"distributed.comm.timeouts.connect": "300s", "distributed.comm.timeouts.tcp": "300s"}),
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(tmp_path)
         ) as cluster,
