@@ -2,9 +2,9 @@
 
     python tests/benchmarks/bench_motion.py [system …]
 
-Every engine integrates 10 s (Panda 1 s) from the same start, at a ladder of tolerances or steps. Of each, the first level
-counts whose final error (the largest of all coordinates and velocities, against Taylor series in extended precision, or
-dop853 at the least tolerance) is at most 1e-10. These levels then run in turns. Times are medians, without building,
+Every engine integrates 10 s (Panda: 1 s) from the same start, at a ladder of tolerances or steps. Of each, the first
+level counts whose final error (the largest of all coordinates and velocities, against Taylor series in long doubles,
+or dop853 at the least tolerance) is at most 1e-10. These levels then run in turns. Times are medians, without building,
 which is listed beside them; ratios are to the first row. Peers that are not installed are left out and named:
 pip install mujoco exudyn pydy drake heyoka.
 """
