@@ -3,10 +3,11 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.linalg import eigh
+from scipy.linalg import eigh, expm
 from scipy.special import ellipj, ellipk
 
 import mecanique as mq
@@ -310,3 +311,28 @@ def test_what_cannot_move_is_refused() -> None:
     )
     with pytest.raises(mq.InputError, match="'welded' has no coordinate, so nothing in it can be set in motion"):
         mq.simulate(mechanism)
+
+
+def test_an_oscillator_follows_a_sampled_force_exactly() -> None:
+    t = np.linspace(0.0, 4.0, 201)
+    values = 3 * np.sin(5 * t) + np.random.default_rng(0).normal(size=t.size)
+    m, k = mq.Parameter("m", 1.0, "kg"), mq.Parameter("k", 100.0, "N/m")
+    load = mq.Input("F", mq.Record(t, values), "N")
+    mechanism = mq.Mechanism(
+        "oscillator",
+        (mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
+        (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(mq.JointSpring("spring", "slide", k), mq.Force("push", "block", (0, 0, 0), (load, 0, 0))),
+        parameters=(m, k),
+        inputs=(load,),
+    )
+    motion = mq.simulate(mechanism, duration=4.0, rtol=1e-10, samples=t)
+    # x'' + 100 x = F, F linear between samples: the matrix exponential of (x, x', F, F') is exact
+    state = np.zeros(2)
+    expected = [state]
+    step = t[1] - t[0]
+    flow = expm(step * np.array([[0, 1, 0, 0], [-100.0, 0, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]]))
+    for before, after in pairwise(values):
+        state = (flow @ np.array([*state, before, (after - before) / step]))[:2]
+        expected.append(state)
+    np.testing.assert_allclose(np.column_stack([motion["x"], motion["x'"]]), expected, atol=2e-9)

@@ -212,6 +212,7 @@ def _integrate(
                     trouble = (outcome, "")
                 if trouble is not None:
                     return trouble, partial(steps.curve, mechanism.nq, rates, method.smooth)
+                steps.t[-1] = stop  # by rounding it may fall short, and no step is small enough for the rest
             if stop < end:
                 y = steps.y[-1]
                 steps.break_here(y, task.rhs(stop, y))
