@@ -42,6 +42,9 @@ _STEPS = 200
 _PATIENCE = 12
 """How many steps in a row may gain less than a thousandth."""
 
+_STARTS = 30
+"""From how many random positions to start where no guess is given."""
+
 _LONGEST = 0.5
 """Longest step, in characteristic lengths or radians."""
 
@@ -53,7 +56,8 @@ def assemble(mechanism: Mechanism, guess: Given = None, *, keep: Sequence[str] =
 
     Args:
         mechanism: what to assemble.
-        guess: shape (nq,), or by coordinate name; zero where left out.
+        guess: shape (nq,), or by coordinate name; zero where left out. Without any guess, random positions are tried
+            where zero does not lead to a closed one.
         keep: names of coordinates that must stay as guessed.
         t: time [s], for prescribed motions.
 
@@ -87,7 +91,25 @@ def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array)
             return closed_position(closed, q, t, held_columns(closed.mechanism, tuple(guess)))
         except ClosureError:
             pass
+    if guess is None and not held.any():
+        return _position_anywhere(closed, q, t, held)
     return closed_position(closed, q, t, held)
+
+
+def _position_anywhere(closed: Closed, q: Array, t: float, held: Array) -> Array:
+    """Positions near q if they can be closed, else near one of a few random ones."""
+    try:
+        return closed_position(closed, q, t, held)
+    except ClosureError as error:
+        first = error
+    random = np.random.default_rng(0)
+    for _ in range(_STARTS):
+        away = random.uniform(-1, 1, closed.mechanism.nv) * closed.closures.columns * np.pi
+        try:
+            return closed_position(closed, moved(closed, q, away), t, held)
+        except ClosureError:
+            continue
+    raise first
 
 
 def assembly_branches(

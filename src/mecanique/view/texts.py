@@ -37,7 +37,7 @@ def document_of(motion: Any, equations: Sequence[Any], verdict: Any, actions: Se
         verdict=_table(verdict) if verdict is not None else VerdictTable(),
         parameters=tuple(_parameters(mechanism)),
         initial=tuple(_initial(motion)),
-        freedom=_freedom(mechanism),
+        freedom=_freedom(motion),
         ledger=_ledger(motion, actions),
         urdf=_urdf(mechanism),
         file_name=mechanism.name,
@@ -102,7 +102,8 @@ def _initial(motion: Any) -> Iterator[Quantity]:
         yield Quantity(name, letter(name), float(value), unit[name], "at the start", -reach, reach)
 
 
-def _freedom(mechanism: Mechanism) -> tuple[str, ...]:
+def _freedom(motion: Any) -> tuple[str, ...]:
+    mechanism: Mechanism = motion.mechanism
     names = ", ".join(mechanism.coordinates)
     moving = len(mechanism.bodies) - 1
     bodies = "1 moving body" if moving == 1 else f"{moving} moving bodies"
@@ -115,7 +116,7 @@ def _freedom(mechanism: Mechanism) -> tuple[str, ...]:
         try:
             from mecanique.reference import degrees_of_freedom
 
-            sentences.append(str(degrees_of_freedom(mechanism)))
+            sentences.append(str(degrees_of_freedom(mechanism, motion.q[0])))
         except MecaniqueError as error:
             sentences.append(str(error))
     return tuple(sentences)
