@@ -41,11 +41,9 @@ def test_energies_agree(name: str) -> None:
         assert difference(fast, exact) < 1e-12
 
 
-@pytest.mark.parametrize("name", textbook.names())
+@pytest.mark.parametrize("name", [name for name in textbook.names() if not textbook.load(name).loops])
 def test_textbook_systems_agree(name: str) -> None:
     mechanism = textbook.load(name)
-    if mechanism.loops:
-        pytest.skip("loops have no unconstrained accelerations")
     some = near_start(mechanism, name, 3)
     fast, exact = Recursion(mechanism), Definition(mechanism)
     scale = max(1.0, float(np.abs(exact.mass_matrix(some)).max()))
