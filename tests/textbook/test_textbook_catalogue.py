@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -30,6 +31,9 @@ CHAPTER = {
     "rotating_plate",
     "two_blocks",
 }
+
+
+ROOT = Path(__file__).parents[2]
 
 
 def words(text: str) -> set[str]:
@@ -82,6 +86,14 @@ def test_there_are_two_facts_or_more_in_one_line_each(name: str) -> None:
     assert len(facts) >= 2
     assert all(0 < len(fact.statement) <= 220 and "\n" not in fact.statement for fact in facts)
     assert len({fact.statement for fact in facts}) == len(facts)
+
+
+@pytest.mark.parametrize("name", names())
+def test_a_urdf_and_a_picture_are_kept(name: str) -> None:
+    """That they are up to date is tested where they are written."""
+    assert (ROOT / "urdf" / f"{name}.urdf").is_file(), f"run: mecanique urdf {name} -o urdf/{name}.urdf"
+    drawn = f"mecanique gallery examples/pictures --pictures --only {name}"
+    assert (ROOT / "examples" / "pictures" / f"{name}.svg").is_file(), f"run: {drawn}"
 
 
 @pytest.mark.parametrize("name", names())

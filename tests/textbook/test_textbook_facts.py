@@ -147,6 +147,8 @@ def test_refusals() -> None:
 def test_the_example_of_the_contributors_guide_is_sound() -> None:
     guide = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
     (example,) = (text for text in re.findall(r"```python\n(.*?)```", guide, re.DOTALL) if "SYSTEM" in text)
+    assert len(example.splitlines()) <= 30
+    assert "mecanique gallery examples/pictures --pictures --only block_and_spring" in guide
     names: dict[str, Any] = {}
     exec(compile(example, "CONTRIBUTING.md", "exec"), names)
     rows = check(names["SYSTEM"])
