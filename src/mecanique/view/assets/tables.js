@@ -65,7 +65,7 @@ export class ForceTable {
       swatch.style.backgroundColor = colorOf(arrow.kind);
       const text = document.createElement("span");
       text.dir = "auto";
-      text.textContent = body === null ? `${arrow.name} on ${this.scene.bodies[arrow.body].name}` : arrow.name;
+      text.textContent = arrow.name; // which says what it acts on
       name.append(swatch, text);
       for (let i = 0; i < 4; i++) cell(row, "", "number");
       cell(row, arrow.unit);
