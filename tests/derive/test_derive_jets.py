@@ -112,7 +112,7 @@ def test_numbers_arrays_and_expressions_enter_the_same_functions() -> None:
 
 
 def test_euler_on_the_rod_pendulum() -> None:
-    m, l, g = 1.3, 0.7, 9.81  # noqa: E741
+    m, l, g = 1.3, 0.7, 9.81
 
     def L(q: Any, v: Any, t: Any) -> Any:
         return m * l**2 / 6 * v[0] ** 2 + m * g * l / 2 * cos(q[0])

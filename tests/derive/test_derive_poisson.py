@@ -182,7 +182,7 @@ def test_a_float_keeps_its_value(number: float) -> None:
 
 def test_square_roots_of_squares_are_exact() -> None:
     ring = Ring()
-    x, y, l, k = ring.coordinate("x"), ring.coordinate("y"), ring.parameter("l"), ring.parameter("k")  # noqa: E741
+    x, y, l, k = ring.coordinate("x"), ring.coordinate("y"), ring.parameter("l"), ring.parameter("k")
     assert sqrt((x - l) ** 2) == l - x
     assert sqrt(4 * l**2 * (x + y - 3 * l) ** 2) == 2 * l * (3 * l - x - y)
     assert sqrt(l**2 / 9) == l / 3
@@ -238,7 +238,7 @@ def test_division_by_a_sum_adjoins_an_inverse() -> None:
 
 def test_coefficients_read_off_mass_matrix_and_bias() -> None:
     ring = Ring()
-    q, m, l, g = ring.coordinate("q"), *(ring.parameter(n) for n in "mlg")  # noqa: E741
+    q, m, l, g = ring.coordinate("q"), *(ring.parameter(n) for n in "mlg")
     v, a = ring.velocity("q"), ring.acceleration("q")
     E = m * l**2 * a + m * g * l * sin(q) + v**2
     (mass,), bias = E.linear(["q''"])
@@ -328,7 +328,7 @@ def test_half_angles_are_fine_when_met_first() -> None:
 
 def _chain(n: int, scalars: Any) -> Any:
     """Lagrangian of n hanging point masses, absolute angles, the pivot moved by A cos W t."""
-    g, A, W, m, l = scalars  # noqa: E741
+    g, A, W, m, l = scalars
 
     def L(q: Any, v: Any, t: Any) -> Any:
         z, vx, vz, total = A * cos(W * t), 0, -A * W * sin(W * t), 0

@@ -139,7 +139,7 @@ class System:
 
 def rod_pendulum() -> list[Series]:
     s = System("q", "m l g")
-    (q,), (v,), m, l, g = s.q, s.v, *s.p.values()  # noqa: E741
+    (q,), (v,), m, l, g = s.q, s.v, *s.p.values()
     return s.equations(m * l**2 * v**2 / 6 + m * g * l * cos(q) / 2)
 
 
@@ -163,7 +163,7 @@ def double_pendulum_relative() -> list[Series]:
 
 def cart_pole() -> list[Series]:
     s = System("q x", "M m l g c", "F")
-    (q, _), (v, xd), M, m, l, g, c = s.q, s.v, *s.p.values()  # noqa: E741
+    (q, _), (v, xd), M, m, l, g, c = s.q, s.v, *s.p.values()
     T = M * xd**2 / 2 + m * ((xd + l * cos(q) * v) ** 2 + (l * sin(q) * v) ** 2) / 2
     return s.equations(T + m * g * l * cos(q), {1: s.f["F"] - c * xd})
 
@@ -176,19 +176,19 @@ def two_blocks() -> list[Series]:
 
 def spherical_pendulum() -> list[Series]:
     s = System("th ph", "m l g")
-    (th, _), (tv, pv), m, l, g = s.q, s.v, *s.p.values()  # noqa: E741
+    (th, _), (tv, pv), m, l, g = s.q, s.v, *s.p.values()
     return s.equations(m * l**2 * (tv**2 + sin(th) ** 2 * pv**2) / 2 + m * g * l * cos(th))
 
 
 def spinning_top() -> list[Series]:
     s = System("phi th psi", "A C m l g")
-    (_, th, _), (a, b, c), A, C, m, l, g = s.q, s.v, *s.p.values()  # noqa: E741
+    (_, th, _), (a, b, c), A, C, m, l, g = s.q, s.v, *s.p.values()
     return s.equations(A * (b**2 + a**2 * sin(th) ** 2) / 2 + C * (c + a * cos(th)) ** 2 / 2 - m * g * l * cos(th))
 
 
 def driven_pivot() -> list[Series]:
     s = System("q", "m l g A W")
-    (q,), (v,), m, l, g, A, W = s.q, s.v, *s.p.values()  # noqa: E741
+    (q,), (v,), m, l, g, A, W = s.q, s.v, *s.p.values()
     tau = W * s.ring.time
     x, z = l * cos(q) * v, l * sin(q) * v - A * W * sin(tau)
     return s.equations(m * (x**2 + z**2) / 2 - m * g * (A * cos(tau) - l * cos(q)))
@@ -224,7 +224,7 @@ def bead_on_hoop() -> list[Series]:
 
 def furuta() -> list[Series]:
     s = System("phi theta", "J m r l g I", "tau")
-    (_, th), (a, b), J, m, r, l, g, I = s.q, s.v, *s.p.values()  # noqa: E741
+    (_, th), (a, b), J, m, r, l, g, I = s.q, s.v, *s.p.values()
     x, y, z = r * a + l * cos(th) * b, l * sin(th) * a, l * sin(th) * b
     T = J * a**2 / 2 + m * (x**2 + y**2 + z**2) / 2 + I * (b**2 + a**2 * sin(th) ** 2) / 2
     return s.equations(T + m * g * l * cos(th), {0: s.f["tau"]})
@@ -249,13 +249,13 @@ def arm() -> list[Series]:
 
 def torsion_spring() -> list[Series]:
     s = System("q", "m l g k alpha")
-    (q,), (v,), m, l, g, k, alpha = s.q, s.v, *s.p.values()  # noqa: E741
+    (q,), (v,), m, l, g, k, alpha = s.q, s.v, *s.p.values()
     return s.equations(m * l**2 * v**2 / 2 + m * g * l * cos(q - alpha) - k * q**2 / 2)
 
 
 def three_pendulums() -> list[Series]:
     s = System("q1 q2 q3", "m l g")
-    m, l, g = s.p.values()  # noqa: E741
+    m, l, g = s.p.values()
     x, z, L = s.ring.number(0), s.ring.number(0), s.ring.number(0)
     for q in s.q:
         x, z = x + l * sin(q), z - l * cos(q)
@@ -394,7 +394,7 @@ def test_terms_are_data() -> None:
     (equation,) = equations(rod_pendulum())
     first, second = equation.left.terms
     assert (first.coefficient, first.motion) == (1, sympy.Symbol("q''"))
-    g, l, q = sympy.symbols("g l q")  # noqa: E741
+    g, l, q = sympy.symbols("g l q")
     assert second.coefficient.doit() == sympy.Rational(3, 2) * g * sympy.sin(q) / l
     assert second.motion == 1
     assert not equation.right.terms
@@ -434,7 +434,7 @@ def test_names_are_taken_apart(name: str, base: str, subscript: str, dots: int) 
 
 def test_steps_are_written_in_three_formats() -> None:
     s = System("q", "m l")
-    (v,), m, l = s.v, *s.p.values()  # noqa: E741
+    (v,), m, l = s.v, *s.p.values()
     T = m * l**2 * v**2 / 6
     assert str(Definition("T", expression(T))) == "T = l^2 m q'^2/6"
     assert Definition("T", expression(T)).latex() == r"T = \frac{l^{2} m}{6} \dot{q}^{2}"

@@ -205,7 +205,7 @@ def test_a_cloud_is_its_particles() -> None:
 def test_symbolic_inertias_stay_exact() -> None:
     from sympy import Rational, Symbol
 
-    m, l = Parameter("m", 1.0, "kg"), Parameter("l", 2.0, "m")  # noqa: E741 - the field's letter for a length
+    m, l = Parameter("m", 1.0, "kg"), Parameter("l", 2.0, "m")
     shape = rod(m, l)
     assert shape.inertia[:3] == (Symbol("m") * Symbol("l") ** 2 * Rational(1, 12),) * 2 + (0,)
     assert shape.center[2] == -Symbol("l") / 2

@@ -54,7 +54,7 @@ def one_body(joint: Joint, *shapes: Shape, **fields: object) -> Reference:
 @pytest.mark.parametrize(("q", "v"), SAMPLES)
 def test_rod_pendulum(q: float, v: float) -> None:
     """m l²/3 q'' + ½ m g l sin q = 0 and the reactions of the pin on the rod, along −n and t."""
-    m, l, g = 2.0, 1.5, 9.81  # noqa: E741 - the field's letter for a length
+    m, l, g = 2.0, 1.5, 9.81
     reference = Reference(load("rigid_bar_pendulum", m=m, l=l, g=g))
     a = -1.5 * g * sin(q) / l
     assert reference.mass_matrix([q]) == pytest.approx(np.array([[m * l**2 / 3]]), rel=1e-15)
@@ -226,7 +226,7 @@ def test_a_ball_joint_turns_by_euler() -> None:
     reference = one_body(Spherical("s", "ground", "b", origin=Placement((1, 2, 3))), heavy, gravity=(0, 0, -9.81))
     w, c = np.array([0.5, -1.0, 2.0]), np.array([0.1, 0.2, -0.5])
     center = np.array([[0.3, 0.01, 0.02], [0.01, 0.4, -0.03], [0.02, -0.03, 0.2]])
-    I = center + 2.0 * (c @ c * np.eye(3) - np.outer(c, c))  # noqa: E741 - the field's letter
+    I = center + 2.0 * (c @ c * np.eye(3) - np.outer(c, c))
     weight = rotation(TURN).T @ [0, 0, -2 * 9.81]
     assert reference.mass_matrix(TURN) == pytest.approx(I, rel=1e-13)
     bias = np.cross(w, I @ w) - np.cross(c, weight)

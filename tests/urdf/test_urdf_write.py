@@ -465,7 +465,7 @@ def test_the_last_of_a_chain_bears_the_joints_name_and_child() -> None:
 
 
 def test_bodies_without_mass_have_no_inertial_and_rods_stand_where_they_are() -> None:
-    m, l = Parameter("m", 3.0), Parameter("l", 0.7)  # noqa: E741 - the field's letter for a length
+    m, l = Parameter("m", 3.0), Parameter("l", 0.7)
     system = Mechanism(
         "m",
         bodies=(Body("ground"), Body("bare"), Body("rod", rod(m, l)), Body("brick", box(1, (1, 1, 1)))),

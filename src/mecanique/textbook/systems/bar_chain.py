@@ -25,7 +25,7 @@ from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number,
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, k: Parameter, P: Parameter, C: Parameter, n: int) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, k: Parameter, P: Parameter, C: Parameter, n: int) -> Mechanism:
     """Return the chain of n bars."""
     bars = range(1, n + 1)
     names = {0: "ground", **{i: f"bar{i}" for i in bars}}

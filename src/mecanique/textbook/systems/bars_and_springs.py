@@ -26,7 +26,7 @@ from mecanique.textbook.facts import Conserved, Frequencies, KineticEnergy, Mass
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
     """Return the assembly as a tree whose bars follow q together."""
     from sympy import asin
 

@@ -25,7 +25,7 @@ from mecanique.textbook.facts import Acceleration, Frequencies, KineticEnergy, N
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, k: Parameter, l: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, k: Parameter, l: Parameter) -> Mechanism:
     """Return the assembly as a tree whose bars follow q together."""
     turn = coordinate("q") / (4 * l)
     return Mechanism(

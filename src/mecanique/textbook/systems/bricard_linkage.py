@@ -20,7 +20,7 @@ AXES = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0))
 """Axes of the hinges at the ends of the rods; the last one closes the chain."""
 
 
-def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the linkage."""
     places = [tuple(l * c for c in edge) for edge in EDGES]
     names = ["ground", *(f"rod{k}" for k in range(1, 6))]

@@ -24,7 +24,7 @@ from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassM
 from mecanique.textbook.system import System
 
 
-def build(M: Parameter, m: Parameter, l: Parameter, c: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(M: Parameter, m: Parameter, l: Parameter, c: Parameter, g: Parameter) -> Mechanism:
     """Return the cart and its pendulum."""
     F = Input("F", 0.0, "N", "force on the cart")
     return Mechanism(

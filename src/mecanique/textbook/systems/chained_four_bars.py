@@ -15,7 +15,7 @@ from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Period, V
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:
     """Return the chain of n windows."""
     windows = range(1, n + 1)
     return Mechanism(

@@ -14,7 +14,7 @@ from mecanique.textbook.system import System
 QUARTER = 1.5707963267948966
 
 
-def build(m1: Parameter, m2: Parameter, l: Parameter, r: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m1: Parameter, m2: Parameter, l: Parameter, r: Parameter, g: Parameter) -> Mechanism:
     """Return the pendulum."""
     bob = disk(m2, r).at((0, 0, -l), (QUARTER, 0, 0))
     return Mechanism(

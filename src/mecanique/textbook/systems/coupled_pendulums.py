@@ -13,7 +13,7 @@ from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number,
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, d: Parameter, a: Parameter, k: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, d: Parameter, a: Parameter, k: Parameter, g: Parameter) -> Mechanism:
     """Return both pendulums and the spring."""
     return Mechanism(
         name="coupled_pendulums",

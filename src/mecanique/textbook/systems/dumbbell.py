@@ -13,7 +13,7 @@ from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number
 from mecanique.textbook.system import System
 
 
-def build(m1: Parameter, m2: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m1: Parameter, m2: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the particles on their rod; the rod's frame is at the center of mass."""
     z1, z2 = -m2 * l / (m1 + m2), m1 * l / (m1 + m2)
     rod = bar(l, (0, 0, 1), start=(0, 0, z1), radius=0.01)

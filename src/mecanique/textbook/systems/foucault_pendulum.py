@@ -28,7 +28,7 @@ from mecanique.textbook.facts import Conserved, Eigenvalues, MassMatrix, Number,
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, W: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter, W: Parameter) -> Mechanism:
     """Return the pendulum on its platform."""
     floor = Visual(Box((l, l, l / 50)), Placement((0, 0, -1.1 * l)), (0.8, 0.8, 0.8, 1.0))
     return Mechanism(

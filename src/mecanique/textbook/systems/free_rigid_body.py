@@ -12,7 +12,7 @@ from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Num
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the cylinder."""
     return Mechanism(
         name="free_rigid_body",

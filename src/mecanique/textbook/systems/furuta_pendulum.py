@@ -14,7 +14,7 @@ from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassM
 from mecanique.textbook.system import System
 
 
-def build(M: Parameter, m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(M: Parameter, m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the arm and its pendulum."""
     tau = Input("tau", 0.0, "N·m", "torque on the arm")
     return Mechanism(

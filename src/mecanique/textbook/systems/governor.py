@@ -18,7 +18,7 @@ def build(
     m: Parameter,
     M: Parameter,
     J: Parameter,
-    l: Parameter,  # noqa: E741 - the field's letter for a length
+    l: Parameter,
     k: Parameter,
     a: Parameter,
     g: Parameter,

@@ -25,7 +25,7 @@ from mecanique.textbook.facts import Acceleration, KineticEnergy, StabilityLimit
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, A: Parameter, W: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter, A: Parameter, W: Parameter) -> Mechanism:
     """Return the pendulum on its pivot."""
     from sympy import cos
 

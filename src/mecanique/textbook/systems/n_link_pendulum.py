@@ -12,7 +12,7 @@ from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassM
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:
     """Return the pendulum of n links."""
     links = range(1, n + 1)
     return Mechanism(

@@ -11,7 +11,7 @@ from mecanique.textbook.facts import Acceleration, Period, Reaction, Solution, V
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the pendulum."""
     return Mechanism(
         name="simple_pendulum",

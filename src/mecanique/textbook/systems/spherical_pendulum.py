@@ -12,7 +12,7 @@ from mecanique.textbook.facts import Acceleration, Conserved, Eigenvalues, React
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the pendulum: a massless yoke turns by phi, the rod swings in it by theta."""
     return Mechanism(
         name="spherical_pendulum",
