@@ -6,7 +6,8 @@ length l hangs on C and is pinned to the other bar's end at F, which closes the 
 holds F from below, both of free length a, relaxed and vertical while the bars are horizontal; gravity is ignored. The
 generalized coordinates are the angles alpha of ABC and delta of DEF, positive downwards, and gamma of CF against ABC;
 the loop leaves one of them free. Nothing is small: C falls by 4 l sin(alpha). The bar CF carries no mass and stays
-vertical, so that its pins transmit vertical forces only.
+vertical, so that its pins transmit vertical forces only. `bars_and_springs` is the same assembly in the one
+coordinate 4 l sin(alpha), without a loop and with its equation in letters.
 """
 
 from numpy import cos, sin, sqrt
@@ -16,7 +17,7 @@ from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:  # noqa: E741 - the field's letter for a length
+def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
     """Return the assembly with a loop at F."""
     return Mechanism(
         name="bars_and_springs_loop",
