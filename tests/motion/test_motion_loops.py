@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from mecanique import textbook
 from mecanique.errors import ClosureError, InputError
-from mecanique.model import coordinate
+from mecanique.model import Body, JointDamper, JointSpring, Mechanism, Prismatic, box, coordinate
 from mecanique.motion import Motion, simulate
 from mecanique.motion.actions import Actions
 from mecanique.motion.events import Event
@@ -138,3 +140,36 @@ def test_impacts_need_an_open_mechanism() -> None:
             q={"theta": 0.7},
             events=[Event("wall", coordinate("x") - 0.9, restitution=0.5)],
         )
+
+
+def stiff_slider_crank() -> Mechanism:
+    """The slider-crank of the catalogue carrying a load on a very stiff, overdamped spring."""
+    loop = textbook.load("slider_crank")
+    return replace(
+        loop,
+        bodies=(*loop.bodies, Body("load", box(1.0, (0.1, 0.1, 0.1)))),
+        joints=(*loop.joints, Prismatic("seat", "slider", "load", axis=(1, 0, 0), coordinate="u")),
+        forces=(JointSpring("spring", "seat", 1e6), JointDamper("damper", "seat", 3e4)),
+    )
+
+
+def test_stiff_loops_are_left_to_an_implicit_method() -> None:
+    mechanism, start = stiff_slider_crank(), dict(textbook.entry("slider_crank").start)
+    auto = simulate(mechanism, q=start, v={"theta": 3.0}, duration=0.1, rtol=1e-8)
+    assert auto.method.startswith("radau")
+    assert "chosen for stiff equations, found by dop853 at" in auto.method
+    asked = simulate(mechanism, q=start, v={"theta": 3.0}, duration=0.1, rtol=1e-8, method="radau")
+    tight = simulate(mechanism, q=start, v={"theta": 3.0}, duration=0.1, rtol=1e-11, method="dop853")
+    assert tight.method.startswith("dop853")
+    for motion in (auto, asked):
+        assert motion.statistics.steps < tight.statistics.steps / 3
+        assert drift(motion) < 1e-10
+        assert drift(motion, np.linspace(0.001, 0.099, 40)) < 1e-10
+        np.testing.assert_allclose(motion.q[-1], tight.q[-1], atol=1e-7)
+        np.testing.assert_allclose(motion.v[-1], tight.v[-1], atol=1e-6)
+
+
+def test_a_loop_that_is_not_stiff_is_left_to_the_explicit_method() -> None:
+    motion = simulate(textbook.load("slider_crank"), q=dict(textbook.entry("slider_crank").start), duration=8.0)
+    assert motion.statistics.steps > 200
+    assert motion.method.startswith("dop853")

@@ -119,6 +119,7 @@ def simulate(
         steps = Steps()
         share = 1.0 if closing is None else Closing.share  # bringing it back restarts each step
         task = Task(rhs, not METHODS[chosen].smooth, share * rtol, share * atol, longest, int(max_steps))
+        task.doubtful = method == "auto" and chosen == "dop853" and closing is not None
         watcher = Watcher(mechanism, reference, rates, task, steps, watched, progress, (t0, end), closing)
         if chosen == "dop853":
             watcher.reconsider = plan.watch(t0, end)

@@ -13,11 +13,44 @@ from mecanique.motion.steps import RightHandSide, Steps
 
 __all__ = ["METHODS", "Method", "Outcome", "Task", "advance"]
 
+_DOUBT = 200
+"""Steps after which stiffness is looked for across restarts."""
+
 LEAST_RTOL = 2.3e-14
 """The least relative tolerance that SciPy's classes take."""
 
 Outcome: TypeAlias = Literal["end", "stopped", "stiff", "too many steps", "step too small", "fault"]
 """How a stretch ended: at its end, by the watcher, or by what stopped the method."""
+
+
+@final
+class _Doubt:
+    """Whether steps of dop853 are held short by stability rather than accuracy, counted across restarts.
+
+    The last two evaluations of a step are at its end and estimate the greatest rate of decay there; as in Hairer,
+    Nørsett & Wanner, Solving Ordinary Differential Equations I (1993), DOP853, fifteen steps at the limit make the
+    equations stiff, unless six shorter ones in a row lie between.
+    """
+
+    def __init__(self) -> None:
+        self._evaluations = [(np.zeros(0), np.zeros(0))] * 2
+        self._at_limit = self._below = 0
+
+    def note(self, y: np.ndarray, rate: np.ndarray) -> None:
+        """Keep an evaluation."""
+        self._evaluations = [self._evaluations[1], (y.copy(), rate)]
+
+    def step(self, length: float) -> bool:
+        """Return whether the equations are stiff, after a step of a length [s]."""
+        (y, rate), (last, last_rate) = self._evaluations
+        apart = float(np.linalg.norm(last - y)) if len(y) == len(last) else 0.0
+        if apart > 0.0 and length * float(np.linalg.norm(last_rate - rate)) > 6.1 * apart:
+            self._at_limit, self._below = self._at_limit + 1, 0
+        else:
+            self._below += 1
+            if self._below == 6:
+                self._at_limit = 0
+        return self._at_limit >= 15
 
 
 @final
@@ -35,6 +68,7 @@ class Task:
         atol: absolute tolerance of a step.
         max_step: longest step, infinite if it need not be bounded [s].
         max_steps: most steps.
+        doubtful: whether to watch for stiffness across restarts, which the explicit method's own count forgets.
         evaluations: number of evaluations of the equations so far.
         fault: what the equations raised, if anything.
     """
@@ -45,8 +79,10 @@ class Task:
     atol: float
     max_step: float
     max_steps: int
+    doubtful: bool = False
     evaluations: int = 0
     fault: BaseException | None = field(default=None, init=False)
+    doubt: _Doubt = field(default_factory=_Doubt, init=False)
 
 
 Run: TypeAlias = Callable[[Task, Steps, float, Callable[[], bool]], Outcome]
@@ -133,16 +169,22 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
         except BaseException as error:
             task.fault = error
             rate = np.full(len(y), np.nan)
+        if task.doubtful:
+            task.doubt.note(y, rate)
         return rate
 
+    stiff = False
     first = True
 
     def accepted(t: float, y: np.ndarray) -> Literal[-1, 0]:
-        nonlocal first
+        nonlocal first, stiff
         if first:  # the start, which is already among the steps
             first = False
             return 0
         add(t, y, rate)  # the last evaluation was at the step's end
+        if task.doubtful and task.doubt.step(t - steps.t[-2]) and len(steps.t) > _DOUBT:
+            stiff = True
+            return -1
         try:
             return -1 if watch() else 0
         except BaseException as error:
@@ -163,6 +205,8 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
     task.evaluations += calls
     if task.fault is not None:
         return "fault"
+    if stiff:
+        return "stiff"
     outcomes: dict[int, Outcome] = {
         1: "end",
         2: "stopped",
