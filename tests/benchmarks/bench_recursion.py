@@ -24,7 +24,7 @@ from mecanique.derive.recursion import Recursion
 from mecanique.derive.states import States
 from mecanique.reference.engine import MOST_VELOCITIES, load
 
-SIZES = (10, 20, 40, 80, 150, 300, 600, 1000)
+SIZES = (10, 20, 40, 80, 150, 200, 300, 600, 1000)
 JETS = 40
 STATES = 100
 MASS_ENTRIES = 3_000_000

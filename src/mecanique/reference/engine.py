@@ -16,8 +16,8 @@ from mecanique.urdf.write import write_urdf
 
 __all__ = ["MOST_DEPTH", "MOST_VELOCITIES", "Engine", "Holder", "Seat", "load"]
 
-MOST_VELOCITIES = 150
-"""Pinocchio's work space takes about 63 bytes times the cube of the number of joint velocities."""
+MOST_VELOCITIES = 210
+"""Pinocchio's work space takes about 63 bytes times the cube of the number of joint velocities: 0.6 GB at 210."""
 
 MOST_DEPTH = 1000
 """Pinocchio's parser recurses along the tree; a few thousand joints in a row end the process."""

@@ -311,7 +311,7 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "too-many-coordinates",
         "warning",
         "Pinocchio's memory grows with the cube of the number of coordinates (8 GB at 500).",
-        "Stay below 150 coordinates to verify against Pinocchio.",
+        "Stay at or below 210 coordinates to verify against Pinocchio.",
     ),
     ("M702", "too-deep", "warning", "Pinocchio crashes on chains of thousands of links.", "Stay below 1,000."),
     ("M703", "not-used", "info", "It does not enter the equations of motion.", "Nothing."),

@@ -12,7 +12,7 @@ from mecanique.urdf.joints import SINGLE, JointText
 
 __all__ = ["check"]
 
-_MOST_VELOCITIES = 150
+_MOST_VELOCITIES = 210
 _MOST_DEPTH = 1000
 _VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
 
