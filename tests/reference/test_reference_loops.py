@@ -255,6 +255,28 @@ def test_a_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:
         assembly_branches(four_bar(), most=0)
 
 
+def test_the_linkage_of_the_catalogue_is_assembled_without_a_guess() -> None:
+    mechanism = textbook.load("four_bar_linkage")
+    with pytest.raises(ClosureError, match="loop 'C' cannot be closed from there"):
+        assemble(mechanism, np.zeros(3))
+    q = assemble(mechanism)
+    assert abs(closed_of(mechanism).closures.residual(q, 0.0)).max() < 1e-12
+    assert assemble(mechanism).tolist() == q.tolist()
+    freedom = degrees_of_freedom(mechanism)
+    assert (freedom.N, freedom.singular) == (1, False)
+    assert freedom.q.tolist() == q.tolist()
+
+
+def test_a_loop_that_can_be_closed_nowhere_is_named_as_found_from_zero() -> None:
+    impossible = four_bar(a=1.0, b=0.2, c=0.3)
+    with pytest.raises(ClosureError, match="loop 'C' cannot be closed from there") as from_zero:
+        assemble(impossible, np.zeros(3))
+    for ask in (assemble, degrees_of_freedom):
+        with pytest.raises(ClosureError) as anywhere:
+            ask(impossible)
+        assert str(anywhere.value) == str(from_zero.value)
+
+
 def test_open_loops_are_not_answered_for() -> None:
     reference = Reference(four_bar())
     for ask in (reference.acceleration, reference.reactions, reference.undetermined):
