@@ -52,7 +52,7 @@ def gallery(
     Args:
         directory: where to; it is made if it does not exist.
         systems: names of systems; all by default.
-        duration: of each motion [s]; what the catalogue states by default.
+        duration: longest motion [s]; by default each is as long as the catalogue states.
         progress: called with the name of each system as its turn comes, and the share that is done.
 
     Returns:
@@ -122,7 +122,8 @@ def _motion(name: str, duration: float | None) -> object:
 
     system = entry(name)
     speed = {velocity.removesuffix("'"): value for velocity, value in system.start_velocity.items()}
-    seconds = system.duration if duration is None else duration
+    # what is fast is not made longer: the squeezer is shown for some hundredths of a second
+    seconds = system.duration if duration is None else min(duration, system.duration)
     return simulate(load(name), q=dict(system.start), v=speed, duration=seconds)
 
 
