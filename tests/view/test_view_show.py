@@ -248,6 +248,65 @@ def identity(seen: Visit) -> str | None:
     return found
 
 
+@pytest.fixture
+def moving(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
+    """A mechanism shown by a program of its own while its motion is computed."""
+    script = tmp_path / "move.py"
+    script.write_text(f"import mecanique as mq\nmq.view({request.param}, open_browser=False)\nprint('ended')\n")
+    run = subprocess.Popen(
+        [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+    )
+    try:
+        assert run.stdout is not None
+        yield run.stdout.readline().strip(), run
+    finally:
+        run.kill()
+        run.communicate()
+
+
+def interrupt(run: subprocess.Popen[str]) -> None:
+    run.send_signal(signal.SIGINT)
+    said, complaint = run.communicate(timeout=10)
+    assert said.endswith("ended\n")
+    assert complaint == ""
+    assert run.returncode == 0
+
+
+@pytest.mark.parametrize("moving", ["mq.textbook.load('rigid_bar_pendulum'), q={'q': 2.0}"], indirect=True)
+def test_a_mechanism_moves_on_while_it_is_shown_and_starts_again_with_a_changed_parameter(
+    moving: tuple[str, subprocess.Popen[str]], visit: Callable[..., Visit]
+) -> None:
+    address, run = moving
+    seen = visit(address)
+    until(lambda: bool(seen.js("mecanique.clock.time") > 2.7))
+    assert_swings(seen, l=1.0)
+    seen.page.click("#play")
+    seen.page.click("#tab-parameters")
+    gone = seen.js("window.mecanique.scene.live.id")
+    seen.js("() => { const s = document.querySelector('[data-name=l]'); s.value = 2; s.oninput(); s.onchange(); }")
+    until(lambda: identity(seen) not in (None, gone))
+    seen.page.wait_for_selector("body.ready")
+    until(lambda: bool(seen.js("mecanique.clock.time") > 2.2))
+    assert_swings(seen, l=2.0)
+    assert seen.messages == []
+    assert seen.errors == []
+    interrupt(run)
+
+
+@pytest.mark.parametrize(
+    "moving", ["mq.textbook.load('four_bar_linkage'), q=mq.textbook.entry('four_bar_linkage').start"], indirect=True
+)
+def test_a_closed_mechanism_moves_on_while_it_is_shown(
+    moving: tuple[str, subprocess.Popen[str]], visit: Callable[..., Visit]
+) -> None:
+    address, run = moving
+    seen = visit(address)
+    until(lambda: bool(seen.js("mecanique.clock.time") > 2.7))
+    assert seen.messages == []
+    assert seen.errors == []
+    interrupt(run)
+
+
 def test_what_cannot_be_shown_is_refused(motions: Motions, tmp_path: Path) -> None:
     motion = motions("rigid_bar_pendulum")
     with pytest.raises(mq.InputError, match=r"expected a path in a directory that exists, got .*nowhere"):

@@ -49,24 +49,39 @@ def export(
     return write(motion, path, equations=equations, verdict=verdict)
 
 
-def view(motion: Motion, *, speed: float = 1.0, port: int = 0, open_browser: bool = True) -> None:
+def view(
+    shown: Motion | Mechanism,
+    *,
+    q: Mapping[str, float] | Sequence[float] | None = None,
+    v: Mapping[str, float] | Sequence[float] | None = None,
+    duration: float | None = None,
+    rtol: float = 1e-10,
+    speed: float = 1.0,
+    port: int = 0,
+    open_browser: bool = True,
+) -> None:
     """Show a motion live in a browser on this machine, until Ctrl-C or the end of the process.
 
-    The server answers on 127.0.0.1 only, under a random token. Parameters and initial values can be changed in the
-    page; the motion is then computed again.
+    A mechanism is set in motion and shown while the motion is computed. The server answers on 127.0.0.1 only, under a
+    random token. Parameters and initial values can be changed in the page; the motion then starts again with them.
 
     Args:
-        motion: what `simulate` returned.
+        shown: a mechanism, or what `simulate` returned.
+        q: a mechanism's position at the start: by coordinate name or shape (nq,).
+        v: its velocity at the start: by name or shape (nv,).
+        duration: how long it moves [s]; without end by default.
+        rtol: relative tolerance of each step of a mechanism's integration.
         speed: seconds shown per second.
         port: 0 takes any free port.
         open_browser: whether to open the page; its address is printed in any case.
 
     Raises:
-        InputError: if the port is taken, the speed is not above 0, or the motion is none.
+        InputError: if the port is taken, speed or duration is not above 0, or it is neither motion nor mechanism.
+        MecaniqueError: if the mechanism's motion cannot start.
     """
     from mecanique.view.show import view as show
 
-    show(motion, speed=speed, port=port, open_browser=open_browser)
+    show(shown, q=q, v=v, duration=duration, rtol=rtol, speed=speed, port=port, open_browser=open_browser)
 
 
 def picture(

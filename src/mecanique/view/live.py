@@ -66,6 +66,16 @@ class LiveView:
         """How many pages are open."""
         return self._server.viewers
 
+    @property
+    def scene(self) -> Scene:
+        """What is shown."""
+        return self._scene
+
+    @property
+    def latest(self) -> Frame:
+        """The instant that is shown."""
+        return self._latest
+
     def show(self, scene: Scene) -> None:
         """Replace the scene; open pages load the new one.
 
@@ -86,6 +96,7 @@ class LiveView:
             InputError: if it has other bodies, arrows, lines, traces or series than the scene.
         """
         self._server.publish(frame.t, row(frame, self._scene))
+        self._latest = frame
 
     def stream(self, frames: Frames, *, speed: float = 1.0, hold: bool = False) -> None:
         """Show frames as their time comes; returns when there are no more.

@@ -13,15 +13,13 @@ from typing import Any
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.view.document import VerdictTable
 from mecanique.view.live import Changes, LiveView
+from mecanique.view.moving import MOST_COMPARED, Moving
 from mecanique.view.page import page, write_page
 from mecanique.view.scene import Frame, Scene
 from mecanique.view.staging import actions_of, scene_of
 from mecanique.view.texts import document_of
 
 __all__ = ["export", "frame", "scene", "view"]
-
-MOST_COMPARED = 8
-"""With more velocities than this a live view starts without equations and verdict, which take seconds."""
 
 
 def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: Any = None) -> Scene:
@@ -82,29 +80,46 @@ def frame(motion: Any) -> str:
     )
 
 
-def view(motion: Any, *, speed: float, port: int, open_browser: bool) -> None:
-    """Show a motion live, see `mecanique.view`."""
+def view(
+    shown: Any, *, q: Any, v: Any, duration: float | None, rtol: float, speed: float, port: int, open_browser: bool
+) -> None:
+    """Show a motion, or a mechanism that moves while it is shown, see `mecanique.view`."""
+    from mecanique.model.mechanism import Mechanism
+
     if not 0 < speed < float("inf"):
         raise InputError(f"expected a speed above 0, got {speed!r}")
-    first = _first(motion)
+    frames: Callable[[LiveView, Changes], Iterator[Frame]]
+    if isinstance(shown, Mechanism):
+        if duration is not None and not 0 < duration < float("inf"):
+            raise InputError(f"expected a duration above 0, or None for no end, got {duration!r}")
+        moving = Moving(shown, q, v, float("inf") if duration is None else duration, rtol)
+        first, frames = moving.first, moving.frames
+    else:
+        if not (q is None and v is None and duration is None):
+            raise InputError("q, v and duration belong to a mechanism; a motion has its own")
+        first = _first(shown)
+        frames = _recorded(shown, first)
     with LiveView(first, port=port, open_browser=open_browser) as live:
         print(f"{live.url}\nCtrl-C ends the view.", flush=True)
-
-        def frames(changes: Changes) -> Iterator[Frame]:
-            shown = first
-            if changes:
-                try:
-                    shown = _changed(motion, changes, first)
-                except MecaniqueError as error:
-                    # the page says why nothing moves, and the next change starts anew
-                    shown = replace(first, document=replace(first.document, subtitle=str(error)))
-                live.show(shown)
-            yield from (shown.frame(k) for k in range(len(shown.t)))
-
         try:
-            live.stream(frames, speed=speed, hold=True)
+            live.stream(lambda changes: frames(live, changes), speed=speed, hold=True)
         except KeyboardInterrupt:
             return
+
+
+def _recorded(motion: Any, first: Scene) -> Callable[[LiveView, Changes], Iterator[Frame]]:
+    def frames(live: LiveView, changes: Changes) -> Iterator[Frame]:
+        shown = first
+        if changes:
+            try:
+                shown = _changed(motion, changes, first)
+            except MecaniqueError as error:
+                # the page says why nothing moves, and the next change starts anew
+                shown = replace(first, document=replace(first.document, subtitle=str(error)))
+            live.show(shown)
+        yield from (shown.frame(k) for k in range(len(shown.t)))
+
+    return frames
 
 
 def _first(motion: Any) -> Scene:

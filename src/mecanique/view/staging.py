@@ -24,13 +24,16 @@ MOST_ARROWS = 120
 """More forces than this are not drawn: the page would be neither legible nor light."""
 
 
-def scene_of(motion: Any, document: Document | None = None, actions: Sequence[Action] | None = None) -> Scene:
+def scene_of(
+    motion: Any, document: Document | None = None, actions: Sequence[Action] | None = None, *, complete: bool = False
+) -> Scene:
     """Return everything that is shown of a motion.
 
     Args:
         motion: the `Motion`.
         document: the texts around the picture.
         actions: the forces to draw, with as many states as the motion has samples; those of `actions_of` by default.
+        complete: whether to keep what is zero or at rest all along, so that every stretch of a motion is staged alike.
     """
     mechanism: Mechanism = motion.mechanism
     poses: Floats = motion.poses()
@@ -42,11 +45,11 @@ def scene_of(motion: Any, document: Document | None = None, actions: Sequence[Ac
         bodies=tuple(SceneBody(body.name, tuple(_shapes(mechanism, body.visuals))) for body in mechanism.bodies),
         positions=poses[:, :, :3, 3],
         quaternions=_quaternions(poses[:, :, :3, :3]),
-        arrows=tuple(_arrows(mechanism, shown)),
+        arrows=tuple(_arrows(shown, complete)),
         lines=tuple(_lines(mechanism, poses, at)),
-        traces=tuple(_traces(mechanism, poses, at)),
+        traces=tuple(_traces(mechanism, poses, at, complete)),
         joints=tuple(_marks(mechanism)),
-        series=tuple(_series(motion)),
+        series=tuple(_series(motion, complete)),
         document=Document() if document is None else document,
         planar=_planar(poses),
     )
@@ -106,11 +109,11 @@ def _planar(poses: Floats) -> bool:
     return sideways < 1e-9 * scale and turned < 1e-9
 
 
-def _arrows(mechanism: Mechanism, actions: Sequence[Action]) -> Iterator[Arrow]:
+def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
     used: dict[str, int] = {}
     for action in actions:
         for vector, unit, what in ((action.force, "N", ""), (action.moment, "N·m", " moment")):
-            if not np.abs(vector).max(initial=0.0) > 1e-9:
+            if not (complete or np.abs(vector).max(initial=0.0) > 1e-9):
                 continue
             plain = {"weight": f"weight of {action.body}", "inertia": f"inertia of {action.body}"}
             name = plain.get(action.kind, f"{action.name} on {action.body}") + what
@@ -140,7 +143,7 @@ def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[
             yield Line(f"joint {joint.name}", "spring" if joint.name in sprung else "rod", np.stack(ends, axis=1))
 
 
-def _traces(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Trace]:
+def _traces(mechanism: Mechanism, poses: Floats, at: dict[str, int], complete: bool) -> Iterator[Trace]:
     """The path of the point of each last body that is farthest from its joint."""
     parents = {joint.parent for joint in mechanism.joints}
     for body in mechanism.bodies:
@@ -150,7 +153,7 @@ def _traces(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator
         tip = max(tips, key=lambda xyz: round(float(np.linalg.norm(xyz)), 9))
         pose = poses[:, at[body.name]]
         path = pose[:, :3, 3] + pose[:, :3, :3] @ tip
-        if np.ptp(path, axis=0).max() > 1e-9:
+        if complete or np.ptp(path, axis=0).max() > 1e-9:
             yield Trace(f"path of {body.name}", path)
 
 
@@ -170,7 +173,7 @@ def _marks(mechanism: Mechanism) -> Iterator[JointMark]:
         yield JointMark(joint.name, type(joint).__name__.lower(), joint.child, (0.0, 0.0, 0.0), axis)
 
 
-def _series(motion: Any) -> Iterator[Series]:
+def _series(motion: Any, complete: bool) -> Iterator[Series]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     for name in mechanism.coordinates:
@@ -186,7 +189,7 @@ def _series(motion: Any) -> Iterator[Series]:
         wrench = motion.reactions(joint.name)
         for k, axis in enumerate("xyz"):
             for vector, sign, size in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
-                if np.abs(vector[:, k]).max() > 1e-9:
+                if complete or np.abs(vector[:, k]).max() > 1e-9:
                     yield Series(
                         f"{joint.name} {sign}{axis}", f"{joint.name} {sign}{axis}", size, vector[:, k], "Reactions"
                     )

@@ -15,7 +15,7 @@ from mecanique.motion.units import units
 from mecanique.urdf.write import write_urdf
 from mecanique.view.document import Block, Derivation, Document, Ledger, LedgerRow, Quantity, VerdictTable
 
-__all__ = ["document_of", "letter"]
+__all__ = ["document_of", "ledger_of", "letter"]
 
 MOST_LEDGER_ENTRIES = 200
 """A ledger with more rows times coordinates than this is no longer read."""
@@ -38,7 +38,7 @@ def document_of(motion: Any, equations: Sequence[Any], verdict: Any, actions: Se
         parameters=tuple(_parameters(mechanism)),
         initial=tuple(_initial(motion)),
         freedom=_freedom(motion),
-        ledger=_ledger(motion, actions),
+        ledger=ledger_of(motion, actions),
         urdf=_urdf(mechanism),
         file_name=mechanism.name,
     )
@@ -129,8 +129,13 @@ def _urdf(mechanism: Mechanism) -> str:
         return f"<!-- this mechanism cannot be written as URDF: {error} -->\n"
 
 
-def _ledger(motion: Any, actions: Sequence[Action]) -> Ledger:
-    """Each force's virtual work; what acts between two bodies, and on several, is one row."""
+def ledger_of(motion: Any, actions: Sequence[Action]) -> Ledger:
+    """Return each force's virtual work; what acts between two bodies, and on several, is one row.
+
+    Args:
+        motion: the `Motion`.
+        actions: every force on the moving bodies, as many states as the motion has samples.
+    """
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     groups: dict[tuple[str, str], list[Action]] = {}
