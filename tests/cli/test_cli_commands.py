@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -128,13 +129,23 @@ def test_run_takes_a_urdf_file_and_ends_with_one_on_disagreement(monkeypatch: py
     assert Path("page.html").is_file()
 
 
-def test_view_shows_the_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[mq.Motion] = []
-    monkeypatch.setattr(mq, "view", lambda motion, **_: shown.append(motion))
-    fine("view", "rigid_bar_pendulum", "--duration", "0.5", "-q", "q=1")
-    (motion,) = shown
-    assert motion.t[-1] == 0.5
-    assert motion["q"][0] == 1.0
+@pytest.fixture
+def viewed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[mq.Mechanism, dict[str, Any]]]:
+    """What `mecanique view` hands over, instead of a browser."""
+    shown: list[tuple[mq.Mechanism, dict[str, Any]]] = []
+    monkeypatch.setattr(mq, "view", lambda mechanism, **options: shown.append((mechanism, options)))
+    return shown
+
+
+def test_view_shows_a_system_without_end_unless_told(viewed: list[tuple[mq.Mechanism, dict[str, Any]]]) -> None:
+    fine("view", "rigid_bar_pendulum", "--duration", "0.5", "-q", "q=1", "-v", "q'=2", "-p", "l=2", "--speed", "0.5")
+    fine("view", "cart_pole", "--no-browser", "--port", "8123")
+    (pendulum, options), (_, defaults) = viewed
+    assert {each.symbol: each.value for each in pendulum.parameters}["l"] == 2.0
+    assert (options["q"], options["v"]) == ({"q": 1.0}, {"q": 2.0})
+    assert (options["duration"], options["speed"], options["open_browser"]) == (0.5, 0.5, True)
+    assert defaults["q"] == mq.textbook.entry("cart_pole").start
+    assert (defaults["duration"], defaults["port"], defaults["open_browser"]) == (None, 8123, False)
 
 
 def test_derive_prints_all_methods_in_textbook_order_with_every_step() -> None:
@@ -181,9 +192,23 @@ def test_gallery_writes_pages_and_pictures() -> None:
     assert [path.name for path in Path("drawn").iterdir()] == ["two_blocks.svg"]
 
 
-def test_view_lets_a_robot_fall(monkeypatch: pytest.MonkeyPatch) -> None:
-    shown: list[mq.Motion] = []
-    monkeypatch.setattr(mq, "view", lambda motion, **_: shown.append(motion))
-    fine("view", "ur5_robot", "--floating", "--duration", "0.1")
-    height = shown[0]["root_joint_z"]
-    assert height[-1] - height[0] == pytest.approx(-9.81 * 0.1**2 / 2, rel=1e-3)
+def test_view_frees_the_root_of_a_robot_or_a_file(viewed: list[tuple[mq.Mechanism, dict[str, Any]]]) -> None:
+    mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
+    fine("view", "ur5_robot", "--floating")
+    fine("view", "cart.urdf", "--floating")
+    fine("view", "cart.urdf", "-q", "pin=1")
+    robot, loose, held = (mechanism for mechanism, _ in viewed)
+    assert "root_joint_z" in robot.coordinates
+    assert "root_joint_z" in loose.coordinates
+    assert "root_joint_z" not in held.coordinates
+
+
+def test_view_refuses_what_no_view_can_have() -> None:
+    for words, message in (
+        (("--speed", "0"), "expected a speed above 0, got 0.0"),
+        (("--port", "70000"), "port of a live view: expected 0 to 65535, got 70000"),
+        (("--duration", "-1"), "expected a duration above 0, or None for no end, got -1.0"),
+    ):
+        result = call("view", "rigid_bar_pendulum", "--no-browser", *words)
+        assert (result.exit_code, result.stdout) == (2, "")
+        assert message in result.stderr

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mecanique.motion.motion import Motion
 
 __all__ = [
+    "AsJson",
     "Chosen",
     "Coordinates",
     "Duration",
@@ -32,6 +33,7 @@ __all__ = [
     "guarded",
     "simulated",
     "source",
+    "started",
 ]
 
 P = ParamSpec("P")
@@ -62,6 +64,7 @@ Duration: TypeAlias = Annotated[
 Tolerance: TypeAlias = Annotated[float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")]
 Samples: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Number of random states to compare at.")]
 Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
+AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
 
 
 @final
@@ -161,6 +164,20 @@ def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
     return found
 
 
+def started(
+    chosen: Chosen, q: Sequence[str] | None, v: Sequence[str] | None
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return coordinates and velocities at the start, by name.
+
+    Args:
+        chosen: the mechanism and its default motion.
+        q: words like "theta=1.5" that change the start.
+        v: the same for velocities.
+    """
+    velocities = {**chosen.start_velocity, **numbers(v, "-v")}
+    return {**chosen.start, **numbers(q, "-q")}, {name.removesuffix("'"): value for name, value in velocities.items()}
+
+
 def simulated(
     chosen: Chosen,
     q: Sequence[str] | None,
@@ -177,9 +194,7 @@ def simulated(
         duration: instead of the default [s].
         rtol: relative tolerance of the integration.
     """
-    start = {**chosen.start, **numbers(q, "-q")}
-    start_velocity = {name.removesuffix("'"): value for name, value in chosen.start_velocity.items()}
-    start_velocity.update((name.removesuffix("'"), value) for name, value in numbers(v, "-v").items())
+    start, start_velocity = started(chosen, q, v)
     seconds = chosen.duration if duration is None else duration
     with progress(f"Simulating {seconds:g} s") as advance:
         return mq.simulate(chosen.mechanism, q=start, v=start_velocity, duration=seconds, rtol=rtol, progress=advance)

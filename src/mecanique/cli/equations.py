@@ -1,0 +1,191 @@
+"""Commands about equations: list, derive, compare, read and write them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.checks import linted, surveyed
+from mecanique.cli.derivations import derivation, derivations
+from mecanique.cli.printing import say, working
+from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, guarded, source
+
+if TYPE_CHECKING:
+    from mecanique.verify.survey import Survey
+
+__all__ = ["app"]
+
+app = typer.Typer()
+
+
+@app.command("list", epilog="Example: mecanique list --tag pendulum")
+@guarded
+def list_(
+    tag: Annotated[
+        list[str] | None, typer.Option(metavar="TAG", help="Only systems with this tag; may be given again.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List the textbook systems: name, what each is, its degrees of freedom N, tags."""
+    entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
+    known = sorted({word for entry in entries.values() for word in entry.tags})
+    for word in tag or ():
+        if word not in known:
+            raise mq.UnknownNameError("tag", word, known)
+    entries = {name: entry for name, entry in entries.items() if set(tag or ()) <= set(entry.tags)}
+    rows = [
+        {
+            "name": name,
+            "title": entry.title,
+            "N": _freedom(name),
+            "source": entry.source,
+            "parameters": {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters},
+            "tags": list(entry.tags),
+        }
+        for name, entry in entries.items()
+    ]
+    if as_json:
+        say(json.dumps(rows, ensure_ascii=False, indent=2))
+        return
+    width, wide = (max((len(str(row[key])) for row in rows), default=0) for key in ("name", "title"))
+    for row, entry in zip(rows, entries.values(), strict=True):
+        say(f"{row['name']:{width}}  {row['title']:{wide}}  N = {row['N']}  {', '.join(entry.tags)}")
+
+
+@app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
+@guarded
+def derive(
+    system: SystemName,
+    method: Annotated[
+        str,
+        typer.Option(
+            metavar="METHOD",
+            help="How to derive: newton_euler, virtual_work, lagrange, or all, with every step, in this order.",
+        ),
+    ] = "lagrange",
+    form: Annotated[Literal["text", "latex", "mathml"], typer.Option("--format", help="How to print.")] = "text",
+    steps: Annotated[bool, typer.Option("--steps", help="Show each step of the derivation.")] = False,
+    parameters: Parameters = None,
+) -> None:
+    """Print the equations of motion."""
+    chosen = choose(system, parameters)
+    with working("Deriving the equations of motion"):
+        text = (
+            derivations(chosen.mechanism, form)
+            if method == "all"
+            else derivation(chosen.mechanism, method, form, steps)
+        )
+    say(text)
+
+
+@app.command(epilog="Example: mecanique book --json")
+@guarded
+def book(as_json: AsJson = False) -> None:
+    """Check every equation of the chapter; the exit code is 1 if a right form is not proven."""
+    from mecanique.book import register
+    from mecanique.cli import book as printed
+
+    with working("Checking the equations of the chapter"):
+        rows = register()
+    say(printed.as_json(rows) if as_json else printed.as_text(rows))
+    if not all(row.sound for row in rows):
+        raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
+@guarded
+def verify(
+    system: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="[SYSTEM]", help="A textbook system, a URDF file or a robot's name.", show_default=False
+        ),
+    ] = None,
+    samples: Annotated[
+        int | None, typer.Option(metavar="NUMBER", help="Number of random states to compare at; 100, of --robots 50.")
+    ] = None,
+    seed: Seed = 0,
+    parameters: Parameters = None,
+    root: Annotated[
+        Literal["fixed", "floating"], typer.Option("--root", help="How the root link of a URDF is held.")
+    ] = "fixed",
+    against: Annotated[
+        str | None,
+        typer.Option(
+            metavar="OTHER",
+            help="Instead of Pinocchio: another SYSTEM, FILE.py (functions M, C, g …) or FILE.csv (samples).",
+        ),
+    ] = None,
+    tolerance: Annotated[
+        float, typer.Option(metavar="NUMBER", help="Largest relative difference that agrees, for --against.")
+    ] = 1e-9,
+    every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
+    robots: Annotated[bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Compare the derived equations with Pinocchio; the exit code is 1 if they disagree."""
+    if against is not None and system is None:
+        raise typer.BadParameter("expected a SYSTEM with --against")
+    if (system is not None) + every + robots != 1:
+        raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
+    outcome: mq.Verdict | Survey
+    if system is None:
+        number = samples if samples is not None else 50 if robots else 100
+        outcome = surveyed(number, seed, robots=robots)
+    else:
+        chosen = choose(system, parameters, root)
+        number = 100 if samples is None else samples
+        other = None if against is None else source(against, root)
+        with working(f"Comparing with {'Pinocchio' if against is None else against} at {number} states"):
+            outcome = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
+    say(outcome.to_json() if as_json else str(outcome))
+    if not outcome.agrees:
+        raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique lint panda --json")
+@guarded
+def lint(
+    file: Annotated[str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")],
+    as_json: AsJson = False,
+    as_sarif: Annotated[bool, typer.Option("--sarif", help="Print SARIF, for editors and code hosts.")] = False,
+    fix: Annotated[bool, typer.Option("--fix", help="Mend what has exactly one safe mend, in a copy.")] = False,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Where the mended copy goes; it is printed without.")
+    ] = None,
+) -> None:
+    """Say what is wrong in a URDF file; the exit code is 0 without errors, 1 with errors, 2 if it cannot be read."""
+    form = "json" if as_json else "sarif" if as_sarif else "text"
+    raise typer.Exit(linted(file, form, fix=fix, output=output))
+
+
+@app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
+@guarded
+def urdf(
+    system: SystemName,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The file to write, instead of printing.")
+    ] = None,
+    parameters: Parameters = None,
+) -> None:
+    """Write a system as URDF."""
+    mechanism = choose(system, parameters).mechanism
+    if output is None:
+        typer.echo(mq.write_urdf(mechanism), nl=False)
+    else:
+        mq.write_urdf(mechanism, output)
+        say(f"Wrote {output}")
+
+
+def _freedom(name: str) -> int:
+    """Degrees of freedom of a textbook system; only loops need the engine to count them."""
+    mechanism = mq.textbook.load(name)
+    if not mechanism.loops:
+        return mechanism.nv
+    from mecanique.reference import degrees_of_freedom
+
+    return int(degrees_of_freedom(mechanism, mq.textbook.entry(name).start).N)

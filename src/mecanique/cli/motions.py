@@ -1,0 +1,131 @@
+"""Commands about motions: simulate, linearize, judge the ground."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.linear import figures, inertial_figures, response_table, small_motions
+from mecanique.cli.printing import say, working
+from mecanique.cli.words import (
+    AsJson,
+    Coordinates,
+    Duration,
+    Parameters,
+    SystemName,
+    Tolerance,
+    Velocities,
+    choose,
+    guarded,
+    numbers,
+    simulated,
+)
+
+__all__ = ["app"]
+
+app = typer.Typer()
+
+
+@app.command(epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv")
+@guarded
+def simulate(
+    system: SystemName,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    rtol: Tolerance = 1e-10,
+    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")] = None,
+    npz: Annotated[Path | None, typer.Option(metavar="FILE", help="Save the motion, to be loaded by Python.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Integrate a motion, and print its end and how well energy is balanced."""
+    motion = simulated(choose(system, parameters), q, v, duration, rtol)
+    if csv is not None:
+        motion.to_csv(csv)
+    if npz is not None:
+        motion.save(npz)
+    say(json.dumps(_figures(motion), ensure_ascii=False, indent=2, allow_nan=False) if as_json else motion.summary())
+
+
+@app.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
+@guarded
+def linearize(
+    system: SystemName,
+    parameters: Parameters = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", metavar="NAME=VALUE", help="Near which equilibrium, in rad or m: --at theta=3"),
+    ] = None,
+    mode: Annotated[
+        int | None,
+        typer.Option(
+            metavar="NUMBER", help="Mode for --compare and --page, 1 the slowest; by default that oscillates."
+        ),
+    ] = None,
+    amplitude: Annotated[
+        float | None, typer.Option(metavar="NUMBER", help="Its largest component for --compare and --page [rad or m].")
+    ] = None,
+    compare: Annotated[bool, typer.Option("--compare", help="Compare the mode with the exact motion.")] = False,
+    page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the mode as an offline page.")] = None,
+    force: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=VALUE", help="Print the response to this harmonic force, by frequency, as CSV."),
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Linearize about an equilibrium: M, C, K, natural frequencies, damping ratios, modes."""
+    mechanism = choose(system, parameters).mechanism
+    linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
+    if force:
+        say(response_table(linearization.response(numbers(force, "--force"))))
+        return
+    with working("Writing the linear equations"):
+        say(figures(linearization) if as_json else small_motions(linearization))
+    which = None if mode is None else mode - 1
+    if compare:
+        say("\n" + str(linearization.compare(amplitude, mode=which)))
+    if page is not None:
+        with working(f"Writing {page}"):
+            mq.export(linearization.motion(which, amplitude), page)
+        say(f"\nWrote {page}")
+
+
+@app.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
+@guarded
+def inertial(
+    system: SystemName,
+    latitude: Annotated[float, typer.Option(metavar="DEGREES", help="Latitude of the place, positive in the north.")],
+    facing: Annotated[
+        Literal["south", "east", "north", "west"], typer.Option(help="Where the x axis points; z points up.")
+    ] = "south",
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    as_json: AsJson = False,
+) -> None:
+    """Judge whether the ground may be taken as inertial: repeat the motion on the turning earth."""
+    motion = simulated(choose(system, parameters), q, v, duration, 1e-10)
+    with working("Repeating the motion on the turning earth"):
+        check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
+    say(inertial_figures(check) if as_json else str(check))
+
+
+def _figures(motion: mq.Motion) -> dict[str, object]:
+    mechanism, audit = motion.mechanism, motion.audit()
+    names = (*mechanism.coordinates.names, *mechanism.velocities)
+    return {
+        "mechanism": mechanism.name,
+        "duration": float(motion.t[-1] - motion.t[0]),
+        "samples": len(motion.t),
+        "method": motion.method,
+        "steps": motion.statistics.steps,
+        "end": {name: float(motion[name][-1]) for name in names},
+        "audit": {row.name: {"relative": row.relative, "limit": row.limit, "ok": row.ok} for row in audit.rows},
+    }

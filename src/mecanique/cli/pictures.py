@@ -1,0 +1,186 @@
+"""Commands that show: everything on one page, live, line figures, a gallery."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.printing import complain, heading, named_progress, say, show, verdict_table, working
+from mecanique.cli.words import (
+    Coordinates,
+    Duration,
+    Parameters,
+    Samples,
+    Seed,
+    SystemName,
+    Tolerance,
+    Velocities,
+    choose,
+    guarded,
+    simulated,
+    started,
+)
+
+IsFloating = Annotated[bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free.")]
+Page = Annotated[Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")]
+
+__all__ = ["app"]
+
+app = typer.Typer()
+
+
+@app.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
+@guarded
+def run(
+    system: SystemName,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    samples: Samples = 100,
+    seed: Seed = 0,
+    rtol: Tolerance = 1e-10,
+    output: Page = None,
+) -> None:
+    """Do everything: derive, verify, simulate, and write an offline page."""
+    chosen = choose(system, parameters)
+    mechanism = chosen.mechanism
+    with working("Deriving the equations of motion"):
+        equations = mq.derive(mechanism)
+        text = str(equations)
+    heading(f"Equations of motion of {mechanism.name}")
+    say(text)
+    with working(f"Comparing with Pinocchio at {samples} states"):
+        verdict = mq.verify(mechanism, samples=samples, seed=seed)
+    say("")
+    heading("Verdict")
+    heading(verdict.summary, "green" if verdict.agrees else "bold red")
+    show(verdict_table(verdict))
+    for remark in verdict.remarks:
+        say(remark)
+    motion = simulated(chosen, q, v, duration, rtol)
+    say("")
+    heading("Motion")
+    say(motion.summary())
+    path = output or Path(f"{mechanism.name}.html")
+    with working(f"Writing {path}"):
+        mq.export(motion, path, equations=equations, verdict=verdict)
+    say("")
+    say(f"Wrote {path}: open it in a browser, no network needed.")
+    if not verdict.agrees:
+        raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
+@guarded
+def export(
+    system: SystemName,
+    output: Page = None,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Duration = None,
+    rtol: Tolerance = 1e-10,
+    floating: IsFloating = False,
+) -> None:
+    """Write the motion as one offline page, with its equations and verdict."""
+    chosen = choose(system, parameters, "floating" if floating else "fixed")
+    motion = simulated(chosen, q, v, duration, rtol)
+    path = output or Path(f"{chosen.mechanism.name}.html")
+    with working(f"Writing {path}"):
+        mq.export(motion, path)
+    say(f"Wrote {path}")
+
+
+@app.command(epilog="Example: mecanique view panda --floating")
+@guarded
+def view(
+    system: SystemName,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    duration: Annotated[
+        float | None, typer.Option(metavar="SECONDS", help="How long it moves; without end by default.")
+    ] = None,
+    rtol: Tolerance = 1e-10,
+    floating: IsFloating = False,
+    speed: Annotated[float, typer.Option(metavar="NUMBER", help="Seconds shown per second.")] = 1.0,
+    port: Annotated[int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 takes any free one.")] = 0,
+    open_browser: Annotated[
+        bool, typer.Option("--browser/--no-browser", help="Open the page, or only print its address.")
+    ] = True,
+) -> None:
+    """Show a system live in a browser on this machine, computed while it moves, until Ctrl-C."""
+    chosen = choose(system, parameters, "floating" if floating else "fixed")
+    start, velocity = started(chosen, q, v)
+    mq.view(
+        chosen.mechanism,
+        q=start,
+        v=velocity,
+        duration=duration,
+        rtol=rtol,
+        speed=speed,
+        port=port,
+        open_browser=open_browser,
+    )
+
+
+@app.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
+@guarded
+def picture(
+    system: SystemName,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default.")
+    ] = None,
+    time: Annotated[
+        float | None, typer.Option("--time", metavar="SECONDS", help="Draw this instant of the motion.")
+    ] = None,
+    free_body: Annotated[
+        str | None, typer.Option("--free-body", metavar="BODY", help="Cut this body free, with all forces on it.")
+    ] = None,
+    parameters: Parameters = None,
+    q: Coordinates = None,
+    v: Velocities = None,
+    rtol: Tolerance = 1e-10,
+) -> None:
+    """Draw a system as a textbook line figure, or one of its bodies cut free."""
+    chosen = choose(system, parameters)
+    path = output or Path(f"{chosen.mechanism.name}.svg")
+    if time is None and free_body is None and not q and not v:
+        from mecanique.view.drawing.posture import posture
+
+        mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
+    else:
+        motion = simulated(chosen, q, v, max(time or 0.0, 0.1), rtol)
+        mq.picture(motion, time, path, free_body=free_body)
+    say(f"Wrote {path}")
+
+
+@app.command(epilog="Example: mecanique gallery pages")
+@guarded
+def gallery(
+    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Where the pages go; made if it is not there.")],
+    systems: Annotated[
+        list[str] | None, typer.Option("--only", metavar="SYSTEM", help="Only this system; may be given again.")
+    ] = None,
+    duration: Duration = None,
+    only_pictures: Annotated[bool, typer.Option("--pictures", help="Only the pictures, as SVG files.")] = False,
+) -> None:
+    """Write an offline page for every textbook system, and an index with pictures."""
+    from mecanique.view.gallery import gallery as write
+    from mecanique.view.gallery import pictures
+
+    if only_pictures:
+        say(f"Wrote {len(pictures(directory, systems))} pictures to {directory}")
+        return
+    with named_progress("Writing pages") as advance:
+        cards = write(directory, systems, duration=duration, progress=advance)
+    failed = [card for card in cards if card.fault]
+    for card in failed:
+        complain(f"{card.name}: {card.fault}")
+    say(f"Wrote {directory / 'index.html'}: {len(cards) - len(failed)} of {len(cards)} systems")
+    if failed:
+        raise typer.Exit(1)
