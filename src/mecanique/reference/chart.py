@@ -96,11 +96,8 @@ class Chart:
         """Whether G is constant, c and γ are zero."""
         self.one_hinge = same and not self._positions and self._circles == [(0, 0)]
         """Whether one angle is all there is."""
-        count, plain = self._nq, same and not self._quaternions
-        self.all_positions = plain and self._positions == [(k, k) for k in range(count)]
-        """Whether the engine's position is q."""
-        self.all_hinges = plain and self._circles == [(2 * k, k) for k in range(count)]
-        """Whether the engine's position holds cosine and sine of each coordinate, in order."""
+        self.single = same and not self._quaternions
+        """Whether each coordinate is the position or the angle of one joint of the engine, in the engine's order."""
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
         """Whether v is q'."""
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import cos, sin
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -38,8 +38,8 @@ def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *
     bare = recursive and chart.identical and not loads.act_on_bodies and not loads.act_in_joints
     if bare and chart.one_hinge:
         return _hinge(engine, chart, loads)
-    if bare and (chart.all_positions or chart.all_hinges):
-        return _chain(engine, chart, loads, mechanism.nv)
+    if bare and chart.single:
+        return _chain(engine, loads, mechanism.nv)
     accelerations = _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
     nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
     if chart.velocities_are_rates:
@@ -81,33 +81,37 @@ def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
     return hinge
 
 
-def _chain(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
-    """Hinges, or joints with limits, without springs or loads: chains and falling robots."""
+def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
+    """Hinges and slides without springs or loads: chains and falling robots."""
     import pinocchio as pin
 
-    aba, model, data, p, none, empty = pin.aba, engine.model, engine.data, chart.p, loads.in_joints, np.empty
-    if chart.all_positions:
+    model = _by_angles(engine)
+    aba, data, none, empty = pin.aba, model.createData(), loads.in_joints, np.empty
 
-        def placed(t: float, y: Array) -> Array:
-            out = empty(2 * nv)
-            v = y[nv:]
-            out[:nv] = v
-            out[nv:] = aba(model, data, y[:nv], v, none)
-            return out
-
-        return placed
-    cosines, sines, cosine, sine = p[0::2], p[1::2], np.cos, np.sin
-
-    def turned(t: float, y: Array) -> Array:
+    def chain(t: float, y: Array) -> Array:
         out = empty(2 * nv)
-        q, v = y[:nv], y[nv:]
-        cosine(q, cosines)
-        sine(q, sines)
+        v = y[nv:]
         out[:nv] = v
-        out[nv:] = aba(model, data, p, v, none)
+        out[nv:] = aba(model, data, y[:nv], v, none)
         return out
 
-    return turned
+    return chain
+
+
+def _by_angles(engine: Engine) -> Any:
+    """The same model with the angle of each endless hinge as its position, where the parser has cosine and sine."""
+    import pinocchio as pin
+
+    model, data, other = engine.model, engine.model.createData(), pin.Model()
+    other.gravity = model.gravity
+    for index in range(1, model.njoints):
+        joint = model.joints[index]
+        if joint.nq == 2:
+            joint = pin.JointModelRevoluteUnaligned(np.array(data.joints[index].S).reshape(-1)[3:])
+        other.addJoint(model.parents[index], joint, model.jointPlacements[index], model.names[index])
+        other.inertias[index] = model.inertias[index]
+    other.armature = model.armature
+    return other
 
 
 def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
