@@ -41,6 +41,9 @@ _MODULES = (
     "main",
 )
 
+_KEPT, _FLEETING = 9, 1
+"""How hard to compress what is kept in a file, and what is read at once: at 9 a robot's meshes take seconds."""
+
 
 def page(scene: Scene) -> str:
     """Return a scene as one HTML document that needs no network.
@@ -115,8 +118,8 @@ def _document(scene: Scene, *, live: dict[str, Any] | None, connect: str) -> str
         "panels": inner,
         "licenses": escape(_licenses()),
         "style": style,
-        "parcel": _parcel(header, [packed.body, *window.commands()]),
-        "viewer": _compressed(viewer.encode()),
+        "parcel": _parcel(header, [packed.body, *window.commands()], _KEPT if live is None else _FLEETING),
+        "viewer": _compressed_viewer(),
         "script": script,
     }
     # one pass, so that nothing inside a part is taken for a place to fill
@@ -181,14 +184,14 @@ def _header(scene: Scene) -> dict[str, Any]:
     }
 
 
-def _parcel(header: dict[str, Any], parts: list[bytes]) -> str:
+def _parcel(header: dict[str, Any], parts: list[bytes], effort: int) -> str:
     """Length of the header, the header, and the parts, compressed."""
     text = json.dumps(header | {"parts": [len(part) for part in parts]}, ensure_ascii=True).encode()
-    return _compressed(b"".join([struct.pack("<I", len(text)), text, *parts]))
+    return _compressed(b"".join([struct.pack("<I", len(text)), text, *parts]), effort)
 
 
-def _compressed(data: bytes) -> str:
-    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+def _compressed(data: bytes, effort: int) -> str:
+    return base64.b64encode(gzip.compress(data, effort, mtime=0)).decode()
 
 
 def _asset(name: str) -> str:
@@ -208,6 +211,11 @@ def _script() -> str:
 @cache
 def _viewer() -> str:
     return (viewer_directory() / "main.min.js").read_text(encoding="utf-8")
+
+
+@cache
+def _compressed_viewer() -> str:
+    return _compressed(_viewer().encode(), _KEPT)
 
 
 @cache
