@@ -107,8 +107,8 @@ class Curve:
 
     @cached_property
     def intervals(self) -> np.ndarray:
-        """Index of the step at the start of each interval, shape (m,)."""
-        return np.delete(np.arange(len(self.t) - 1), self.breaks[1:] - 1)
+        """Index of the step at the start of each interval, shape (m,); breaks and steps without length are none."""
+        return np.flatnonzero(np.diff(self.t) > 0)
 
     @cached_property
     def _pieces(self) -> tuple[_Pieces, ...]:
@@ -130,6 +130,9 @@ class Curve:
         """Estimates for the derivative of the polynomial for q, and for that of v if there is one: one row each."""
         length = self.t[self.intervals + 1] - self.t[self.intervals]
         estimates = [DERIVED * self._pieces[0].error / length]
+        if self.close:  # the times of steps are rounded, which a derivative between them enlarges
+            slope = np.abs(self.v[self.intervals]).max(axis=1, initial=0.0)
+            estimates[0] = estimates[0] + slope * np.spacing(np.abs(self.t).max()) / length
         return np.stack(estimates + [DOUBTED * pieces.error for pieces in self._pieces[1:]])
 
     def errors(self) -> tuple[np.ndarray, np.ndarray]:
@@ -143,8 +146,8 @@ class Curve:
             t: a number or shape (n,) [s].
         """
         times = np.atleast_1d(np.asarray(t, dtype=float))
-        if len(self.t) == 1:
-            q, v = np.repeat(self.q, len(times), axis=0), np.repeat(self.v, len(times), axis=0)
+        if not len(self.intervals):
+            q, v = np.repeat(self.q[-1:], len(times), axis=0), np.repeat(self.v[-1:], len(times), axis=0)
         else:
             piece = np.searchsorted(self.t[self.intervals], times, side="right") - 1
             piece = piece.clip(0, len(self.intervals) - 1)

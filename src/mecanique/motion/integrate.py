@@ -65,7 +65,8 @@ def simulate(
         q: positions at the start: shape (nq,) or by coordinate name, zero where left out.
         v: velocities at the start: shape (nv,) or by name (q or q'), zero where left out.
         duration: how long [s].
-        rtol: relative tolerance of each step, in 1e-14…1e-1.
+        rtol: relative tolerance of each step, in 1e-14…1e-1; where it is 1e-11 or less and dop853 would take more than
+            10,000 steps, their tolerance is smaller, because their errors add up.
         atol: absolute tolerance of each step, in the units of q and v; as rtol by default.
         method: "auto"; or one of "dop853", "lsoda", "radau", "bdf", on the reference's equations; or "closed_form"
             (dop853 on the closed form) or "taylor" (Taylor series of the closed form, extra `fast`), which compile
@@ -117,13 +118,14 @@ def simulate(
     path: Callable[[], Curve] | None
     while True:
         steps = Steps()
-        share = 1.0 if closing is None else Closing.share  # bringing it back restarts each step
+        share = plan.share if closing is None else Closing.share  # bringing it back restarts each step
         task = Task(rhs, not METHODS[chosen].smooth, share * rtol, share * atol, longest, int(max_steps))
         task.doubtful = method == "auto" and chosen == "dop853" and closing is not None
         watcher = Watcher(mechanism, reference, rates, task, steps, watched, progress, (t0, end), closing)
         if chosen == "dop853":
             watcher.reconsider = plan.watch(t0, end)
-        trouble, path = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end)
+        finest = (task.rtol / plan.share, task.atol / plan.share)
+        trouble, path = _integrate(task, watcher, steps, mechanism, rates, chosen, t0, start, end, finest)
         if watcher.reconsidered:
             plan.change()
             if plan.taylor:
@@ -137,6 +139,8 @@ def simulate(
     if path is None:
         raise _error(trouble, task, steps, mechanism, None)
     choice = f"; chosen for {reason}" if method == "auto" else ""
+    if task.rtol < rtol and closing is None:
+        remark = f"; steps to {task.rtol:.1e}, because the errors of so many add up"
     text = f"{chosen} ({METHODS[chosen].title}){plan.source}{choice}{remark}"
     statistics = Statistics(steps.taken, task.evaluations, perf_counter() - begin, rtol, atol)
     last = float(steps.t[-1])
@@ -179,6 +183,7 @@ def _integrate(
     t0: float,
     start: np.ndarray,
     end: float,
+    tolerances: tuple[float, float],
 ) -> tuple[Trouble | None, Callable[[], Curve] | None]:
     """Integrate stretch by stretch; return what stopped it, if anything did, and what gives the motion so far."""
     method = METHODS[chosen]
@@ -195,7 +200,7 @@ def _integrate(
     steps.add(t0, start, rate)
     watcher.start()
     trouble: Trouble | None = None
-    refined = partial(_refined, task, steps, mechanism.nq, rates, method.smooth)
+    refined = partial(_refined, task, tolerances, steps, mechanism.nq, rates, method.smooth)
     with _interruptible(watcher):
         for stop in (*kinks(mechanism, t0, end), end):
             while steps.t[-1] < stop:
@@ -220,20 +225,21 @@ def _integrate(
         return None, refined
 
 
-def _refined(task: Task, steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:
+def _refined(task: Task, tolerances: tuple[float, float], steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:
     """Halve the intervals on which the polynomial is less accurate than the steps.
 
     Once only: what is left then is not the polynomial's error but that of the steps, which fit each other no better
     than to the tolerance, and looks the larger the closer they are.
     """
     rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
-    curve = steps.curve(nq, rates, smooth, close=task.rtol < 1000 * rounding)
+    rtol, atol = tolerances
+    curve = steps.curve(nq, rates, smooth, close=rtol < 1000 * rounding)
     at = curve.intervals
     if not smooth or not len(at):
         return curve
     excess = [
         # times of steps are rounded, and no step more makes that better
-        error / (task.atol + (np.abs(x[at]) * task.rtol + np.abs(rate[at]) * 100 * rounding).max(axis=1))
+        error / (atol + (np.abs(x[at]) * rtol + np.abs(rate[at]) * 100 * rounding).max(axis=1))
         for error, x, rate in zip(
             curve.errors(), (curve.q, curve.v), (rates.first(curve.q, curve.v), curve.a), strict=True
         )

@@ -19,6 +19,10 @@ _DOUBT = 200
 LEAST_RTOL = 2.3e-14
 """The least relative tolerance that SciPy's classes take."""
 
+_DAMPING = 0.04
+"""How much of the last step's error the next step's length heeds; without it a sixth of all steps of a swinging motion
+are refused (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533; Hairer, Nørsett & Wanner, sect. II.4 and IV.2)."""
+
 Outcome: TypeAlias = Literal["end", "stopped", "stiff", "too many steps", "step too small", "fault"]
 """How a stretch ended: at its end, by the watcher, or by what stopped the method."""
 
@@ -197,6 +201,7 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
         atol=task.atol,
         nsteps=task.max_steps,
         max_step=0.0 if np.isinf(task.max_step) else task.max_step,
+        beta=_DAMPING,
     )
     solver.set_solout(accepted)
     with warnings.catch_warnings():

@@ -35,6 +35,18 @@ STEPS = 1200
 PAYS = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
 
+TIGHT = 1e-11
+"""Whoever asks for this tolerance or a smaller one wants the whole motion that accurate, and not each step alone."""
+
+MANY = 10_000
+"""So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
+
+FEW = 300
+"""So many steps may err by the tolerance each, one way, before their sum is looked at."""
+
+LEAST = 1e-14
+"""The least tolerance of a step of dop853: below it, rounding decides."""
+
 
 @final
 class Plan:
@@ -67,6 +79,8 @@ class Plan:
         self.code = compiled(mechanism)
         self.taylor = False
         self.reason = ""
+        self.share = 1.0
+        """Part of the tolerance that a step of dop853 may use."""
         self._rtol = rtol
         self._span = span
         self._auto = method == "auto"
@@ -99,7 +113,7 @@ class Plan:
         return " on the closed form" if self._closed else ""
 
     def watch(self, begin: float, end: float) -> Callable[[float], bool] | None:
-        """Return what says, at the time of each step, whether another method would pay; None if none ever can.
+        """Return what says, at the time of each step, whether to start again in another way; None if never.
 
         It counts steps and looks at no clock, so that the same motion is always integrated in the same way.
 
@@ -107,28 +121,36 @@ class Plan:
             begin: start of the motion [s].
             end: its end [s].
         """
-        if not (self._auto and self.code.possible) or self.mechanism.loops:
+        if self.mechanism.loops:
             return None
-        if not (self._can_flow or self._can_close):
+        faster = self._auto and self.code.possible and (self._can_flow or self._can_close)
+        finer = self.share == 1.0 and LEAST < self._rtol <= TIGHT
+        if not (faster or finer):
             return None
         count = 0
 
-        def pays(t: float) -> bool:
+        def again(t: float) -> bool:
             nonlocal count
             count += 1
             if count != STEPS:
                 return False
-            self._left = STEPS * (end - t) / (t - begin) * _seconds_per_step(self.mechanism)
+            steps = STEPS * (end - begin) / (t - begin)
+            self._left = (steps - STEPS) * _seconds_per_step(self.mechanism)
+            tighten = finer and steps > MANY
+            if tighten:
+                self.share = max(FEW / steps, LEAST / self._rtol)
             cost = self.code.seconds_to_derive() if self._can_close else self.code.seconds_to_build()
-            return self._left > PAYS * cost
+            return tighten or (faster and self._left > PAYS * cost)
 
-        return pays
+        return again
 
     def change(self) -> None:
-        """Compile, and take the faster method from now on."""
+        """Compile, if that is faster from now on."""
+        if not (self._auto and self.code.possible):
+            return
         if self._can_flow and self._left > PAYS * self.code.seconds_to_build():
             self._try(self._flow)
-        elif self._can_close:
+        elif self._can_close and self._left > PAYS * self.code.seconds_to_derive():
             self._try(self._close)
 
     @property

@@ -1,0 +1,58 @@
+"""Long motions to tight tolerances: the errors of many steps, and rounding of late times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.motion.dense import Curve
+from mecanique.motion.rates import Rates
+
+ADDED = "because the errors of so many add up"
+
+
+def drift(motion: mq.Motion) -> float:
+    total = motion.energy().total
+    return float(np.abs(total / total[0] - 1).max())
+
+
+@pytest.mark.parametrize("method", ["dop853", "closed_form"])
+def test_a_long_motion_to_a_tight_tolerance_keeps_its_energy(method: str) -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[2.0], duration=340.0, rtol=1e-12, method=method, fps=5)
+    assert ADDED in motion.method
+    assert motion.statistics.rtol == 1e-12
+    assert drift(motion) < 5e-12  # without it, 3e-11
+
+
+@pytest.mark.parametrize(("duration", "rtol"), [(340.0, 1e-10), (20.0, 1e-12)])
+def test_shorter_motions_and_looser_tolerances_cost_no_more(duration: float, rtol: float) -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[2.0], duration=duration, rtol=rtol, method="dop853", fps=5)
+    assert ADDED not in motion.method
+
+
+def test_few_steps_are_refused() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[2.0], duration=20.0, rtol=1e-10, method="dop853", samples=2)
+    refused = motion.statistics.evaluations / 12 - motion.statistics.steps
+    assert refused < 0.12 * motion.statistics.steps  # a quarter without damping of the step control
+
+
+def test_states_between_late_steps_are_as_accurate_as_the_steps() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motion = mq.simulate(mechanism, q=[2.0], t0=1e4, duration=10.0, rtol=1e-13, method="dop853", samples=2)
+    times = np.linspace(1e4, 1e4 + 10, 2000)[1:]
+    total = motion.energy(times).total
+    assert np.abs(total / total[0] - 1).max() < 3e-11  # the times themselves are rounded to 2e-12 s
+
+
+def test_steps_without_length_are_no_intervals() -> None:
+    t = np.array([0.0, 0.1, 0.2, 0.3, 0.3, 0.3])
+    x = np.ones((6, 1)) * np.arange(6)[:, None]
+    curve = Curve(t, x, 0 * x, 0 * x, np.array([0, 4]), Rates(((0,), (0,)), (), ()))
+    assert curve.intervals.tolist() == [0, 1, 2]
+    assert np.isfinite(curve(np.linspace(0, 0.3, 7)).q).all()
+    still = Curve(t[3:], x[3:], 0 * x[3:], 0 * x[3:], np.array([0, 1]), Rates(((0,), (0,)), (), ()))
+    assert still(0.3).q.tolist() == [5.0]
