@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
 import webbrowser
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from types import TracebackType
 from typing import TypeAlias, final
 
@@ -13,6 +15,8 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.view.clock import FRAME, PacedClock
 from mecanique.view.commands import Controls
+from mecanique.view.document import Derivation, VerdictTable
+from mecanique.view.panels import late
 from mecanique.view.scene import Frame, Scene
 from mecanique.view.server import Server
 from mecanique.view.window import RecorderWindow
@@ -45,6 +49,7 @@ class LiveView:
     def __init__(self, scene: Scene, *, port: int = 0, token: str | None = None, open_browser: bool = False) -> None:
         self._controls = Controls()
         self._scene = scene
+        self._texts = threading.Lock()
         self._server = Server(self._controls, port=port, token=token)
         self._server.show(scene, seekable=False)
         self.send(scene.frame(0))
@@ -82,9 +87,33 @@ class LiveView:
         Args:
             scene: what to show from now on.
         """
-        self._scene = scene
-        self._server.show(scene, seekable=False)
+        with self._texts:
+            self._scene = scene
+            self._server.show(scene, seekable=False)
         self.send(scene.frame(0))
+
+    def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
+        """Put equations and a verdict beside the scene; open pages show them at once, and go on as they are.
+
+        It may be called from any thread. A verdict that disagrees is told in a banner.
+
+        Args:
+            derivations: method by method.
+            verdict: what the comparison found.
+        """
+        with self._texts:
+            document = replace(self._scene.document, derivations=derivations, verdict=verdict)
+            self._scene = replace(self._scene, document=document)
+            alarm = f"Derivation and reference disagree: {verdict.headline}" if verdict.agrees is False else ""
+            self._server.note({**late(self._scene), "alarm": alarm})
+
+    def warn(self, text: str) -> None:
+        """Tell in every page that something went wrong.
+
+        Args:
+            text: what is wrong; an empty one takes back what was told before.
+        """
+        self._server.note({"warning": text})
 
     def send(self, frame: Frame) -> None:
         """Show an instant at once, without waiting for any clock.
@@ -97,6 +126,16 @@ class LiveView:
         """
         self._server.publish(frame.t, row(frame, self._scene))
         self._latest = frame
+
+    def wait(self, period: float = 0.2) -> bool:
+        """Wait till a page has shown something, or the view is closed; return whether one has.
+
+        Args:
+            period: how often Ctrl-C is listened to [s].
+        """
+        while not (self._controls.closed or self._server.seen.wait(period)):
+            pass
+        return self._server.seen.is_set()
 
     def stream(self, frames: Frames, *, speed: float = 1.0, hold: bool = False) -> None:
         """Show frames as their time comes; returns when there are no more.

@@ -1,26 +1,27 @@
-"""A mechanism that is set in motion while it is shown."""
+"""A mechanism that is set in motion while it is shown, and a motion that is computed already."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.errors import MecaniqueError
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.view.checking import pending
 from mecanique.view.live import Changes, LiveView
+from mecanique.view.presenting import Presenter
 from mecanique.view.scene import Frame, Scene
 from mecanique.view.staging import actions_of, scene_of
-from mecanique.view.stretches import FIRST, STRETCH, Stretches, fitted, names_of
+from mecanique.view.stretches import FIRST, STRETCH, Stretches
 from mecanique.view.texts import document_of
 
-__all__ = ["MOST_COMPARED", "Moving"]
+__all__ = ["Moving", "Recorded"]
 
-MOST_COMPARED = 8
-"""With more velocities than this a live view starts without equations and verdict, which take seconds."""
+MOST_AHEAD = 8
+"""With more velocities than this a live view starts with a short stretch: a long one would let one wait."""
 
 
 @final
@@ -41,8 +42,8 @@ class Moving:
     def __init__(self, mechanism: Mechanism, q: Any, v: Any, end: float, rtol: float) -> None:
         self._end, self._rtol = end, rtol
         self._started = self._start(mechanism, q, v)
-        self._first = self._staged(self._started, compared=True)
-        self.first = fitted(self._first, names_of(self._first))
+        self._first = self._staged(self._started)
+        self.presenter = Presenter(mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
         """Yield the motion's instants; what cannot be computed is told in the page.
@@ -51,71 +52,89 @@ class Moving:
             live: what shows them.
             changes: the values set in the page.
         """
-        shown = self.first
+        live.warn("")
         try:
             motion, scene = self._started, self._first
             if changes:
-                motion = self._changed(changes)
-                scene = self._staged(motion, compared=False)
-            names = names_of(scene)
-            if changes or live.scene is not self.first:
-                shown = fitted(scene, names) if changes else self.first
-                live.show(shown)
+                motion = self._start(*_started(motion, changes))
+                scene = self._staged(motion)
+            shown = self.presenter.begin(live, motion.mechanism, scene)
             yield from (shown.frame(k) for k in range(len(shown.t)))
             for complete in Stretches(motion, self._end):
-                more = names | names_of(complete)
-                if more != names:
-                    # a force that acts for the first time has no place in the scene yet
-                    names = more
-                    shown = self._told(fitted(complete, names), shown)
-                    live.show(shown)
-                stretch = fitted(complete, names)
-                yield from (stretch.frame(k) for k in range(1, len(stretch.t)))
+                shown = self.presenter.go_on(live, complete)
+                yield from (shown.frame(k) for k in range(1, len(shown.t)))
         except MecaniqueError as error:
-            # the page says why nothing moves any more; a reset or the next change starts anew
-            stopped, shown = live.latest, live.scene
-            live.show(replace(shown, document=replace(shown.document, subtitle=str(error))))
-            yield stopped
+            # a reset or the next change starts anew
+            live.warn(f"The motion stops here: {error}")
 
     def _start(self, mechanism: Mechanism, q: Any, v: Any) -> Any:
         from mecanique.motion import simulate
 
-        length = FIRST if mechanism.nv <= MOST_COMPARED else STRETCH
+        length = FIRST if mechanism.nv <= MOST_AHEAD else STRETCH
         return simulate(mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol)
 
-    def _changed(self, changes: Changes) -> Any:
-        parameters = {name: value for (kind, name), value in changes.items() if kind == "parameter"}
-        mechanism = self._started.mechanism.replace(**parameters)
-        q = dict(zip(mechanism.coordinates, self._started.q[0].tolist(), strict=True))
-        v = dict(zip(mechanism.velocities, self._started.v[0].tolist(), strict=True))
-        for (kind, name), value in changes.items():
-            if kind == "initial":
-                (q if name in q else v)[name] = value
-        return self._start(mechanism, q, v)
-
-    def _staged(self, motion: Any, compared: bool) -> Scene:
-        """The first stretch with its texts; equations and verdict only where they are found at once."""
-        equations: list[Any] = []
-        verdict = None
-        mechanism = motion.mechanism
-        if mechanism.nv <= MOST_COMPARED:
-            from mecanique.derive import METHODS, derive
-            from mecanique.verify import verify
-
-            for method in tuple(METHODS)[: None if compared else 1]:
-                with suppress(MecaniqueError):
-                    equations.append(derive(mechanism, method))
-            if compared:
-                with suppress(MecaniqueError):
-                    verdict = verify(mechanism)
-        actions = actions_of(motion)
-        document = document_of(motion, equations, verdict, actions)
+    def _staged(self, motion: Any) -> Scene:
         length = "" if np.isinf(self._end) else f"{self._end:g} s, "
-        document = replace(document, subtitle=f"{length}computed while it is shown")
-        return scene_of(motion, document, actions, complete=True)
+        return _staged(motion, f"{length}computed while it is shown")
 
-    @staticmethod
-    def _told(scene: Scene, before: Scene) -> Scene:
-        """A later stretch with the texts there were."""
-        document = replace(before.document, ledger=scene.document.ledger)
-        return replace(scene, document=document, bounds=before.bounds, planar=scene.planar and before.planar)
+
+@final
+class Recorded:
+    """A motion as its time comes; with values changed in the page it is computed anew, over the same time.
+
+    Args:
+        motion: what `simulate` returned.
+
+    Raises:
+        InputError: if it is none.
+    """
+
+    def __init__(self, motion: Any) -> None:
+        from mecanique.motion.motion import Motion
+
+        if not isinstance(motion, Motion):
+            raise InputError(f"expected a Motion, as simulate returns it, or a Mechanism, got {type(motion).__name__}")
+        self._motion = motion
+        self._first = _staged(motion)
+        self.presenter = Presenter(motion.mechanism, self._first)
+
+    def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
+        """Yield the motion's instants; what cannot be computed is told in the page.
+
+        Args:
+            live: what shows them.
+            changes: the values set in the page.
+        """
+        from mecanique.motion import simulate
+
+        live.warn("")
+        try:
+            motion, scene = self._motion, self._first
+            if changes:
+                mechanism, q, v = _started(motion, changes)
+                span, rtol = float(motion.t[-1] - motion.t[0]), motion.statistics.rtol
+                motion = simulate(mechanism, q=q, v=v, t0=float(motion.t[0]), duration=span, rtol=rtol)
+                scene = _staged(motion)
+            shown = self.presenter.begin(live, motion.mechanism, scene)
+            yield from (shown.frame(k) for k in range(len(shown.t)))
+        except MecaniqueError as error:
+            live.warn(f"There is no motion: {error}")
+
+
+def _started(motion: Any, changes: Changes) -> tuple[Mechanism, dict[str, float], dict[str, float]]:
+    """A motion's mechanism and start with the values that were set in the page."""
+    parameters = {name: value for (kind, name), value in changes.items() if kind == "parameter"}
+    mechanism = motion.mechanism.replace(**parameters) if parameters else motion.mechanism
+    q = dict(zip(mechanism.coordinates, motion.q[0].tolist(), strict=True))
+    v = dict(zip(mechanism.velocities, motion.v[0].tolist(), strict=True))
+    for (kind, name), value in changes.items():
+        if kind == "initial":
+            (q if name in q else v)[name] = value
+    return mechanism, q, v
+
+
+def _staged(motion: Any, subtitle: str = "") -> Scene:
+    """A complete scene with its texts, but for those that take their time."""
+    actions = actions_of(motion)
+    document = pending(motion.mechanism, document_of(motion, (), None, actions))
+    return scene_of(motion, replace(document, subtitle=subtitle or document.subtitle), actions, complete=True)

@@ -9,7 +9,7 @@ from mecanique.view.document import Block, Quantity
 from mecanique.view.mathml import safe
 from mecanique.view.scene import Scene
 
-__all__ = ["badge", "panels"]
+__all__ = ["badge", "late", "panels"]
 
 
 def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
@@ -52,10 +52,19 @@ def badge(scene: Scene) -> str:
     Args:
         scene: what the page shows.
     """
-    agrees = scene.document.verdict.agrees
+    agrees, headline = scene.document.verdict.agrees, scene.document.verdict.headline
     if agrees is None:
-        return ""
+        return f'<span class="badge">{escape(headline)}</span>' if headline else ""
     return f'<span class="badge {"good" if agrees else "bad"}">{"✓ agrees" if agrees else "✗ disagrees"}</span>'
+
+
+def late(scene: Scene) -> dict[str, str]:
+    """Return what a live view may come to know after it has begun: the badge and the insides of two panels.
+
+    Args:
+        scene: what the page shows.
+    """
+    return {"badge": badge(scene), "equations": _equations(scene), "verdict": _verdict(scene)}
 
 
 def _equations(scene: Scene) -> str:

@@ -53,9 +53,11 @@ class Server:
         self.window = RecorderWindow(self._wake)
         self.page = ""
         self.clients: set[_Socket] = set()
+        self.seen = threading.Event()
         self._token = token or secrets.token_urlsafe(18)
         self._identity = ""
         self._seekable = False
+        self._notes: dict[str, str] = {}
         self._frame: tuple[float, bytes] = (0.0, b"")
         self._number = 0
         self._due = False
@@ -99,7 +101,7 @@ class Server:
         text = live_page(scene, identity, length, connect)
         with self._lock:
             self.page, self._identity, self._seekable = text, identity, seekable
-            self._frame = (0.0, b"")
+            self._frame, self._notes = (0.0, b""), {}
         self.announce()
 
     def publish(self, t: float, row: bytes) -> None:
@@ -112,6 +114,16 @@ class Server:
         with self._lock:
             self._frame, self._number = (t, row), self._number + 1
         self._wake()
+
+    def note(self, notes: dict[str, str]) -> None:
+        """Tell all pages, and those that open later, what has been found out about the scene since it was served.
+
+        Args:
+            notes: texts by the place they belong to; one that is empty takes back what was said.
+        """
+        with self._lock:
+            self._notes |= notes
+        self._call(self._spread, json.dumps({"notes": notes}))
 
     def announce(self, *, restart: bool = False) -> None:
         """Tell all pages how things stand.
@@ -134,7 +146,13 @@ class Server:
         """Return how things stand, as JSON."""
         with self._lock:
             state = {"scene": self._identity, "seekable": self._seekable, "restart": restart}
-        return json.dumps(state | {"paused": self.controls.paused, "speed": self.controls.speed})
+        values = [[kind, name, value] for (kind, name), value in self.controls.changes().items()]
+        return json.dumps(state | {"paused": self.controls.paused, "speed": self.controls.speed, "values": values})
+
+    def notes(self) -> dict[str, str]:
+        """Return what has been noted about the scene since it was served."""
+        with self._lock:
+            return dict(self._notes)
 
     def latest(self) -> tuple[int, bytes | None]:
         """Return the present frame's number, and the frame as a page reads it."""
@@ -153,8 +171,11 @@ class Server:
             self._loop.call_soon_threadsafe(function, *arguments)
 
     def _tell(self, restart: bool) -> None:
+        self._spread(self.state(restart=restart))
+
+    def _spread(self, text: str) -> None:
         for client in list(self.clients):
-            client.tell(self.state(restart=restart))
+            client.tell(text)
 
     def _flush(self) -> None:
         with self._lock:
@@ -266,6 +287,8 @@ class _Socket(tornado.websocket.WebSocketHandler):
     def open(self, *args: str, **kwargs: str) -> None:
         self.set_nodelay(True)
         self.tell(self.server.state())
+        if notes := self.server.notes():
+            self.tell(json.dumps({"notes": notes}))
         for command in self.server.window.commands():
             self._write_command(command)
         self.server.clients.add(self)
@@ -278,6 +301,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
             return
         if asked["do"] == "ack":
             self.sent = [number for number in self.sent if number > asked["value"]]
+            self.server.seen.set()
             self.catch_up()
             return
         self.server.controls.obey(asked)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mecanique.model.forces import Damper, JointSpring, Spring
-from mecanique.model.joints import Planar, Prismatic, Revolute
+from mecanique.model.joints import Fixed, Planar, Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
@@ -51,7 +51,7 @@ def scene_of(
         joints=tuple(_marks(mechanism)),
         series=tuple(_series(motion, complete)),
         document=Document() if document is None else document,
-        planar=_planar(poses),
+        planar=_planar(poses) and (not complete or _stays_planar(mechanism, poses[0], at)),
     )
 
 
@@ -107,6 +107,20 @@ def _planar(poses: Floats) -> bool:
     sideways = float(np.ptp(poses[:, :, 1, 3], axis=0).max(initial=0.0))
     turned = float(np.ptp(poses[:, :, :3, 1], axis=0).max(initial=0.0))
     return sideways < 1e-9 * scale and turned < 1e-9
+
+
+def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bool:
+    """Whether the joints let nothing leave the x-z plane, however the motion goes on."""
+    for joint in mechanism.joints:
+        if isinstance(joint, Fixed):
+            continue
+        if not isinstance(joint, (Revolute, Prismatic, Planar)):
+            return False
+        # the component along y: of a slide none, of an axis one turns about all
+        along = abs(float(poses[at[joint.child], 1, :3] @ np.array(joint.axis)))
+        if abs(along - (0.0 if isinstance(joint, Prismatic) else 1.0)) > 1e-9:
+            return False
+    return True
 
 
 def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
@@ -176,15 +190,16 @@ def _marks(mechanism: Mechanism) -> Iterator[JointMark]:
 def _series(motion: Any, complete: bool) -> Iterator[Series]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
+    few = len(mechanism.coordinates) <= 4
     for name in mechanism.coordinates:
-        yield Series(name, letter(name), unit[name], motion[name], "Coordinates", shown=len(mechanism.coordinates) <= 4)
+        yield Series(name, letter(name), unit[name], motion[name], "Coordinates", shown=few)
     for name in mechanism.velocities:
         yield Series(name, letter(name), unit[name], motion[name], "Velocities")
     for k, name in enumerate(mechanism.velocities):
         yield Series(f"{name}'", letter(f"{name}'"), per_second(unit[name]), motion.a[:, k], "Accelerations")
     energy = motion.energy()
     for name, label in (("kinetic", "T"), ("potential", "V"), ("total", "T + V"), ("work", "work of forces")):
-        yield Series(f"energy {name}", label, "J", getattr(energy, name), "Energies")
+        yield Series(f"energy {name}", label, "J", getattr(energy, name), "Energies", shown=not few and name != "work")
     for joint in mechanism.joints[: MOST_ARROWS // 4]:
         wrench = motion.reactions(joint.name)
         for k, axis in enumerate("xyz"):

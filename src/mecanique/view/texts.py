@@ -15,7 +15,7 @@ from mecanique.motion.units import units
 from mecanique.urdf.write import write_urdf
 from mecanique.view.document import Block, Derivation, Document, Ledger, LedgerRow, Quantity, VerdictTable
 
-__all__ = ["document_of", "ledger_of", "letter"]
+__all__ = ["derivation_of", "document_of", "ledger_of", "letter", "table_of"]
 
 MOST_LEDGER_ENTRIES = 200
 """A ledger with more rows times coordinates than this is no longer read."""
@@ -33,8 +33,8 @@ def document_of(motion: Any, equations: Sequence[Any], verdict: Any, actions: Se
     mechanism: Mechanism = motion.mechanism
     return Document(
         subtitle=f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}",
-        derivations=tuple(_derivation(each) for each in equations),
-        verdict=_table(verdict) if verdict is not None else VerdictTable(),
+        derivations=tuple(derivation_of(each) for each in equations),
+        verdict=table_of(verdict) if verdict is not None else VerdictTable(),
         parameters=tuple(_parameters(mechanism)),
         initial=tuple(_initial(motion)),
         freedom=_freedom(motion),
@@ -55,7 +55,12 @@ def letter(name: str) -> str:
     return MathML().letter(name, False, "")
 
 
-def _derivation(equations: Any) -> Derivation:
+def derivation_of(equations: Any) -> Derivation:
+    """Return the steps of a derivation.
+
+    Args:
+        equations: derived `Equations`.
+    """
     from mecanique.derive.report import TITLES, sections
 
     title = TITLES.get(equations.method, equations.method.replace("_", " ").capitalize())
@@ -72,7 +77,12 @@ def _derivation(equations: Any) -> Derivation:
     return Derivation(title, tuple(blocks))
 
 
-def _table(verdict: Any) -> VerdictTable:
+def table_of(verdict: Any) -> VerdictTable:
+    """Return what a comparison found.
+
+    Args:
+        verdict: the `Verdict`.
+    """
     columns, *rows = verdict.table
     versions = ", ".join(f"{name} {number}" for name, number in verdict.versions.items())
     notes = (*verdict.remarks, f"Tolerance {verdict.tolerance:.0e}, seed {verdict.seed}; {versions}.")

@@ -1,5 +1,7 @@
 // Forces as straight arrows, moments as bent ones; which are shown, how long they are, what they say when pointed at.
 
+import { powerOfTen } from "./scales.js";
+
 export const KINDS = {
   weight: { label: "Weight", color: 0x0072b2 },
   spring: { label: "Springs", color: 0x009e73 },
@@ -17,7 +19,7 @@ export function measure(x, digits = 4) {
   if (!x) return "0";
   const size = Math.abs(x);
   const text = size >= 1e5 || size < 1e-3 ? x.toExponential(digits - 2) : x.toPrecision(digits);
-  return text.replaceAll("-", "−").replace(/e\+?/, "·10^");
+  return text.replaceAll("-", "−").replace(/e\+?(.*)/, (_, exponent) => `·${powerOfTen(exponent.replace("−", "-"))}`);
 }
 
 export class Arrows {

@@ -26,8 +26,14 @@ export class Camera {
     this.onchoice?.(preset);
   }
 
-  // Moves the camera back until every corner of the box is in the picture, with a margin.
   look(preset) {
+    const { target, eye } = this.aim(preset);
+    this.place(target, eye);
+    this.chosen(preset);
+  }
+
+  // Where to look, and from where: so far back that every corner of the box is in the picture, with a margin.
+  aim(preset) {
     const { Vector3 } = this.stage.three;
     const camera = this.stage.viewer.camera;
     const toEye = new Vector3(...DIRECTIONS[preset]).normalize();
@@ -36,7 +42,7 @@ export class Camera {
     const up = toEye.clone().cross(right);
     const tanV = Math.tan((camera.fov * Math.PI) / 360) * 0.84;
     const tanH = tanV * Math.max(camera.aspect, 0.2);
-    let center = this.box.getCenter(new Vector3());
+    const center = this.box.getCenter(new Vector3());
     let distance = 0;
     for (const x of [this.box.min.x, this.box.max.x])
       for (const y of [this.box.min.y, this.box.max.y])
@@ -45,8 +51,7 @@ export class Camera {
           const reach = Math.max(Math.abs(d.dot(right)) / tanH, Math.abs(d.dot(up)) / tanV);
           distance = Math.max(distance, reach + d.dot(toEye));
         }
-    this.place(center, center.clone().addScaledVector(toEye, distance));
-    this.chosen(preset);
+    return { target: center, eye: center.clone().addScaledVector(toEye, distance) };
   }
 
   // meshcat's camera lives in axes with y up
@@ -55,7 +60,28 @@ export class Camera {
     controls.target.set(target.x, target.z, -target.y);
     camera.position.set(eye.x, eye.z, -eye.y);
     controls.update();
+    this.placed = controls.target.clone();
     this.stage.viewer.set_dirty();
+  }
+
+  center() {
+    const { x, y, z } = this.stage.viewer.controls.target;
+    return new this.stage.three.Vector3(x, -z, y);
+  }
+
+  eye() {
+    const { x, y, z } = this.stage.viewer.camera.position;
+    return new this.stage.three.Vector3(x, -z, y);
+  }
+
+  // Goes along with something that has moved.
+  shift(step) {
+    if (step.lengthSq() > 0) this.place(this.center().add(step), this.eye().add(step));
+  }
+
+  // Whether a hand has moved the picture aside since the camera was last placed.
+  panned() {
+    return this.followed < 0 && this.placed.distanceTo(this.stage.viewer.controls.target) > 1e-6 * this.stage.size;
   }
 
   follow(body) {

@@ -73,6 +73,11 @@ export class LiveClock {
     return this.seekable ? this.scene.first : this.history.first;
   }
 
+  // How much of time a plot shows at least: a stream has just begun, and goes on [s].
+  get room() {
+    return this.seekable ? 1e-6 : 2;
+  }
+
   get last() {
     return this.seekable ? this.scene.first + this.length : this.history.last;
   }
@@ -105,13 +110,19 @@ export class LiveClock {
   }
 
   told(state) {
+    if (state.notes) {
+      this.onnotes?.(state.notes);
+      return;
+    }
     if (state.scene !== this.scene.id) {
+      keepPlace();
       location.reload();
       return;
     }
     this.playing = !state.paused;
     this.speed = state.speed;
     this.seekable = state.seekable;
+    setSliders(state.values);
     this.onstate?.(state);
   }
 
@@ -155,12 +166,63 @@ export class LiveClock {
   }
 }
 
+// What has been found out since the page was made: the badge, the insides of panels, and what went wrong.
+export function wireNotes(live) {
+  const banner = Object.assign(document.createElement("div"), { id: "alarm", hidden: true });
+  banner.setAttribute("role", "alert");
+  document.querySelector("header").after(banner);
+  const wrong = { alarm: "", warning: "" };
+  live.onnotes = (notes) => {
+    for (const key of ["equations", "verdict"]) {
+      const panel = document.getElementById(`panel-${key}`);
+      // the texts come from the page's maker, which lets MathML through and nothing else
+      if (panel && notes[key] !== undefined) panel.innerHTML = panel.querySelector("h2").outerHTML + notes[key];
+    }
+    if (notes.badge !== undefined) {
+      document.querySelector("header .badge")?.remove();
+      document.querySelector("header").insertAdjacentHTML("beforeend", notes.badge);
+    }
+    for (const key of Object.keys(wrong)) wrong[key] = notes[key] ?? wrong[key];
+    const texts = Object.values(wrong).filter(Boolean);
+    banner.hidden = !texts.length;
+    banner.replaceChildren(...texts.map((text) => Object.assign(document.createElement("p"), { textContent: text, dir: "auto" })));
+  };
+}
+
+// A page that must be loaded anew opens where it was: the same tab, the same view.
+function keepPlace() {
+  const tab = document.querySelector("[role=tab][aria-selected=true]")?.id;
+  const view = document.querySelector("[data-camera][aria-pressed=true]")?.dataset.camera;
+  sessionStorage.setItem("place", JSON.stringify({ tab, view }));
+}
+
+export function findPlace() {
+  const { tab, view } = JSON.parse(sessionStorage.getItem("place") ?? "{}");
+  sessionStorage.removeItem("place");
+  if (tab) document.getElementById(tab)?.click();
+  if (view) document.querySelector(`[data-camera=${CSS.escape(view)}]`)?.click();
+}
+
+function written(value) {
+  return String(Number(Number(value).toPrecision(6)));
+}
+
+// Sets the sliders to what other pages, or this one before it was loaded anew, have chosen.
+function setSliders(values) {
+  for (const [kind, name, value] of values)
+    for (const slider of document.querySelectorAll(`input[data-kind=${kind}]`))
+      if (slider.dataset.name === name && slider !== document.activeElement) {
+        slider.value = value;
+        slider.closest("tr").querySelector("output").textContent = written(value);
+      }
+}
+
 // Sliders for parameters and initial values; the motion starts again with what they are set to.
 export function wireSliders(clock) {
   for (const slider of document.querySelectorAll("input[data-name]")) {
     slider.disabled = false;
     slider.oninput = () => {
-      slider.closest("tr").querySelector("output").textContent = Number(slider.value).toPrecision(4);
+      slider.closest("tr").querySelector("output").textContent = written(slider.value);
     };
     slider.onchange = () => clock.send({ do: slider.dataset.kind, name: slider.dataset.name, value: Number(slider.value) });
   }

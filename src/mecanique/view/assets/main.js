@@ -10,7 +10,8 @@ import { listenToKeys, Player, Transport } from "./player.js";
 import { Plots, quantities } from "./plots.js";
 import { wireTabs, save } from "./tabs.js";
 import { ForceTable, LedgerTable } from "./tables.js";
-import { History, LiveClock, wireSliders } from "./live.js";
+import { Companion } from "./companion.js";
+import { findPlace, History, LiveClock, wireNotes, wireSliders } from "./live.js";
 import { wireCameras, wireForces, wireFreeBody, wirePrint, wireShow, wireTooltip } from "./controls.js";
 
 async function loadViewer() {
@@ -56,6 +57,7 @@ async function start() {
   const transport = new Transport(clock);
   const data = recorded ? table : live.history;
   const plots = new Plots(document.getElementById("charts"), data, clock, quantities(scene, layout), scene.fileName);
+  plots.peaks.set("m", stage.size);
   const ledger = new LedgerTable(scene, layout);
   const forces = new ForceTable(scene, layout);
 
@@ -89,7 +91,9 @@ async function start() {
   const urdf = document.getElementById("save-urdf");
   if (urdf) urdf.onclick = () => save(`${scene.fileName}.urdf`, document.getElementById("urdf-text").textContent, "application/xml");
 
-  if (live) wireLive(live, stage, transport, traces, redraw);
+  const companion = live && !recorded ? new Companion(stage, camera, box, row) : null;
+  companion?.wire(document.getElementById("follow"));
+  if (live) wireLive(live, stage, transport, traces, companion, redraw);
   if (recorded && scene.traces.length)
     for (let k = 0; k < table.n; k++) traces.add(table.row(table.time(k), scene.bodies.length, new Float64Array(layout.end)));
 
@@ -105,6 +109,7 @@ async function start() {
   };
   let shown = null;
   let drawn = 0;
+  let last = 0;
   const frame = (now) => {
     requestAnimationFrame(frame);
     const came = clock.tick(now);
@@ -113,13 +118,18 @@ async function start() {
         row.set(live.row);
         arrows.learn(row);
         if (!recorded) {
-          if (clock.time < shown) traces.clear();
+          if (clock.time < shown) {
+            traces.clear();
+            companion?.reset();
+          }
           traces.add(row);
         }
       } else table.row(clock.time, scene.bodies.length, row);
       shown = clock.time;
       stale = true;
     }
+    if (shown !== null && companion?.step(row, (now - last) / 1000)) stale = true;
+    last = now;
     if (stale) show();
     stale = false;
     transport.show();
@@ -133,14 +143,15 @@ async function start() {
   };
   stage.resize();
   camera.look(scene.planar ? "front" : "free");
+  if (live) findPlace();
   plots.draw();
-  window.mecanique = { scene, table, layout, clock, row, stage, arrows, lines, traces, labels, camera, plots };
+  window.mecanique = { scene, table, layout, clock, row, stage, arrows, lines, traces, labels, camera, companion, plots };
   document.body.classList.add("ready");
   if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
   requestAnimationFrame(frame);
 }
 
-function wireLive(live, stage, transport, traces, redraw) {
+function wireLive(live, stage, transport, traces, companion, redraw) {
   const notice = document.getElementById("notice");
   live.onlink = (on) => {
     notice.textContent = on ? "" : "The connection is lost; waiting for the program to come back.";
@@ -151,6 +162,7 @@ function wireLive(live, stage, transport, traces, redraw) {
     if (state.restart && !live.length) {
       live.history.clear();
       traces.clear();
+      companion?.reset();
     }
     const speed = document.getElementById("speed");
     if (![...speed.options].some((option) => Number(option.value) === state.speed))
@@ -159,6 +171,8 @@ function wireLive(live, stage, transport, traces, redraw) {
     redraw();
   };
   live.oncommand = (command) => stage.viewer.handle_command_bytearray(command);
+  document.getElementById("loop-label").hidden = true;
+  wireNotes(live);
   wireSliders(live);
 }
 

@@ -1,6 +1,7 @@
 // Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, values as CSV.
 
 import { measure } from "./arrows.js";
+import { isNothing, rangeOf, ticks, ticksAlong } from "./scales.js";
 import { save } from "./tabs.js";
 
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
@@ -13,18 +14,6 @@ function svg(tag, attributes, parent) {
   for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
   parent?.append(element);
   return element;
-}
-
-function ticks(low, high, count) {
-  const rough = (high - low) / count;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((m) => m * power >= rough);
-  const found = [];
-  for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) found.push(i * step);
-  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
-  const big = Math.max(Math.abs(low), Math.abs(high));
-  const text = (x) => (big >= 1e5 || big < 1e-3 ? x.toExponential(1) : x.toFixed(digits)).replace("-", "−");
-  return found.map((x) => ({ x, text: text(Math.abs(x) < 1e-9 * step ? 0 : x) }));
 }
 
 // Everything that can be plotted: the scene's series, then each arrow's length and components.
@@ -50,6 +39,9 @@ export class Plots {
     if (!this.chosen.size && list.length) this.chosen.add(0);
     this.range = null;
     this.width = 0;
+    // an angle has a scale of its own; other units have that of the largest quantity
+    this.peaks = new Map([["rad", 1]]);
+    for (let k = 0; k < data.n; k += Math.ceil(data.n / 200)) this.learn(k);
     this.buildPicker();
     document.getElementById("zoom-in").onclick = () => this.zoom(0.5);
     document.getElementById("zoom-out").onclick = () => this.zoom(2);
@@ -91,8 +83,18 @@ export class Plots {
     return span;
   }
 
+  // The largest size seen of all quantities of a unit: what is nothing beside it is drawn as nothing.
+  learn(k) {
+    for (const { unit, value } of this.list) {
+      const size = Math.abs(value(this.data, k));
+      if (size > (this.peaks.get(unit) ?? 0)) this.peaks.set(unit, size);
+    }
+  }
+
+  // At the start of a stream there is room for what is to come.
   span() {
-    return this.range ?? [this.clock.first, Math.max(this.clock.last, this.clock.first + 1e-6)];
+    const { first, last, room = 1e-6 } = this.clock;
+    return this.range ?? [first, Math.max(last, first + room)];
   }
 
   setRange(range) {
@@ -109,6 +111,7 @@ export class Plots {
   }
 
   draw() {
+    if (this.data.n) this.learn(this.data.n - 1);
     const width = (this.width = Math.max(this.holder.clientWidth, 200));
     const units = new Map();
     let order = 0;
@@ -143,23 +146,24 @@ export class Plots {
     const paths = members.map((each) => this.samples(each, a, b, Math.floor(inner)));
     let [low, high] = [Infinity, -Infinity];
     for (const path of paths) for (const [, y] of path) [low, high] = [Math.min(low, y), Math.max(high, y)];
-    if (!(high > low)) [low, high] = Number.isFinite(low) ? [low - 1, low + 1] : [-1, 1];
-    const pad = 0.06 * (high - low);
-    [low, high] = [low - pad, high + pad];
+    [low, high] = rangeOf(low, high, this.peaks.get(unit) ?? 0);
     const sy = (y) => MARGIN.top + ((high - y) / (high - low)) * (HEIGHT - MARGIN.top - MARGIN.bottom);
     const names = members.map((each) => each.text).join(", ");
     const picture = svg("svg", { viewBox: `0 0 ${width} ${HEIGHT}`, role: "img", "aria-label": `${names} over time` });
     const bottom = HEIGHT - MARGIN.bottom;
-    for (const { x, text } of ticks(low, high, 4)) {
+    const { marks, power } = ticks(low, high, 4);
+    for (const { x, text } of marks) {
       svg("line", { class: "rule", x1: MARGIN.left, x2: width - MARGIN.right, y1: sy(x), y2: sy(x) }, picture);
       svg("text", { x: MARGIN.left - 6, y: sy(x) + 3.5, "text-anchor": "end" }, picture).textContent = text;
     }
-    for (const { x, text } of ticks(a, b, Math.max(2, inner / 90))) {
+    if (power) svg("text", { class: "unit", x: MARGIN.left + 4, y: MARGIN.top + 9 }, picture).textContent = power;
+    const along = ticksAlong(a, b, inner);
+    for (const { x, text } of along.marks) {
       svg("line", { class: "rule", x1: sx(x), x2: sx(x), y1: MARGIN.top, y2: bottom }, picture);
       if (sx(x) < width - MARGIN.right - 42)
         svg("text", { x: sx(x), y: bottom + 15, "text-anchor": "middle" }, picture).textContent = text;
     }
-    svg("text", { class: "unit", x: width - MARGIN.right, y: bottom + 15, "text-anchor": "end" }, picture).textContent = "t [s]";
+    svg("text", { class: "unit", x: width - MARGIN.right, y: bottom + 15, "text-anchor": "end" }, picture).textContent = `${along.power} t [s]`.trim();
     paths.forEach((path, i) => {
       const points = path.map(([t, y]) => `${sx(t).toFixed(1)},${sy(y).toFixed(1)}`).join(" ");
       const { color, dash } = members[i];
@@ -242,7 +246,7 @@ export class Plots {
       members.forEach((each, i) => {
         const y = this.at(each, t);
         if (Number.isNaN(y)) return;
-        readings[i].textContent = `${measure(y)} ${each.unit}`;
+        readings[i].textContent = `${isNothing(y, this.peaks.get(each.unit)) ? "0" : measure(y)} ${each.unit}`;
         dots[i].setAttribute("cx", sx(t));
         dots[i].setAttribute("cy", sy(y));
       });
