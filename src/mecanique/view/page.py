@@ -17,6 +17,7 @@ from typing import Any
 
 from mecanique.view.keyframes import pack
 from mecanique.view.mathml import safe
+from mecanique.view.meshes.parcel import mesh_parcel
 from mecanique.view.objects import draw_bodies
 from mecanique.view.panels import badge, panels
 from mecanique.view.scene import Scene
@@ -28,6 +29,7 @@ __all__ = ["page", "policy", "write_page", "write_text"]
 _MODULES = (
     "unpack",
     "tabs",
+    "meshes",
     "stage",
     "camera",
     "scales",
@@ -106,7 +108,8 @@ def _document(scene: Scene, *, live: dict[str, Any] | None, connect: str) -> str
     window = RecorderWindow()
     draw_bodies(scene.bodies, window)
     packed = pack(scene)
-    header = _header(scene) | {"table": packed.header, "live": live}
+    meshes, mesh_bytes = mesh_parcel(scene.bodies)
+    header = _header(scene) | {"table": packed.header, "meshes": meshes, "live": live}
     viewer, style = _viewer(), _asset("page.css")
     script = _script()
     tabs, inner = panels(scene, live=live is not None)
@@ -120,7 +123,7 @@ def _document(scene: Scene, *, live: dict[str, Any] | None, connect: str) -> str
         "panels": inner,
         "licenses": escape(_licenses()),
         "style": style,
-        "parcel": _parcel(header, [packed.body, *window.commands()], _KEPT if live is None else _FLEETING),
+        "parcel": _parcel(header, [packed.body, mesh_bytes, *window.commands()], _KEPT if live is None else _FLEETING),
         "viewer": _compressed_viewer(),
         "script": script,
     }

@@ -101,8 +101,8 @@ export class Lines {
     const { Vector3, Quaternion } = this.stage.three;
     for (const { group, column, shift } of this.items) {
       const { a, along, length } = this.ends(row, column);
-      group.visible = length > 0;
-      if (!length) continue;
+      group.visible = length > 1e-4 * this.stage.size;
+      if (!group.visible) continue;
       along.divideScalar(length);
       const across = new Vector3(0, 1, 0).cross(along);
       if (across.length() < 1e-6) across.set(1, 0, 0);

@@ -1,11 +1,13 @@
 // The 3-D pane: meshcat's viewer without its own controls, lights, floor, grid, what bodies look like, where they are.
 
+import { hangMeshes } from "./meshes.js";
+
 export function themeIsDark() {
   return matchMedia("(prefers-color-scheme: dark)").matches;
 }
 
 export class Stage {
-  constructor(pane, commands, scene) {
+  constructor(pane, [meshes, ...commands], scene) {
     this.three = MeshCat.THREE;
     this.pane = pane;
     this.scene = scene;
@@ -19,6 +21,7 @@ export class Stage {
     viewer.scene.add(this.root);
     for (const command of commands) viewer.handle_command_bytearray(command);
     this.nodes = scene.bodies.map((_, k) => viewer.scene_tree.find(["meshcat", `n${k}`]).object);
+    hangMeshes(this.three, scene.meshes, meshes, this.nodes);
     for (const node of this.nodes) node.traverse((part) => this.smooth(part));
     this.boxes = this.nodes.map((node) => this.localBox(node));
     new ResizeObserver(() => this.resize()).observe(pane.parentElement);

@@ -32,7 +32,7 @@ export function layoutOf(scene) {
   return { bodies, arrows, lines, traces, series, ledger, end };
 }
 
-function readIntegers(bytes, start, count, out) {
+export function readIntegers(bytes, start, count, out) {
   let at = start;
   for (let i = 0; i < count; i++) {
     let value = 0;

@@ -1,0 +1,1 @@
+"""Meshes for the page: files read here, written small."""
