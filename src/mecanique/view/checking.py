@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
-from typing import final
+from typing import Any, final
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
@@ -73,7 +73,10 @@ class Checking:
                 if self._cancelled:
                     return
                 with suppress(MecaniqueError):
-                    derivations += (self._derived(method),)
+                    equations = self._derived(method)
+                    derivations += (derivation_of(equations),)
+                    if not equations.symbolic:
+                        break  # the others could say no more than that they are not written out either
             if derivations:
                 self._tell(derivations, WAITING)
             if not self._cancelled:
@@ -86,10 +89,10 @@ class Checking:
 
         return METHODS if self._mechanism.nv <= MOST_DERIVED else ()
 
-    def _derived(self, method: str) -> Derivation:
+    def _derived(self, method: str) -> Any:
         from mecanique.derive import derive
 
-        return derivation_of(derive(self._mechanism, method))
+        return derive(self._mechanism, method)
 
     def _compared(self) -> VerdictTable:
         from mecanique.verify import verify

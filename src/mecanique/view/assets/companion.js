@@ -1,9 +1,25 @@
 // Keeps what moves in the picture of a live view, whose end nobody knows: the view widens a little where that is
 // enough, and else travels along; ground and graph paper come with it.
 
+const SPREAD = 2.5;
 const WIDEST = 1.7;
-const RAMP = 0.6;
+const RAMP = 0.35;
+const CENTERING = 0.6;
 const CALM = 3;
+
+// The box to begin with: all that the first rows sweep, unless that is much more than the mechanism takes up itself.
+export function startBox(stage, rows, layout) {
+  const size = (box) => box.getSize(new stage.three.Vector3()).length();
+  const boxes = rows.map((row) => stage.bounds([row], layout));
+  const largest = Math.max(...boxes.map(size));
+  const swept = boxes[0].clone();
+  for (const box of boxes) {
+    const wider = swept.clone().union(box);
+    if (size(wider) > SPREAD * largest) break;
+    swept.copy(wider);
+  }
+  return swept;
+}
 
 export class Companion {
   constructor(stage, camera, box, row) {
@@ -77,7 +93,7 @@ export class Companion {
 
   // Called for every picture; says whether the picture is still on its way somewhere.
   step(row, seconds) {
-    const dt = Math.min(seconds, 0.1);
+    const dt = Math.min(seconds, 0.5);
     if (this.camera.panned()) this.off();
     const found = this.survey(row);
     if (found) this.keep(found, dt);
@@ -101,7 +117,7 @@ export class Companion {
       this.blend = lost || this.fresh ? 1 : Math.min(1, this.blend + dt / RAMP);
       if (this.last) this.travel.addScaledVector(mean.clone().sub(this.last), this.blend);
       const middle = this.frame.getCenter(new Vector3()).add(this.travel);
-      this.travel.addScaledVector(mean.clone().sub(middle), lost || this.fresh ? 1 : 1 - Math.exp(-dt / 0.8));
+      this.travel.addScaledVector(mean.clone().sub(middle), lost || this.fresh ? 1 : 1 - Math.exp(-dt / CENTERING));
       this.rest(mean);
     }
     this.last = mean;

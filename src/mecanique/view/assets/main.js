@@ -10,7 +10,7 @@ import { listenToKeys, Player, Transport } from "./player.js";
 import { Plots, quantities } from "./plots.js";
 import { wireTabs, save } from "./tabs.js";
 import { ForceTable, LedgerTable } from "./tables.js";
-import { Companion } from "./companion.js";
+import { Companion, startBox } from "./companion.js";
 import { findPlace, History, LiveClock, wireNotes, wireSliders } from "./live.js";
 import { wireCameras, wireForces, wireFreeBody, wirePrint, wireShow, wireTooltip } from "./controls.js";
 
@@ -45,7 +45,8 @@ async function start() {
 
   const stage = new Stage(document.getElementById("pane"), parts.slice(1), scene);
   const few = sampleRows(table, scene.bodies.length, layout.end, 240);
-  const box = scene.bounds ? boxFrom(stage.three, scene.bounds) : stage.bounds(few, layout);
+  const around = live && !recorded ? startBox(stage, few, layout) : stage.bounds(few, layout);
+  const box = scene.bounds ? boxFrom(stage.three, scene.bounds) : around;
   stage.furnish(box, scene.planar, scene.ground);
   const arrows = new Arrows(stage, scene, layout);
   arrows.survey(table);
