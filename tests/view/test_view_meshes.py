@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from mecanique.errors import InputError
 from mecanique.motion import simulate
-from mecanique.urdf import read_urdf, robot
+from mecanique.urdf import read_urdf
+from mecanique.urdf.robots import robot
 from mecanique.view.meshes.packing import STEPS, PackedSurface, pack_surfaces
 from mecanique.view.meshes.parcel import mesh_parcel
 from mecanique.view.meshes.reading import read_mesh
