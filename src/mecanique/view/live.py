@@ -12,7 +12,7 @@ from typing import TypeAlias, final
 
 import numpy as np
 
-from mecanique.errors import InputError
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.view.clock import FRAME, PacedClock
 from mecanique.view.commands import Controls
 from mecanique.view.document import Derivation, VerdictTable
@@ -41,18 +41,29 @@ class LiveView:
         port: 0 takes any free port.
         token: the secret part of the address; a random one unless a page is to find its server again.
         open_browser: whether to open the page.
+        at_once: whether to have the address before the page is made; `made` then raises what is wrong with it.
 
     Raises:
-        InputError: if the port is taken.
+        InputError: if the port is taken, or a mesh cannot be read.
     """
 
-    def __init__(self, scene: Scene, *, port: int = 0, token: str | None = None, open_browser: bool = False) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        port: int = 0,
+        token: str | None = None,
+        open_browser: bool = False,
+        at_once: bool = False,
+    ) -> None:
         self._controls = Controls()
         self._scene = scene
         self._texts = threading.Lock()
         self._server = Server(self._controls, port=port, token=token)
-        self._server.show(scene, seekable=False)
+        self._page = self._server.show(scene, seekable=False)
         self.send(scene.frame(0))
+        if not at_once:
+            self.made()
         if open_browser:
             webbrowser.open(self.url)
 
@@ -89,7 +100,8 @@ class LiveView:
         """
         with self._texts:
             self._scene = scene
-            self._server.show(scene, seekable=False)
+            self._page = self._server.show(scene, seekable=False)
+        self._page.result()
         self.send(scene.frame(0))
 
     def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
@@ -126,6 +138,18 @@ class LiveView:
         """
         self._server.publish(frame.t, row(frame, self._scene))
         self._latest = frame
+
+    def made(self) -> None:
+        """Wait till the page is made; a view without one is closed.
+
+        Raises:
+            InputError: if a mesh cannot be read.
+        """
+        try:
+            self._page.result()
+        except MecaniqueError:
+            self.close()
+            raise
 
     def wait(self, period: float = 0.2) -> bool:
         """Wait till a page has shown something, or the view is closed; return whether one has.
@@ -169,7 +193,7 @@ class LiveView:
             hold: whether to stay at the end, till the view is closed.
         """
         self._scene = motion = scene or self._scene
-        self._server.show(motion, seekable=True)
+        self._server.show(motion, seekable=True).result()
         self._controls.begin(speed)
         first, last = float(motion.t[0]), float(motion.t[-1])
         clock = PacedClock(self._controls, first)

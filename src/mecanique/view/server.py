@@ -10,13 +10,15 @@ import socket
 import struct
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
 from typing import Any, final
 
 import tornado.httpserver
 import tornado.web
 import tornado.websocket
 
-from mecanique.errors import InputError
+from mecanique.errors import InputError, MecaniqueError
 from mecanique.view.commands import LONGEST, Controls, read
 from mecanique.view.page import live_page
 from mecanique.view.scene import Scene
@@ -51,7 +53,7 @@ class Server:
             raise InputError(f"port of a live view: expected 0 to 65535, got {port}")
         self.controls = controls
         self.window = RecorderWindow(self._wake)
-        self.page = ""
+        self.page: Future[str] = Future()
         self.clients: set[_Socket] = set()
         self.seen = threading.Event()
         self._token = token or secrets.token_urlsafe(18)
@@ -64,6 +66,7 @@ class Server:
         self._lock = threading.Lock()
         self._loop = asyncio.new_event_loop()
         self._closed = False
+        self._maker: threading.Thread | None = None
         try:
             self._socket = _listening(port)
         except OSError as error:
@@ -88,21 +91,28 @@ class Server:
         """The names under which the server answers."""
         return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
 
-    def show(self, scene: Scene, *, seekable: bool) -> None:
+    def show(self, scene: Scene, *, seekable: bool) -> Future[str]:
         """Serve a scene from now on; pages that show another load it.
 
         Args:
             scene: what to serve.
             seekable: whether the page may choose the time.
+
+        Returns:
+            The page, which is being made: meshes take their time.
         """
         identity = secrets.token_urlsafe(9)
         length = float(scene.t[-1] - scene.t[0]) if seekable else 0.0
         connect = " ".join(f"ws://{host}" for host in self.hosts)
-        text = live_page(scene, identity, length, connect)
+        page: Future[str] = Future()
         with self._lock:
-            self.page, self._identity, self._seekable = text, identity, seekable
+            self.page, self._identity, self._seekable = page, identity, seekable
             self._frame, self._notes = (0.0, b""), {}
+        making = partial(_make, page, scene, identity, length, connect)
+        self._maker = threading.Thread(target=making, name="mecanique page", daemon=True)
+        self._maker.start()
         self.announce()
+        return page
 
     def publish(self, t: float, row: bytes) -> None:
         """Make a frame the present one; it is sent when the pages are ready, unless a later one comes first.
@@ -139,8 +149,9 @@ class Server:
             return
         self._closed = True
         self._loop.call_soon_threadsafe(self._loop.stop)
-        if threading.current_thread() is not self._thread:
-            self._thread.join(timeout=5)
+        for thread in (self._thread, self._maker):
+            if thread not in (None, threading.current_thread()):
+                thread.join(timeout=5)
 
     def state(self, *, restart: bool = False) -> str:
         """Return how things stand, as JSON."""
@@ -216,6 +227,13 @@ class Server:
         await asyncio.gather(*rest, return_exceptions=True)
 
 
+def _make(page: Future[str], scene: Scene, identity: str, length: float, connect: str) -> None:
+    try:
+        page.set_result(live_page(scene, identity, length, connect))
+    except BaseException as error:  # whoever waits for the page raises it
+        page.set_exception(error)
+
+
 def _listening(port: int) -> socket.socket:
     """A socket on the loopback, which is let go of if the port is taken."""
     made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
@@ -260,9 +278,14 @@ class _Nothing(_Guarded):
 
 @final
 class _Page(_Guarded):
-    def get(self) -> None:
+    async def get(self) -> None:
         self.set_header("Content-Security-Policy", "frame-ancestors 'none'")
-        self.finish(self.server.page)
+        try:
+            page = await asyncio.shield(asyncio.wrap_future(self.server.page))
+        except MecaniqueError as error:
+            self.set_status(500)
+            page = f"{error}\n"
+        self.finish(page)
 
 
 @final
