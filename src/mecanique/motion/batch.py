@@ -16,8 +16,10 @@ from mecanique.motion.generated import Batched
 
 __all__ = ["Block", "integrate"]
 
-_EXPONENT = -1 / 8
+_DAMPING = 0.04
+_EXPONENT = 1 / 8 - 0.2 * _DAMPING
 _LEAST, _MOST = 0.2, 6.0
+"""Least and most that a step is changed by; the step control is damped as that of one motion (`methods`)."""
 
 
 @final
@@ -90,16 +92,20 @@ class _Runner:
         from scipy.integrate import DOP853
 
         tableau: Any = DOP853
-        self._A, self._B, self._C, self._E3, self._E5 = (getattr(tableau, name) for name in ("A", "B", "C", "E3", "E5"))
+        self._A, self._B, self._C = tableau.A, tableau.B, tableau.C
+        self._E = np.stack([tableau.E5, tableau.E3])
         self._block = block
         self._rhs = block.make(alive)
         self.t = t
         self.y = np.array(y, order="C")
         self.taken = taken
         self.h = 0.0
+        self._before = 1e-4
+        self._grows = True
         self._K = np.empty((len(self._B) + 1, *y.shape))
         self._flat = self._K.reshape(len(self._K), -1)
         self._trial = np.empty_like(self.y)
+        self._errors = np.empty((2, *y.shape))
         with np.errstate(all="ignore"):
             self.restart()
 
@@ -138,28 +144,41 @@ class _Runner:
             if block.normalized is not None:
                 self.y = block.normalized(self.y)
             self.taken += 1
-            proposed = h * min(_MOST, 0.9 * worst**_EXPONENT if worst else _MOST)
+            most = _MOST if self._grows else 1.0
+            factor = min(most, 0.9 * self._before**_DAMPING / worst**_EXPONENT) if worst else most
+            self._before, self._grows = max(worst, 1e-4), True
+            proposed = h * max(_LEAST, factor)
             self.h = max(proposed, self.h) if last else proposed
             if self.taken % block.max_steps == 0 and self.t < mark:
                 # those that need steps as short as these are given up, and the others go on
                 return np.asarray(error > 1e-3 * worst)
             return none
-        factor = max(_LEAST, 0.9 * worst**_EXPONENT) if np.isfinite(worst) else _LEAST
-        self.h = h * factor
+        factor = max(_LEAST, 0.9 / worst**_EXPONENT) if np.isfinite(worst) else _LEAST
+        self.h, self._grows = h * factor, False
         if self.h < 1e-13 * max(1.0, abs(self.t)):
             return np.asarray(~(error <= 1))
         return none
 
     def _error(self, h: float) -> np.ndarray:
         """Error of each run in tolerances, shape (n,)."""
-        size = np.maximum(np.abs(self.y), np.abs(self._trial))
-        scale = self._block.atol + self._block.rtol * size
-        shape = self.y.shape
-        fifth = np.sum(((self._E5 @ self._flat).reshape(shape) / scale) ** 2, axis=0)
-        third = np.sum(((self._E3 @ self._flat).reshape(shape) / scale) ** 2, axis=0)
-        whole = np.sqrt((fifth + 0.01 * third) * len(self.y))
-        error = h * np.divide(fifth, whole, out=np.zeros_like(fifth), where=whole != 0)
-        return np.where(np.isfinite(self._trial).all(axis=0) & np.isfinite(error), error, np.inf)
+        trial, errors = self._trial, self._errors
+        scale = np.maximum(np.abs(self.y), np.abs(trial))
+        scale *= self._block.rtol
+        scale += self._block.atol
+        for weights, line in zip(self._E, errors.reshape(2, -1), strict=True):
+            np.dot(weights, self._flat, out=line)  # one by one: products of matrices start threads of their own
+        errors /= scale
+        errors *= errors
+        fifth, third = errors.sum(axis=1)
+        third *= 0.01
+        third += fifth
+        third *= len(trial)
+        whole = np.sqrt(third, out=third)
+        error: np.ndarray = np.divide(fifth, whole, out=np.zeros_like(fifth), where=whole != 0)
+        error *= h
+        # what is not finite in the state hides in the scale
+        error[~np.isfinite(trial.sum(axis=0) + error)] = np.inf
+        return error
 
     def _first(self) -> float:
         """A first step from the sizes of the state and its rate (Hairer et al., sect. II.4)."""

@@ -19,12 +19,9 @@ from mecanique.motion.settings import Values
 __all__ = ["Closing"]
 
 _LEFT = 1e-3
-"""A state that is off by this part of the tolerance is brought back."""
+"""A state that this part of the tolerance, or more, brings back onto the loops has left them."""
 
 _ROUNDING = 1e-14
-
-_CHANGE = 1e3
-"""Most that is changed to bring a state back, in tolerances."""
 
 
 @final
@@ -37,14 +34,13 @@ class Closing:
         rtol: relative tolerance of a step.
     """
 
-    share: ClassVar[float] = 0.25
+    share: ClassVar[float] = 0.1
     """Part of the tolerance that the steps may use: each starts afresh, and their errors add up without canceling."""
 
     def __init__(self, mechanism: Mechanism, reference: Any, rtol: float) -> None:
         self._mechanism = mechanism
         self._closed = reference.closed
         self._most = max(_LEFT * rtol, _ROUNDING)
-        self._rtol = rtol
         self._nq = mechanism.nq
 
     def start(self, q: Values | None, v: Values | None, t: float) -> tuple[np.ndarray, str]:
@@ -91,7 +87,9 @@ class Closing:
             t: its time [s].
             y: shape (nq + nv,).
         """
-        return bool(max(self._closed.drift(y[: self._nq], y[self._nq :], t)) > self._most)
+        gap = np.abs(self.back(t, y) - y)
+        speed = 1.0 + float(np.abs(y[self._nq :]).max(initial=0.0))
+        return bool(max(gap[: self._nq].max(initial=0.0), gap[self._nq :].max(initial=0.0) / speed) > self._most)
 
     def back(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the state on the loops next to a state, shape (nq + nv,).
@@ -116,5 +114,5 @@ class Closing:
     def _both(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         from mecanique.reference.assembly import projected
 
-        position, velocity = projected(self._closed, q, v, t, most=_CHANGE * self._rtol)
+        position, velocity = projected(self._closed, q, v, t, drifted=True)
         return position, velocity

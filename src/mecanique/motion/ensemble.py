@@ -29,7 +29,7 @@ __all__ = ["simulate_many"]
 
 Given: TypeAlias = "Sequence[float] | np.ndarray | Mapping[str, float | Sequence[float] | np.ndarray] | None"
 
-CHUNK = 2000
+CHUNK = 2500
 """Runs in a chunk for each thread: they fit into a processor's cache, and the overhead of Python is small."""
 
 WAITING = 64

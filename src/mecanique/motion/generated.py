@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mecanique.motion.program import Program
+from mecanique.motion.tangents import by_tangents
 from mecanique.motion.tape import Tape, Value
 
 __all__ = ["Batched", "batched", "scalar"]
@@ -52,7 +53,7 @@ def batched(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
         program: the program.
         values: value of each open parameter, shape () or (n,).
     """
-    lines, rates = _written(program.tape, program.rates, program)
+    lines, rates = _written(*by_tangents(program.tape, program.rates), program)
     fixed, moving = _parted(program, lines)
     text = "\n".join(
         [
@@ -72,7 +73,7 @@ def batched(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
     return rhs
 
 
-_FUNCTIONS = ("sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "Abs", "sign")
+_FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "Abs", "sign")
 
 
 def _signals(program: Program) -> dict[str, Any]:

@@ -200,7 +200,7 @@ def _integrate(
     steps.add(t0, start, rate)
     watcher.start()
     trouble: Trouble | None = None
-    refined = partial(_refined, task, tolerances, steps, mechanism.nq, rates, method.smooth)
+    refined = partial(_refined, task, tolerances, steps, mechanism.nq, rates, method.smooth, watcher.renormalized)
     with _interruptible(watcher):
         for stop in (*kinks(mechanism, t0, end), end):
             while steps.t[-1] < stop:
@@ -225,7 +225,15 @@ def _integrate(
         return None, refined
 
 
-def _refined(task: Task, tolerances: tuple[float, float], steps: Steps, nq: int, rates: Rates, smooth: bool) -> Curve:
+def _refined(
+    task: Task,
+    tolerances: tuple[float, float],
+    steps: Steps,
+    nq: int,
+    rates: Rates,
+    smooth: bool,
+    renormalized: Callable[[float, np.ndarray], np.ndarray],
+) -> Curve:
     """Halve the intervals on which the polynomial is less accurate than the steps.
 
     Once only: what is left then is not the polynomial's error but that of the steps, which fit each other no better
@@ -248,13 +256,13 @@ def _refined(task: Task, tolerances: tuple[float, float], steps: Steps, nq: int,
     coarse = at[(np.maximum(*excess) > 1) & (length > SHORTEST * float(np.median(length)))]
     t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
     states = [
-        advance(task, float(curve.t[i]), np.concatenate([curve.q[i], curve.v[i]]), float(s))
+        renormalized(float(s), advance(task, float(curve.t[i]), np.concatenate([curve.q[i], curve.v[i]]), float(s)))
         for i, s in zip(coarse, t, strict=True)
     ]
     if not states or not np.isfinite(y := np.array(states)).all():
         return curve
     dy = np.array([task.rhs(float(s), x) for s, x in zip(t, states, strict=True)])
-    return curve.with_steps(coarse, t, rates.normalized(y[:, :nq]), y[:, nq:], dy[:, nq:])
+    return curve.with_steps(coarse, t, y[:, :nq], y[:, nq:], dy[:, nq:])
 
 
 @contextmanager

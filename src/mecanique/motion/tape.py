@@ -22,6 +22,7 @@ Operation: TypeAlias = "tuple[str, tuple[Value, ...], str]"
 _NUMBERS: dict[str, Callable[[float], float]] = {
     "sin": math.sin,
     "cos": math.cos,
+    "tan": math.tan,
     "sqrt": math.sqrt,
     "exp": math.exp,
     "log": math.log,

@@ -113,7 +113,7 @@ class Watcher:
     def settle(self) -> bool:
         """Do what the last step asks for; return whether the motion ends there."""
         steps = self._steps
-        t, y = steps.t[-1], self._renormalized(steps.t[-1], steps.y[-1])
+        t, y = steps.t[-1], self.renormalized(steps.t[-1], steps.y[-1])
         if self._pending is None:
             steps.end_at(t, y, self._task.rhs)
             return False
@@ -180,7 +180,13 @@ class Watcher:
         q, v = y[: self._nq], y[self._nq :]
         return [float(quantity(t, q, v)) for quantity in self._quantities]
 
-    def _renormalized(self, t: float, y: np.ndarray) -> np.ndarray:
+    def renormalized(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Return the state on the loops, and with unit quaternions, next to a state.
+
+        Args:
+            t: its time [s].
+            y: shape (nq + nv,).
+        """
         if self._closing is not None:
             return self._closing.back(t, y)
         return np.concatenate([self._rates.normalized(y[: self._nq]), y[self._nq :]])
@@ -240,4 +246,4 @@ class Watcher:
                 self._before = self._measured(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
-        return t, self._renormalized(t, advance(self._task, t0, y0, t))
+        return t, self.renormalized(t, advance(self._task, t0, y0, t))
