@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from conftest import Visit
 from PIL import Image
-from view_scenes import GRAVITY, MASS, about_y, blocks, pendulum, swarm, swing
+from view_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swarm, swing
 
 from mecanique.view.document import Block, Derivation, Document, Ledger, LedgerRow, Quantity, VerdictTable
 from mecanique.view.page import page, write_page
@@ -96,26 +96,59 @@ def test_the_cursor_is_on_the_clock(show: Show) -> None:
     seen.clean()
 
 
+TIPS = """() => mecanique.arrows.items.map(i => {
+    const V = mecanique.stage.three.Vector3;
+    i.group.updateMatrixWorld(true);
+    const back = mecanique.stage.viewer.scene.matrixWorld.clone().invert();
+    const cone = new V(0, i.headLength / 2, 0).applyMatrix4(i.head.matrixWorld).applyMatrix4(back);
+    return [i.group.position.toArray(), cone.toArray()];
+})"""
+
+
 def test_arrows_have_the_right_place_length_and_direction(show: Show) -> None:
+    """On one scale for all that are shown; a peak is cut, keeps its direction, and says so."""
     scene = pendulum()
+    weight, pin, *others = scene.arrows
+    largest = scene.t[np.linalg.norm(pin.vector, axis=1).argmax()]
+    jolt = np.where(np.abs(scene.t - largest) < 0.1, 3.0, 1.0)[:, None]
+    scene = replace(scene, arrows=(weight, replace(pin, vector=jolt * pin.vector), *others))
     seen = show(scene)
     seen.js("() => { for (const kind of ['reaction', 'inertia']) mecanique.arrows.kinds.add(kind); }")
-    k = 50
-    seen.seek(float(scene.t[k]))
-    tips = """() => mecanique.arrows.items.map(i => {
-        const V = mecanique.stage.three.Vector3;
-        i.group.updateMatrixWorld(true);
-        const back = mecanique.stage.viewer.scene.matrixWorld.clone().invert();
-        const cone = new V(0, i.headLength / 2, 0).applyMatrix4(i.head.matrixWorld).applyMatrix4(back);
-        return [i.group.position.toArray(), cone.toArray()];
-    })"""
-    found = np.array(seen.js(tips))
-    greatest = max(np.linalg.norm(arrow.vector, axis=1).max() for arrow in scene.arrows if arrow.unit == "N")
-    per_newton = 0.34 * seen.js("mecanique.stage.size") / greatest
-    for arrow, (origin, tip) in zip(scene.arrows[:3], found[:3], strict=True):
-        assert origin == pytest.approx(arrow.origin[k], abs=2e-4)
-        assert tip - origin == pytest.approx(arrow.vector[k] * per_newton, abs=2e-3)
-    assert MASS * GRAVITY * per_newton == pytest.approx(np.linalg.norm(found[0][1] - found[0][0]), rel=1e-3)
+    most, size = reach(arrow.vector for arrow in scene.arrows[:3]), seen.js("mecanique.stage.size")
+    reaction = np.linalg.norm(scene.arrows[1].vector, axis=1)
+    peak = int(reaction.argmax())
+    assert reaction[50] < most < 0.9 * reaction[peak]
+    for k in (50, peak):
+        seen.seek(float(scene.t[k]))
+        found = np.array(seen.js(TIPS))
+        for arrow, (origin, tip) in zip(scene.arrows[:3], found[:3], strict=True):
+            strength = np.linalg.norm(arrow.vector[k])
+            assert origin == pytest.approx(arrow.origin[k], abs=2e-4)
+            drawn = arrow.vector[k] / strength * min(strength, most) * 0.28 * size / most
+            assert tip - origin == pytest.approx(drawn, abs=2e-3)
+        assert seen.js("mecanique.arrows.items.map(i => i.cut.visible)") == [False, k == peak, False, False]
+        assert ("drawn shorter" in seen.js("mecanique.arrows.describe(mecanique.arrows.items[1])")) == (k == peak)
+    told = seen.page.locator("#arrow-told").inner_text()
+    assert float(re.findall(r"^1 m ≙ ([\d.]+) N · radius 1 m", told)[0]) == pytest.approx(
+        most / (0.28 * size), rel=5e-3
+    )
+    seen.clean()
+
+
+def test_the_scale_is_that_of_what_is_shown_or_of_each_kind(show: Show) -> None:
+    scene = pendulum()
+    seen = show(scene)
+    size = seen.js("mecanique.stage.size")
+    length = "mecanique.arrows.items[0].length"
+    assert seen.js(length) == pytest.approx(0.28 * size)
+    seen.page.get_by_label("Reactions").check()
+    seen.settle()
+    share = MASS * GRAVITY / reach(arrow.vector for arrow in scene.arrows[:2])
+    assert seen.js(length) == pytest.approx(0.28 * size * share, rel=1e-3)
+    seen.page.select_option("#arrow-mode", "kinds")
+    seen.settle()
+    assert seen.js(length) == pytest.approx(0.28 * size)
+    assert re.fullmatch(r"Weight: 1 m ≙ \S+ N · Reactions: 1 m ≙ \S+ N", seen.page.locator("#arrow-told").inner_text())
     seen.clean()
 
 

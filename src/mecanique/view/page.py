@@ -33,6 +33,8 @@ _MODULES = (
     "stage",
     "camera",
     "scales",
+    "numbers",
+    "gauge",
     "arrows",
     "lines",
     "labels",

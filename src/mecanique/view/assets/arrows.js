@@ -1,6 +1,7 @@
 // Forces as straight arrows, moments as bent ones; which are shown, how long they are, what they say when pointed at.
 
-import { powerOfTen } from "./scales.js";
+import { Gauge } from "./gauge.js";
+import { measure } from "./numbers.js";
 
 export const KINDS = {
   weight: { label: "Weight", color: 0x0072b2 },
@@ -15,24 +16,17 @@ export function colorOf(kind) {
   return "#" + KINDS[kind].color.toString(16).padStart(6, "0");
 }
 
-export function measure(x, digits = 4) {
-  if (!x) return "0";
-  const size = Math.abs(x);
-  const text = size >= 1e5 || size < 1e-3 ? x.toExponential(digits - 2) : x.toPrecision(digits);
-  return text.replaceAll("-", "−").replace(/e\+?(.*)/, (_, exponent) => `·${powerOfTen(exponent.replace("−", "-"))}`);
-}
+const HALO = { shaft: [1.8, 1.02, 1.8], head: [1.3, 1.2, 1.3] }; // how much larger the rim behind an arrow is
 
 export class Arrows {
   constructor(stage, scene, layout) {
     this.stage = stage;
     this.first = layout.arrows;
-    this.factor = 1;
     this.kinds = new Set(["weight", "spring", "damper", "load"]);
     this.body = null;
     this.values = false;
-    this.greatest = { N: 0, "N·m": 0 };
     this.items = scene.arrows.map((arrow, i) => this.build(arrow, this.first + 6 * i));
-    this.meshes = this.items.flatMap((item) => item.parts);
+    this.gauge = new Gauge(this.items);
   }
 
   build(arrow, column) {
@@ -42,28 +36,43 @@ export class Arrows {
     const r = 0.0055 * this.stage.size;
     const group = new Group();
     const bent = arrow.unit !== "N";
-    const shaft = new Mesh(bent ? new TorusGeometry(1, 0.09, 10, 48, 4.6) : new CylinderGeometry(r, r, 1, 16), paint);
+    const ring = (thick) => new TorusGeometry(1, thick, 10, 48, 4.6);
+    const shaft = new Mesh(bent ? ring(0.09) : new CylinderGeometry(r, r, 1, 16), paint);
     const head = new Mesh(new ConeGeometry(2.7 * r, 8 * r, 20), paint);
     group.add(shaft, head);
     for (const part of [shaft, head]) Object.assign(part, { renderOrder: 10, userData: { arrow: column } });
+    // a rim around it tells an arrow from a body of its color
+    const rims = [new Mesh(bent ? ring(0.15) : shaft.geometry, this.stage.rimPaint), new Mesh(head.geometry, this.stage.rimPaint)];
+    if (!bent) rims[0].scale.set(...HALO.shaft);
+    rims[1].scale.set(...HALO.head);
+    shaft.add(rims[0]);
+    head.add(rims[1]);
+    for (const rim of rims) rim.renderOrder = 9;
+    const cut = this.buildCut(r);
+    group.add(cut);
     this.stage.root.add(group);
-    return { ...arrow, column, group, shaft, head, bent, headLength: 8 * r, parts: [shaft, head], vector: [0, 0, 0] };
+    return { ...arrow, column, group, shaft, head, cut, bent, headLength: 8 * r, parts: [shaft, head], vector: [0, 0, 0] };
   }
 
-  // Arrows of one unit share a scale: the longest of the motion is a third of the scene.
-  learn(row) {
-    for (const { column, unit } of this.items) {
-      const length = Math.hypot(row[column + 3], row[column + 4], row[column + 5]);
-      this.greatest[unit] = Math.max(this.greatest[unit], length);
+  // Two strokes across a shaft: it is not drawn at full length.
+  buildCut(r) {
+    const { Group, Mesh, CylinderGeometry } = this.stage.three;
+    const cut = new Group();
+    for (const side of [-1, 1]) {
+      const stroke = new Mesh(new CylinderGeometry(2.2 * r, 2.2 * r, 0.9 * r, 16), this.stage.rimPaint);
+      stroke.position.y = 1.3 * r * side;
+      stroke.renderOrder = 11;
+      cut.add(stroke);
     }
+    return cut;
+  }
+
+  learn(row) {
+    this.gauge.learn(row);
   }
 
   survey(table) {
-    for (const { column, unit } of this.items)
-      for (let k = 0; k < table.n; k++) {
-        const length = Math.hypot(...[3, 4, 5].map((c) => table.value(k, column + c)));
-        this.greatest[unit] = Math.max(this.greatest[unit], length);
-      }
+    this.gauge.survey(table);
   }
 
   visible(item) {
@@ -73,14 +82,16 @@ export class Arrows {
   pose(row) {
     const { Vector3, Quaternion } = this.stage.three;
     const { size } = this.stage;
+    this.gauge.fit((item) => this.visible(item));
     for (const item of this.items) {
       const o = item.column;
       const vector = (item.vector = [row[o + 3], row[o + 4], row[o + 5]]);
       const strength = Math.hypot(...vector);
       item.strength = strength;
-      const share = this.greatest[item.unit] ? strength / this.greatest[item.unit] : 0;
-      const length = (item.bent ? 0.1 : 0.34) * size * this.factor * share;
+      const share = this.gauge.share(item, strength);
+      const length = this.gauge.length(item, strength, size);
       item.length = length;
+      item.cut.visible = share > 1 + 1e-4;
       item.group.visible = this.visible(item) && share > 1e-6;
       if (!item.group.visible) continue;
       const along = new Vector3(...vector).divideScalar(strength);
@@ -91,29 +102,35 @@ export class Arrows {
       else this.stretch(item, length);
       item.tip = item.group.position.clone().addScaledVector(along, item.bent ? 0 : length);
     }
+    this.ontold?.(this.gauge.told(size, KINDS));
   }
 
-  stretch({ shaft, head, headLength }, length) {
+  stretch({ shaft, head, cut, headLength }, length) {
     const short = Math.min(1, length / (1.6 * headLength));
     const top = headLength * short;
     shaft.scale.set(Math.sqrt(short), Math.max(length - top, 1e-9), Math.sqrt(short));
     shaft.position.y = (length - top) / 2;
     head.scale.setScalar(short);
     head.position.y = length - top / 2;
+    cut.position.y = (length - top) / 2;
+    cut.rotation.z = 0.5;
   }
 
-  bend({ shaft, head, headLength }, radius) {
+  bend({ shaft, head, cut, headLength }, radius) {
     shaft.scale.setScalar(radius);
     const end = 4.6;
     const scale = Math.min(1, (0.8 * radius) / headLength);
     head.scale.setScalar(scale);
     head.position.set(radius * Math.cos(end), radius * Math.sin(end), 0);
     head.rotation.set(0, 0, end);
+    cut.position.set(radius * Math.cos(end / 2), radius * Math.sin(end / 2), 0);
+    cut.rotation.set(0, 0, end / 2 + 0.5);
   }
 
   describe(item) {
     const [x, y, z] = item.vector.map((c) => measure(c));
-    return `${item.name}: ${measure(item.strength)} ${item.unit}  (${x}, ${y}, ${z})`;
+    const cut = item.cut.visible ? "; drawn shorter" : "";
+    return `${item.name}: ${measure(item.strength)} ${item.unit}  (${x}, ${y}, ${z})${cut}`;
   }
 
   // The arrow under a point of the pane, both from −1 to 1.

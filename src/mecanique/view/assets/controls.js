@@ -48,9 +48,18 @@ export function wireForces(arrows, scene, changed) {
   }
   const slider = document.getElementById("arrow-scale");
   slider.oninput = () => {
-    arrows.factor = 10 ** Number(slider.value);
-    slider.setAttribute("aria-valuetext", `${arrows.factor.toPrecision(2)} times`);
+    arrows.gauge.factor = 10 ** Number(slider.value);
+    slider.setAttribute("aria-valuetext", `${arrows.gauge.factor.toPrecision(2)} times`);
     changed();
+  };
+  const mode = document.getElementById("arrow-mode");
+  mode.onchange = () => {
+    arrows.gauge.common = mode.value === "common";
+    changed();
+  };
+  const told = document.getElementById("arrow-told");
+  arrows.ontold = (text) => {
+    if (text !== told.textContent) told.textContent = text;
   };
   document.getElementById("forces").hidden = !present.length;
 }

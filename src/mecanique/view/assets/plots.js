@@ -1,6 +1,6 @@
 // Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, values as CSV.
 
-import { measure } from "./arrows.js";
+import { measure } from "./numbers.js";
 import { isNothing, rangeOf, ticks, ticksAlong } from "./scales.js";
 import { save } from "./tabs.js";
 

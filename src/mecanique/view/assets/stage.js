@@ -19,6 +19,8 @@ export class Stage {
     this.root = new this.three.Group();
     this.root.name = "mecanique";
     viewer.scene.add(this.root);
+    const { MeshBasicMaterial, BackSide } = this.three;
+    this.rimPaint = new MeshBasicMaterial({ side: BackSide, depthTest: false, transparent: true });
     for (const command of commands) viewer.handle_command_bytearray(command);
     this.nodes = scene.bodies.map((_, k) => viewer.scene_tree.find(["meshcat", `n${k}`]).object);
     hangMeshes(this.three, scene.meshes, meshes, this.nodes);
@@ -146,6 +148,7 @@ export class Stage {
 
   paint() {
     const dark = themeIsDark();
+    this.rimPaint.color.set(dark ? 0x14181d : 0xffffff);
     this.groundPaint.color.set(dark ? 0x2a2f36 : 0xd9d6cf);
     this.gridPaints.forEach((paint, i) => {
       paint.color.set(dark ? 0x8d99a8 : 0x5a6675);

@@ -1,6 +1,7 @@
 // Numbers at the present instant: the ledger of virtual work, and all forces on one body with their sum.
 
-import { colorOf, measure } from "./arrows.js";
+import { colorOf } from "./arrows.js";
+import { measure } from "./numbers.js";
 
 function cell(row, text = "", className = "") {
   const made = row.insertCell();
