@@ -103,6 +103,7 @@ export class LiveClock {
       this.oncommand?.(new Uint8Array(buffer, 16));
       return;
     }
+    if (this.leaving) return;
     this.time = new Float64Array(buffer, 16, 1)[0];
     this.row = new Float32Array(buffer, 24);
     this.number = number;
@@ -115,6 +116,8 @@ export class LiveClock {
       return;
     }
     if (state.scene !== this.scene.id) {
+      // what still comes before the page has gone belongs to the new scene
+      this.leaving = true;
       keepPlace();
       location.reload();
       return;
