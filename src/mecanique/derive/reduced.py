@@ -1,9 +1,9 @@
 """Lagrange's equations of the second kind in as many coordinates as there are degrees of freedom.
 
 The loops make the other coordinates functions of the independent ones. These functions are never written down: as
-jets they are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with the constant J of the state, which
-gains one order of ε, or the variations, with every sweep. Lagrange's operator then sees the independent coordinates
-alone, on the same definition as for a tree (`mecanique.derive.definition`).
+jets they are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with the constant J of the state, one
+order of ε after the other. Lagrange's operator then sees the independent coordinates alone, on the same definition as
+for a tree (`mecanique.derive.definition`).
 """
 
 from __future__ import annotations
@@ -29,6 +29,9 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["Reduced"]
 
 _SWEEPS = 40
+_ROUNDING = 1e-12
+"""Loops and their rates that are this near to closed, in their units, are left as they are."""
+
 _RANK = 1e-8
 """Pivots and singular values of J below this part of the largest count as zero."""
 
@@ -151,17 +154,22 @@ class Reduced:
             c[at, 1, 0], c[at, 2, 0], c[at, 0, 1 + k] = states.v[:, at], a[:, k] / 2, 1.0
         c[dependent, 1, 0] = states.v[:, dependent].T
         units = self._closure.units
-        last = np.inf
-        for _ in range(_SWEEPS):
-            q = [Jet(x) for x in c]
-            phi = self._closure.rows(self._placed(states, q)[1])
-            off = np.stack([phi[i].c / units[i] for i in rows], axis=-1)
-            size = float(np.abs(off).max(initial=0.0))
-            if size < 1e-15 or (size < 1e-10 and size >= last):
-                break
-            last = size
-            c = c.copy()
-            c[dependent] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
+        q = [Jet(x) for x in c]
+        for order in range(3):
+            # the state itself is closed: next to a singular position its rounding would grow with every order
+            given = order < 2
+            last = np.inf
+            for _ in range(_SWEEPS):
+                phi = self._closure.rows(self._placed(states, q)[1])
+                off = np.stack([phi[i].c[order] / units[i] for i in rows], axis=-1)
+                if given and float(np.abs(off[0]).max(initial=0.0)) < _ROUNDING:
+                    off[0] = 0.0
+                size = float(np.abs(off).max(initial=0.0))
+                if size < 1e-15 or (size < 1e-10 and size >= last):
+                    break
+                last = size
+                c[dependent, order] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
+                q = [Jet(x) for x in c]
         return q
 
     def _placed(self, states: States, q: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:

@@ -38,6 +38,10 @@ _CLOSED = 1e-9
 _PROJECTED = 1e-9
 """Singular values below this part of the largest are left alone where a state is brought back."""
 
+_WITHIN = 0.1
+"""Part of the distance to a singular position, as the singular value tells it, that a drifted state may be moved."""
+
+_SWEEPS = 6
 _STEPS = 200
 _PATIENCE = 12
 """How many steps in a row may gain less than a thousandth."""
@@ -250,7 +254,7 @@ def closed_velocity(closed: Closed, q: Array, v: Array, t: float, held: Array | 
     return result
 
 
-def projected(closed: Closed, q: Array, v: Array, t: float, *, most: float = np.inf) -> tuple[Array, Array]:
+def projected(closed: Closed, q: Array, v: Array, t: float, *, drifted: bool = False) -> tuple[Array, Array]:
     """Return the closed state next to one that is almost closed: positions by Newton's method, then velocities.
 
     Args:
@@ -258,37 +262,36 @@ def projected(closed: Closed, q: Array, v: Array, t: float, *, most: float = np.
         q: shape (nq,).
         v: shape (nv,).
         t: time [s].
-        most: greatest change of a state that has only drifted, in scaled units. Next to a singular position, where the
-            constraints hardly hold a direction, it is left alone until the motion has passed.
+        drifted: whether the state has only drifted, along a motion. Directions that the constraints hardly hold, next
+            to a singular position, are then left alone until the motion has passed.
     """
     closures = closed.closures
     rows, columns = closures.rows, closures.columns
     size = np.inf
-    for _ in range(4):
+    for _ in range(_SWEEPS):
         closure = closures.at(q, v, t)
-        off = rows * closure.residual
+        J, off = rows[:, None] * closure.jacobian * columns, rows * closure.residual
         last, size = size, float(np.abs(off).max(initial=0.0))
         if size < 1e-15 or size > 0.5 * last:
             break
-        J = rows[:, None] * closure.jacobian * columns
-        q = moved(closed, q, -columns * _least(J, off, closed.most, most))
-    J = rows[:, None] * closure.jacobian * columns
+        q = moved(closed, q, -columns * _least(J, off, closed.most, drifted=drifted))
     off = rows * (closure.jacobian @ v + closure.drift)
-    most *= 1 + float(np.abs(v / columns).max(initial=0.0))
-    return q, v - columns * _least(J, off, closed.most, most)
+    speed = 1 + float(np.abs(v / columns).max(initial=0.0))
+    return q, v - columns * speed * _least(J, off / speed, closed.most, drifted=drifted)
 
 
-def _least(J: Array, off: Array, most: int | None = None, limit: float = np.inf) -> Array:
-    """The least x with J x = off, as far as J reaches and no part of x is beyond the limit."""
+def _least(J: Array, off: Array, most: int | None = None, *, drifted: bool = False) -> Array:
+    """The least x with J x = off, as far as J reaches; after a drift no part of x is beyond where J is singular."""
     left, singular, right = np.linalg.svd(J, full_matrices=False)
     parts = left.T @ off
-    weak = _PROJECTED if limit == np.inf else WEAK
-    strong = singular > max(weak * float(singular.max(initial=0.0)), LEAST)
+    hold = singular / max(float(singular.max(initial=0.0)), 1e-300)
+    strong = (hold > (WEAK if drifted else _PROJECTED)) & (singular > LEAST)
     if most is not None:
         strong[most:] = False
     parts[~strong] = 0.0
     parts[strong] /= singular[strong]
-    parts[np.abs(parts) > limit] = 0.0
+    if drifted:
+        parts[np.abs(parts) > _WITHIN * hold] = 0.0
     result: Array = right.T @ parts
     return result
 

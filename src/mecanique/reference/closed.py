@@ -16,7 +16,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.reference.answers import Array
 from mecanique.reference.loops import Closures
 from mecanique.reference.nullspace import ConstrainedMotion, solve, split
-from mecanique.reference.rhs import Rhs
 from mecanique.reference.sites import Action
 from mecanique.reference.tree import Tree
 
@@ -170,19 +169,6 @@ class Closed:
     def poses(self, q: Array, t: float) -> Array:
         """Return the pose of every body, in their order, shape (nb, 4, 4)."""
         return self._tree.poses(q, t)
-
-    def rhs(self) -> Rhs:
-        """Return f(t, y) = y' for integration."""
-        chart, nq, size = self._tree.chart, self.mechanism.nq, self.mechanism.nq + self.mechanism.nv
-
-        def closed(t: float, y: Array) -> Array:
-            out = np.empty(size)
-            q, v = y[:nq], y[nq:]
-            chart.rates(q, v, out[:nq])
-            out[nq:] = self.solve(q, v, t, weak=WEAK).acceleration
-            return out
-
-        return closed
 
     def _checked(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
         self._tree.move(q, v, t)

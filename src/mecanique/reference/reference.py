@@ -298,7 +298,11 @@ class Reference:
         Raises:
             EngineError: if a motion of a tree moves no mass.
         """
-        return self._tree.rhs() if self._closed is None else self._closed.rhs()
+        if self._closed is None:
+            return self._tree.rhs()
+        from mecanique.reference.passing import closed_rhs
+
+        return closed_rhs(self._closed)
 
     @property
     def closed(self) -> Closed | None:

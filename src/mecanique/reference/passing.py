@@ -1,0 +1,168 @@
+"""The right-hand side of a closed mechanism's equations, for integrators that pass singular positions.
+
+Where two branches of a linkage's motion cross, singular values σ of its Jacobian J vanish. The motion along a branch is
+smooth, but what J a + γ = 0 says of the acceleration carries errors of position and velocity in proportion to 1/σ, and
+rounding in proportion to 1/σ². So near such a position the state that an integrator tries is brought onto the loops
+first, which also keeps the equations from being stiff; and next to it the acceleration is interpolated along the way,
+between states on the loops that lie far enough on both sides. These are found in coordinates of the tangent space
+(Potra & Rheinboldt, Mech. Struct. Mach. 19 (1991) 1).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from mecanique.reference.answers import Array
+from mecanique.reference.assembly import moved, projected
+from mecanique.reference.closed import WEAK, Closed
+from mecanique.reference.nullspace import split
+from mecanique.reference.rhs import Rhs
+
+__all__ = ["closed_rhs"]
+
+_SUSPECT = 0.2
+"""Part of the largest singular value below which the distance to a singular position is looked at."""
+
+_FAR = 0.6
+"""Distance, in characteristic lengths or radians, from which on half of it is passed before it is looked at again."""
+
+_NEAR = 0.3
+"""Distance at which states are brought onto the loops."""
+
+_NEXT = 0.01
+"""Distance at which accelerations are interpolated."""
+
+_APART = 0.04
+"""How far apart the states are between which they are interpolated."""
+
+_WEIGHTS = {1: 0.75, -1: 0.75, 2: -0.3, -2: -0.3, 3: 0.05, -3: 0.05}
+"""Weights of the states on both sides, by Lagrange's formula."""
+
+_PROBE = 1e-4
+"""How far along the way the Jacobian is looked at again, to see how its singular value changes."""
+
+_SWEEPS = 12
+_CLOSED = 1e-13
+
+
+def closed_rhs(closed: Closed) -> Rhs:
+    """Return f(t, y) = y' for a mechanism with loops.
+
+    Args:
+        closed: the mechanism.
+    """
+    nq, size = closed.mechanism.nq, closed.mechanism.nq + closed.mechanism.nv
+    unit = min(1.0, closed.closures.length)
+    regular: Array = np.full(nq, np.inf)  # a position that is far from singular ones
+
+    def rhs(t: float, y: Array) -> Array:
+        q, v = y[:nq], y[nq:]
+        motion = closed.solve(q, v, t, weak=WEAK)
+        a = motion.acceleration
+        if motion.hold < _SUSPECT and not np.abs(q - regular).max() < _FAR / 2 * unit:
+            distance = _distance(closed, q, v, t)
+            if distance > _FAR:
+                regular[:] = q
+            between = _interpolated(closed, q, v, t) if distance < _NEXT else None
+            if between is not None:
+                a = between
+            elif distance < _NEAR:
+                q, v = projected(closed, q, v, t, drifted=True)
+                a = closed.solve(q, v, t, weak=WEAK).acceleration
+        out = np.empty(size)
+        out[:nq] = closed.rates(q, v)
+        out[nq:] = a
+        return out
+
+    return rhs
+
+
+class _Way(NamedTuple):
+    """How a mechanism moves on: the direction within the loops, zero at rest, and what J closes.
+
+    Args:
+        along: shape (nv,), scaled, its largest component one.
+        left: shape (m, rank), singular vectors.
+        right: shape (nv, rank).
+        hold: the least singular value as a part of the largest.
+    """
+
+    along: Array
+    left: Array
+    right: Array
+    hold: float
+
+
+def _way(closed: Closed, q: Array, v: Array, t: float) -> _Way:
+    """Return it; directions that are hardly held count as free, but for those the motion does not take."""
+    J = _scaled(closed, q, v, t)
+    parts = split(J, fixed=closed.most)
+    weak = parts.singular < WEAK * parts.singular.max(initial=0.0)
+    free = np.hstack([parts.range_right[:, weak], parts.null])
+    along = free @ (free.T @ (v / closed.closures.columns))
+    fastest = float(np.abs(along).max(initial=0.0))
+    right = parts.range_right
+    if weak.any() and fastest:
+        rest = free - np.outer(along, along @ free) / (along @ along)
+        basis = np.linalg.svd(rest)[0][:, : free.shape[1] - 1]
+        most_held = basis @ np.linalg.svd(J @ basis)[2].T
+        right = np.hstack([right[:, ~weak], most_held[:, : int(weak.sum())]])
+    hold = float(parts.singular[-1] / max(parts.singular[0], 1e-300)) if parts.rank else 1.0
+    return _Way(along / fastest if fastest else along, parts.range_left, right, hold)
+
+
+def _scaled(closed: Closed, q: Array, v: Array, t: float) -> Array:
+    closures = closed.closures
+    scaled: Array = closures.rows[:, None] * closures.at(q, v, t).jacobian * closures.columns
+    return scaled
+
+
+def _distance(closed: Closed, q: Array, v: Array, t: float) -> float:
+    """How far it is along the way to where the least singular value vanishes, to first order."""
+    way = _way(closed, q, v, t)
+    if not way.along.any() or not way.left.size:
+        return np.inf
+    if way.hold < WEAK:
+        return 0.0
+    before, after = (
+        float(way.left[:, -1] @ _scaled(closed, at, v, t) @ way.right[:, -1])
+        for at in (q, moved(closed, q, closed.closures.columns * way.along * _PROBE))
+    )
+    return abs(before * _PROBE / (after - before)) if after != before else np.inf
+
+
+def _interpolated(closed: Closed, q: Array, v: Array, t: float) -> Array | None:
+    """The acceleration from states before and behind, with the same velocity along the way; None if there are none."""
+    way = _way(closed, q, v, t)
+    right = way.right
+    a = np.zeros_like(v)
+    for side in (1, -1):
+        bend = np.zeros(right.shape[1])
+        last = bend
+        for k in (side, 2 * side, 3 * side):
+            found = _on_loops(closed, q, v, t, k * _APART * way.along, right, 2 * bend - last)
+            if found is None:
+                return None
+            there, velocity, (last, bend) = found[0], found[1], (bend, found[2])
+            a += _WEIGHTS[k] * closed.solve(there, velocity, t).acceleration
+    return a
+
+
+def _on_loops(
+    closed: Closed, q: Array, v: Array, t: float, step: Array, right: Array, bend: Array
+) -> tuple[Array, Array, Array] | None:
+    """The state on the loops that lies a step away within the tangent space, and how far off it."""
+    closures = closed.closures
+    rows, columns = closures.rows, closures.columns
+    for _ in range(_SWEEPS):
+        there = moved(closed, q, columns * (step + right @ bend))
+        closure = closures.at(there, v, t)
+        J = rows[:, None] * closure.jacobian * columns @ right
+        off = rows * closure.residual
+        if float(np.abs(off).max()) < _CLOSED:
+            turn = np.linalg.lstsq(J, rows * (closure.jacobian @ v + closure.drift), rcond=None)[0]
+            return there, v - columns * (right @ turn), bend
+        bend = bend - np.linalg.lstsq(J, off, rcond=None)[0]
+    return None
