@@ -11,7 +11,7 @@ import pytest
 import mecanique as mq
 from mecanique.motion.compiled import compiled
 from mecanique.motion.plan import Plan
-from mecanique.motion.taylor import installed
+from mecanique.motion.taylor import building, installed
 
 needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
 METHODS = ["closed_form", pytest.param("taylor", marks=needs_heyoka)]
@@ -182,3 +182,26 @@ def test_what_is_compiled_goes_with_its_mechanism() -> None:
     plan = Plan(mechanism, reference, "closed_form", 1e-10, 1.0, ())
     np.testing.assert_allclose(plan.rhs(0.0, np.array([0.3, 0.1])), reference.rhs()(0.0, np.array([0.3, 0.1])))
     assert sys.getrefcount(mechanism) < 10
+
+
+def test_what_is_not_imported_yet_takes_longer_to_build(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "heyoka", sys)
+    imported = building(100)
+    monkeypatch.delitem(sys.modules, "heyoka")
+    assert building(100) - imported > 0.1
+    assert building(1000) > building(100)
+
+
+@needs_heyoka
+def test_a_state_that_is_not_finite_ends_a_compiled_motion() -> None:
+    x = mq.coordinate("x")
+    mechanism = mq.Mechanism(
+        "falling into the sun",
+        (mq.Body("ground"), mq.Body("stone", mq.particle(1.0))),
+        (mq.Prismatic("ray", "ground", "stone", axis=(1, 0, 0), coordinate="x"),),
+        forces=(mq.JointForce("pull", "ray", -1 / x**2),),
+    )
+    with pytest.raises(mq.IntegrationError, match=r"step size collapsed at t = 1\.1") as info:
+        mq.simulate(mechanism, q=[1.0], duration=5.0, method="taylor")
+    assert info.value.time == pytest.approx(np.pi / np.sqrt(8), abs=1e-6)  # free fall to the center
+    assert np.isfinite(info.value.motion.q).all()

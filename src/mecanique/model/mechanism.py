@@ -197,7 +197,8 @@ class Mechanism:
                 quaternion has no length.
             UnknownNameError: if a name is no coordinate.
         """
-        q = _filled(q, self.coordinates.names, "coordinate", self.neutral())
+        by_name = q is None or isinstance(q, Mapping)
+        q = _filled(q, self.coordinates.names, "coordinate", self.neutral() if by_name else np.zeros(self.nq))
         for joint in self.joints:
             if isinstance(joint, (Spherical, Floating)):
                 at = [self.coordinates.index(name) for name in joint.coordinates[-4:]]

@@ -12,8 +12,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.agreement import require_agreement
 from mecanique.motion.generated import Batched, batched, scalar
 from mecanique.motion.program import Program, program_of
+from mecanique.motion.rates import Rates
 from mecanique.motion.steps import RightHandSide
-from mecanique.motion.taylor import build_seconds, integrator
+from mecanique.motion.taylor import build_seconds, building, integrator
 from mecanique.verify.states import States
 
 __all__ = ["Compiled", "compiled"]
@@ -33,6 +34,8 @@ class Compiled:
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = weakref.ref(mechanism)
         self._size = mechanism.nv
+        self.rates = Rates.of(mechanism)
+        """The maps between v and q̇."""
         self._program: Program | DerivationError | None = None
         self._rhs: RightHandSide | None = None
         self._pools: dict[float, list[Any]] = {}
@@ -116,7 +119,7 @@ class Compiled:
         """Return about how long it takes to build a Taylor integrator [s]."""
         if isinstance(self._program, Program):
             return build_seconds(self._program)
-        return self.seconds_to_derive() + 0.05 + 0.04 * self._size**2
+        return self.seconds_to_derive() + building(15 * self._size**2)
 
 
 _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}

@@ -105,7 +105,6 @@ def simulate(
         from mecanique.reference import Reference
 
         reference = Reference(mechanism)
-    rates = Rates.of(mechanism)
     closing, remark = None, ""
     if mechanism.loops:
         closing = Closing(mechanism, reference, rtol)
@@ -113,7 +112,7 @@ def simulate(
     plan = Plan(mechanism, reference, method, rtol, end - t0, watched)
     if plan.taylor:
         return flowed(plan, start, times, (t0, end), (rtol, atol), longest, int(max_steps), progress, begin)
-    rhs, chosen = plan.rhs, plan.method
+    rhs, chosen, rates = plan.rhs, plan.method, plan.code.rates
     reason = "non-stiff equations"
     path: Callable[[], Curve] | None
     while True:

@@ -14,7 +14,6 @@ from mecanique.motion.compiled import compiled
 from mecanique.motion.events import Event
 from mecanique.motion.flow import flow
 from mecanique.motion.motion import Motion, Statistics
-from mecanique.motion.rates import Rates
 from mecanique.motion.steps import RightHandSide
 from mecanique.motion.taylor import installed
 
@@ -205,7 +204,7 @@ def flowed(
     """
     mechanism, nq = plan.mechanism, plan.mechanism.nq
     found = flow(mechanism, plan.reference, plan.code, start, times, span, tolerances[0], longest, max_steps, progress)
-    rates = Rates.of(mechanism)
+    rates = plan.code.rates
     times, states = times[: len(found.states)], found.states
     text = f"taylor ({COMPILED['taylor']})" + (f"; chosen for {plan.reason}" if plan.reason else "")
     statistics = Statistics(found.steps, found.steps, perf_counter() - begin, *tolerances)

@@ -73,7 +73,7 @@ def sample_times(t0: float, end: float, fps: float, samples: int | Sequence[floa
     if isinstance(samples, (int, np.integer)) and not isinstance(samples, bool):
         if samples < 2:
             raise InputError(f"expected at least 2 samples, got {samples}")
-        return np.linspace(t0, end, int(samples))
+        return np.array([t0, end]) if samples == 2 else np.linspace(t0, end, int(samples))
     try:
         times = np.array(samples, dtype=float)
     except (TypeError, ValueError):
