@@ -16,7 +16,7 @@ from view_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swarm, 
 
 from mecanique.view.document import Block, Derivation, Document, Ledger, LedgerRow, Quantity, VerdictTable
 from mecanique.view.page import page, write_page
-from mecanique.view.scene import JointMark, SceneBody, Series, Shape
+from mecanique.view.scene import JointMark, Scene, SceneBody, Series, Shape
 
 Show = Callable[..., Visit]
 
@@ -93,6 +93,48 @@ def test_the_cursor_is_on_the_clock(show: Show) -> None:
         "() => { const c = mecanique.plots.charts[0]; return [c.sx(mecanique.clock.time), mecanique.plots.width]; }"
     )
     assert middle[0] == pytest.approx(middle[1] / 2, abs=1.5)
+    seen.clean()
+
+
+def falling(depth: float) -> Scene:
+    """A ball of 0.4 m that falls so far in 3 s."""
+    scene = swarm(1, 3.0)
+    path = np.zeros((len(scene.t), 1, 3))
+    path[:, 0, 2] = -depth * (scene.t / 3.0) ** 2
+    still = np.tile([0.0, 0, 0, 1], (len(scene.t), 1, 1))
+    ball = SceneBody("body 0", (Shape("sphere", (0.2,)),))
+    return replace(scene, bodies=(ball,), positions=path, quaternions=still, arrows=(), traces=())
+
+
+def test_the_picture_goes_along_with_what_falls_far(show: Show) -> None:
+    seen = show(falling(44.0))
+    width, height = seen.js("[mecanique.stage.pane.clientWidth, mecanique.stage.pane.clientHeight]")
+
+    def place(t: float) -> tuple[float, float, float]:
+        seen.seek(t)
+        seen.settle()
+        z = -44.0 * (t / 3.0) ** 2
+        x, y = seen.js("p => mecanique.stage.project(p)", [0.0, 0.0, z])
+        return x, y, y - seen.js("p => mecanique.stage.project(p)", [0.0, 0.0, z + 0.2])[1]
+
+    for t in (0.0, 3.0, 1.2):
+        x, y, radius = place(t)
+        assert x == pytest.approx(width / 2, abs=5)
+        assert radius < y < height - radius
+        assert radius > 0.08 * height
+    assert seen.js("document.getElementById('follow').value") == "all"
+    seen.page.select_option("#follow", "")
+    assert place(3.0)[1] > 2 * height
+    seen.clean()
+
+
+def test_what_goes_no_further_is_shown_whole(show: Show) -> None:
+    seen = show(falling(3.0))
+    assert seen.js("mecanique.companion") is None
+    height = seen.js("mecanique.stage.pane.clientHeight")
+    for t in (0.0, 3.0):
+        seen.seek(t)
+        assert 0 < seen.js("p => mecanique.stage.project(p)", [0.0, 0.0, -3.0 * (t / 3.0) ** 2])[1] < height
     seen.clean()
 
 

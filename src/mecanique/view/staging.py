@@ -51,7 +51,7 @@ def scene_of(
         joints=tuple(_marks(mechanism)),
         series=tuple(_series(motion, complete)),
         document=Document() if document is None else document,
-        planar=_planar(poses) and (not complete or _stays_planar(mechanism, poses[0], at)),
+        planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
     )
 
 

@@ -1,7 +1,8 @@
-// Keeps what moves in the picture of a live view, whose end nobody knows: the view widens a little where that is
-// enough, and else travels along; ground and graph paper come with it.
+// Keeps what moves in the picture of a live view, whose end nobody knows, and of a motion that goes far: the view widens
+// a little where that is enough, and else travels along; ground and graph paper come with it.
 
 const SPREAD = 2.5;
+const FAR = 10;
 const WIDEST = 1.7;
 const RAMP = 0.35;
 const CENTERING = 0.6;
@@ -19,6 +20,12 @@ export function startBox(stage, rows, layout) {
     swept.copy(wider);
   }
   return swept;
+}
+
+// Whether a motion goes so far that the mechanism would be small in a picture of all of it.
+export function travelsFar(stage, rows, layout) {
+  const size = (box) => box.getSize(new stage.three.Vector3()).length();
+  return size(stage.bounds(rows, layout)) > FAR * Math.max(...rows.map((row) => size(stage.bounds([row], layout))));
 }
 
 export class Companion {

@@ -10,7 +10,7 @@ import { listenToKeys, Player, Transport } from "./player.js";
 import { Plots, quantities } from "./plots.js";
 import { wireTabs, save } from "./tabs.js";
 import { ForceTable, LedgerTable } from "./tables.js";
-import { Companion, startBox } from "./companion.js";
+import { Companion, startBox, travelsFar } from "./companion.js";
 import { findPlace, History, LiveClock, wireNotes, wireSliders } from "./live.js";
 import { wireCameras, wireForces, wireFreeBody, wirePrint, wireShow, wireTooltip } from "./controls.js";
 
@@ -45,7 +45,8 @@ async function start() {
 
   const stage = new Stage(document.getElementById("pane"), parts.slice(1), scene);
   const few = sampleRows(table, scene.bodies.length, layout.end, 240);
-  const around = live && !recorded ? startBox(stage, few, layout) : stage.bounds(few, layout);
+  const rides = (live && !recorded) || (!scene.bounds && travelsFar(stage, few, layout));
+  const around = rides ? startBox(stage, few, layout) : stage.bounds(few, layout);
   const box = scene.bounds ? boxFrom(stage.three, scene.bounds) : around;
   stage.furnish(box, scene.planar, scene.ground);
   const arrows = new Arrows(stage, scene, layout);
@@ -92,7 +93,7 @@ async function start() {
   const urdf = document.getElementById("save-urdf");
   if (urdf) urdf.onclick = () => save(`${scene.fileName}.urdf`, document.getElementById("urdf-text").textContent, "application/xml");
 
-  const companion = live && !recorded ? new Companion(stage, camera, box, row) : null;
+  const companion = rides ? new Companion(stage, camera, box, row) : null;
   companion?.wire(document.getElementById("follow"));
   if (live) wireLive(live, stage, transport, traces, companion, redraw);
   if (recorded && scene.traces.length)
