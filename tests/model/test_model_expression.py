@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import InputError, UnknownNameError
@@ -64,6 +64,7 @@ def test_arithmetic_of_parameters_is_exact(made: Any, expected: Any) -> None:
         M - M,
     ],
 )
+@settings(deadline=None)
 @given(a=NUMBERS, b=NUMBERS)
 def test_every_way_of_evaluating_gives_what_sympy_gives(expression: Any, a: float, b: float) -> None:
     exact = float(expression.subs({M: a, K: b}))

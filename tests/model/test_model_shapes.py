@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -153,6 +153,7 @@ SHAPES: dict[str, tuple[Callable[..., Shape], Callable[..., Points]]] = {
 
 
 @pytest.mark.parametrize("name", SHAPES)
+@settings(deadline=None)
 @given(mass=SIDES, a=SIDES, b=SIDES, c=SIDES)
 def test_center_and_inertia_are_those_of_the_points(name: str, mass: float, a: float, b: float, c: float) -> None:
     make, points_of = SHAPES[name]
@@ -166,6 +167,7 @@ def test_center_and_inertia_are_those_of_the_points(name: str, mass: float, a: f
 
 
 @pytest.mark.parametrize("name", SHAPES)
+@settings(deadline=None)
 @given(xyz=st.tuples(SIDES, SIDES, SIDES), rpy=st.tuples(ANGLES, ANGLES, ANGLES))
 def test_a_moved_shape_has_moved_points(
     name: str, xyz: tuple[float, float, float], rpy: tuple[float, float, float]

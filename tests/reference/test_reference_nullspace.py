@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import ClosureError
@@ -23,6 +23,7 @@ def pendulum(angle: float, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndar
     return np.array([0.0, M * G]), radial[None, :], np.array([rate**2 * L]), expected
 
 
+@settings(deadline=None)
 @given(st.floats(-3, 3), st.floats(-5, 5))
 def test_particle_on_a_rod_accelerates_as_the_pendulum_does(angle: float, rate: float) -> None:
     h, jacobian, gamma, expected = pendulum(angle, rate)

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import InputError, UrdfError
@@ -400,6 +400,7 @@ def test_hostile_names_stay_names(name: str) -> None:
     assert attributes(root.find(f"{DRAKE}linear_spring_damper/{DRAKE}linear_spring_damper_body_B")) == {"name": name}
 
 
+@settings(deadline=None)
 @given(st.floats(1e-200, 1e200), st.floats(-1e200, 1e200), st.floats(-1e200, 1e200))
 def test_numbers_are_read_back_as_they_were(mass: float, x: float, y: float) -> None:
     shape = Shape(mass, (x, y, 0.1 + 0.2), (mass, mass, mass, 0.0, 0.0, 0.0))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.verify.difference import relative_difference, scaled
@@ -18,6 +18,7 @@ def test_it_is_the_norm_of_the_difference_over_the_larger_norm() -> None:
     np.testing.assert_allclose(relative_difference(x, y, 1.0), expected, rtol=1e-14)
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(NUMBERS, NUMBERS), min_size=1, max_size=5), NUMBERS)
 def test_it_is_zero_for_equal_values_and_at_most_two(pairs: list[tuple[float, float]], other: float) -> None:
     x = np.array(pairs)

@@ -45,12 +45,13 @@ def table(packed: Packed) -> NDArray[np.float64]:
     return np.stack(columns, axis=1)
 
 
+@settings(deadline=None)
 @given(st.lists(st.integers(-(2**33), 2**33 - 1), max_size=40))
 def test_integers_come_back(whole: list[int]) -> None:
     assert integers(varints(np.array(whole, dtype=np.int64))) == whole
 
 
-@settings(max_examples=10)
+@settings(max_examples=10, deadline=None)
 @given(st.integers(0, 2**31))
 def test_columns_come_back_to_half_a_step(seed: int) -> None:
     rng = np.random.default_rng(seed)

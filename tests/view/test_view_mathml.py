@@ -5,7 +5,7 @@ from __future__ import annotations
 from xml.etree import ElementTree
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.view.mathml import safe
@@ -36,6 +36,7 @@ def test_what_is_not_well_formed_is_escaped() -> None:
     assert safe("<math><mi>a</math>") == "&lt;math&gt;&lt;mi&gt;a&lt;/math&gt;"
 
 
+@settings(deadline=None)
 @given(st.text(max_size=60))
 def test_plain_text_is_escaped(text: str) -> None:
     found = safe(text)

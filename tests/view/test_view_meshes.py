@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -72,6 +72,7 @@ def bumpy(n: int, seed: int) -> NDArray[np.float64]:
     return np.concatenate([np.stack(each, axis=2).reshape(-1, 3, 3) for each in ((a, b, c), (a, c, d))])
 
 
+@settings(deadline=None)
 @given(st.integers(2, 12), st.integers(0, 99))
 def test_triangles_come_back_to_half_a_step(n: int, seed: int) -> None:
     corners = bumpy(n, seed)

@@ -22,14 +22,8 @@ from mecanique.reference.rhs import Rhs
 
 __all__ = ["closed_rhs"]
 
-_SUSPECT = 0.2
-"""Part of the largest singular value below which the distance to a singular position is looked at."""
-
-_FAR = 0.6
-"""Distance, in characteristic lengths or radians, from which on half of it is passed before it is looked at again."""
-
-_NEAR = 0.3
-"""Distance at which states are brought onto the loops."""
+_NEAR, _FAR = 0.3, 0.6
+"""Distances, in characteristic lengths or radians, between which bringing states onto the loops sets in."""
 
 _NEXT = 0.01
 """Distance at which accelerations are interpolated."""
@@ -37,8 +31,8 @@ _NEXT = 0.01
 _APART = 0.04
 """How far apart the states are between which they are interpolated."""
 
-_WEIGHTS = {1: 0.75, -1: 0.75, 2: -0.3, -2: -0.3, 3: 0.05, -3: 0.05}
-"""Weights of the states on both sides, by Lagrange's formula."""
+_WEIGHTS = (4 / 5, -2 / 5, 4 / 35, -1 / 70)
+"""Weights of the states on each side, by Lagrange's formula."""
 
 _PROBE = 1e-4
 """How far along the way the Jacobian is looked at again, to see how its singular value changes."""
@@ -55,24 +49,27 @@ def closed_rhs(closed: Closed) -> Rhs:
     """
     nq, size = closed.mechanism.nq, closed.mechanism.nq + closed.mechanism.nv
     unit = min(1.0, closed.closures.length)
-    regular: Array = np.full(nq, np.inf)  # a position that is far from singular ones
+    regular, reach = np.full(nq, np.inf), 0.0  # a position, and how far around it there are no singular ones
 
     def rhs(t: float, y: Array) -> Array:
+        nonlocal regular, reach
         q, v = y[:nq], y[nq:]
         motion = closed.solve(q, v, t, weak=WEAK)
-        a = motion.acceleration
-        if motion.hold < _SUSPECT and not np.abs(q - regular).max() < _FAR / 2 * unit:
+        rates, a = closed.rates(q, v), motion.acceleration
+        if not np.abs(q - regular).max(initial=0.0) < reach:
             distance = _distance(closed, q, v, t)
-            if distance > _FAR:
-                regular[:] = q
+            regular, reach = q.copy(), min(distance - _FAR, _FAR) / 2 * unit
             between = _interpolated(closed, q, v, t) if distance < _NEXT else None
             if between is not None:
                 a = between
-            elif distance < _NEAR:
+            elif distance < _FAR:
+                x = max(0.0, (distance - _NEAR) / (_FAR - _NEAR))
+                share = x**3 * (10 - 15 * x + 6 * x**2)  # a sudden change would be a kink to the integrator
                 q, v = projected(closed, q, v, t, drifted=True)
-                a = closed.solve(q, v, t, weak=WEAK).acceleration
+                near = closed.solve(q, v, t, weak=WEAK).acceleration
+                rates, a = share * rates + (1 - share) * closed.rates(q, v), share * a + (1 - share) * near
         out = np.empty(size)
-        out[:nq] = closed.rates(q, v)
+        out[:nq] = rates
         out[nq:] = a
         return out
 
@@ -141,12 +138,12 @@ def _interpolated(closed: Closed, q: Array, v: Array, t: float) -> Array | None:
     for side in (1, -1):
         bend = np.zeros(right.shape[1])
         last = bend
-        for k in (side, 2 * side, 3 * side):
-            found = _on_loops(closed, q, v, t, k * _APART * way.along, right, 2 * bend - last)
+        for k, weight in enumerate(_WEIGHTS, 1):
+            found = _on_loops(closed, q, v, t, side * k * _APART * way.along, right, 2 * bend - last)
             if found is None:
                 return None
             there, velocity, (last, bend) = found[0], found[1], (bend, found[2])
-            a += _WEIGHTS[k] * closed.solve(there, velocity, t).acceleration
+            a += weight * closed.solve(there, velocity, t).acceleration
     return a
 
 
