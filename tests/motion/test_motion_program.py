@@ -5,7 +5,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion.agreement import require_agreement
-from mecanique.motion.generated import batched, scalar
+from mecanique.motion.generated import batched, overwriting, owning, scalar
 from mecanique.motion.program import program_of
 from mecanique.motion.tape import Tape
 from mecanique.reference import Reference
@@ -71,3 +71,17 @@ def test_a_tape_shares_what_is_equal_and_folds_what_is_known() -> None:
     assert tape.multiply(1.0, x) == x
     assert tape.add(1.0, x) != tape.add(y, x)
     assert len(tape.needed([tape.add(tape.multiply(x, y), tape.multiply(y, x))])) == 4
+
+
+def test_functions_that_overwrite_their_answers_do_not_share_them() -> None:
+    make = overwriting(program_of(mq.textbook.load("rigid_bar_pendulum")))
+    one, other = make(), make()
+    y, z = np.array([0.3, 0.1]), np.array([1.3, -0.4])
+    first = one(0.0, y)
+    kept = first.copy()
+    second = other(0.0, z)
+    assert first.tolist() == kept.tolist() != second.tolist()
+    assert one(0.0, z) is first
+    assert first.tolist() == second.tolist()
+    rhs = owning(make())
+    assert rhs(0.0, y) is not rhs(0.0, y)

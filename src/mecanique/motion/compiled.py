@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Callable
 from typing import Any, final
 
 import numpy as np
@@ -10,7 +11,7 @@ import numpy as np
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.agreement import require_agreement
-from mecanique.motion.generated import Batched, batched, scalar
+from mecanique.motion.generated import Batched, batched, overwriting, scalar
 from mecanique.motion.program import Program, program_of
 from mecanique.motion.rates import Rates
 from mecanique.motion.steps import RightHandSide
@@ -37,7 +38,7 @@ class Compiled:
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
         self._program: Program | DerivationError | None = None
-        self._rhs: RightHandSide | None = None
+        self._make: Callable[[], RightHandSide] | None = None
         self._pools: dict[float, list[Any]] = {}
 
     def program(self, reference: Any) -> Program:
@@ -61,7 +62,7 @@ class Compiled:
         return self._program
 
     def rhs(self, reference: Any) -> RightHandSide:
-        """Return the equations as a function of floats.
+        """Return the equations as a function of floats; it overwrites its last answer and is for one user alone.
 
         Args:
             reference: the mechanism's `Reference`.
@@ -69,14 +70,14 @@ class Compiled:
         Raises:
             DerivationError: if there is no closed form, or it does not agree.
         """
-        if self._rhs is None:
-            self._rhs = scalar(self.program(reference))
-        return self._rhs
+        if self._make is None:
+            self._make = overwriting(self.program(reference))
+        return self._make()
 
     @property
     def has_rhs(self) -> bool:
         """Whether the equations are compiled."""
-        return self._rhs is not None
+        return self._make is not None
 
     @property
     def possible(self) -> bool:

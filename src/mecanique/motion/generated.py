@@ -9,10 +9,11 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from mecanique.motion.program import Program
+from mecanique.motion.steps import RightHandSide
 from mecanique.motion.tangents import by_tangents
 from mecanique.motion.tape import Tape, Value
 
-__all__ = ["Batched", "batched", "scalar"]
+__all__ = ["Batched", "batched", "overwriting", "owning", "scalar"]
 
 Batched: TypeAlias = Callable[[float, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both."""
@@ -21,8 +22,28 @@ _NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Abs": "abs"}
 _DEEPEST = 40
 
 
-def scalar(program: Program) -> Callable[[float, np.ndarray], np.ndarray]:
-    """Return f(t, y) = y' of a program without open parameters, for one state.
+def scalar(program: Program) -> RightHandSide:
+    """Return f(t, y) = y' of a program without open parameters, for one state; each answer is an array of its own.
+
+    Args:
+        program: the program.
+    """
+    return owning(overwriting(program)())
+
+
+def owning(rhs: RightHandSide) -> RightHandSide:
+    """Return a right-hand side whose answers are arrays of their own, from one that overwrites its last answer.
+
+    Args:
+        rhs: f(t, y).
+    """
+    return lambda t, y: rhs(t, y).copy()
+
+
+def overwriting(program: Program) -> Callable[[], RightHandSide]:
+    """Return what makes f(t, y) = y' of a program without open parameters; each overwrites its last answer.
+
+    To make an array takes as long as the equations of a pendulum. Whoever integrates makes a function of its own.
 
     Args:
         program: the program.
@@ -33,17 +54,22 @@ def scalar(program: Program) -> Callable[[float, np.ndarray], np.ndarray]:
     signals = _signals(program)
     text = "\n".join(
         [
-            "def rhs(t, y):",
-            f"    {_state(program)} = y.tolist()",
-            *(f"    {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
-            *(f"    {line}" for line in lines),
-            f"    return array([{', '.join(rates)}])",
+            "def make():",
+            f"    answer = empty({len(rates)})",
+            "    out = memoryview(answer)",
+            "    def rhs(t, y):",
+            f"        {_state(program)} = y.tolist()",
+            *(f"        {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
+            *(f"        {line}" for line in lines),
+            *(f"        out[{k}] = {rate}" for k, rate in enumerate(rates)),
+            "        return answer",
+            "    return rhs",
         ]
     )
-    space: dict[str, Any] = {**functions, **signals, "array": np.array}
+    space: dict[str, Any] = {**functions, **signals, "empty": np.empty}
     exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
-    rhs: Callable[[float, np.ndarray], np.ndarray] = space["rhs"]
-    return rhs
+    make: Callable[[], RightHandSide] = space["make"]
+    return make
 
 
 def batched(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:

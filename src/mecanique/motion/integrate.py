@@ -119,6 +119,7 @@ def simulate(
         steps = Steps()
         share = plan.share if closing is None else Closing.share  # bringing it back restarts each step
         task = Task(rhs, not METHODS[chosen].smooth, share * rtol, share * atol, longest, int(max_steps))
+        task.quick = plan.quick if chosen == "dop853" else None
         task.doubtful = method == "auto" and chosen == "dop853" and closing is not None
         watcher = Watcher(mechanism, reference, rates, task, steps, watched, progress, (t0, end), closing)
         if chosen == "dop853":

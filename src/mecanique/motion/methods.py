@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias, final
+from typing import Any, Literal, TypeAlias, final
 
 import numpy as np
 
@@ -72,6 +72,7 @@ class Task:
         atol: absolute tolerance of a step.
         max_step: longest step, infinite if it need not be bounded [s].
         max_steps: most steps.
+        quick: the equations for the explicit method, if they may overwrite their last answer; otherwise those above.
         doubtful: whether to watch for stiffness across restarts, which the explicit method's own count forgets.
         evaluations: number of evaluations of the equations so far.
         fault: what the equations raised, if anything.
@@ -83,6 +84,7 @@ class Task:
     atol: float
     max_step: float
     max_steps: int
+    quick: RightHandSide | None = None
     doubtful: bool = False
     evaluations: int = 0
     fault: BaseException | None = field(default=None, init=False)
@@ -132,12 +134,16 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
         return np.array(solver.y) if solver.status == "finished" else np.full(len(y), np.nan)
     from scipy.integrate import ode
 
-    explicit = ode(follow).set_integrator(
+    def called(t: float, y: np.ndarray) -> np.ndarray:
+        return follow(t, y)
+
+    explicit = ode(called).set_integrator(
         "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
     )
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a failure shows as a state that is not finite, or at the next step
         result: np.ndarray = explicit.set_initial_value(y, t).integrate(end)
+    _let_go(explicit, called)
     return result
 
 
@@ -161,7 +167,7 @@ class _Follower:
 def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> Outcome:
     from scipy.integrate import ode
 
-    rhs, add = task.rhs, steps.add
+    rhs, add = task.quick or task.rhs, steps.add
     rate = steps.dy[-1]
     calls = 0
 
@@ -173,8 +179,10 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
         except BaseException as error:
             task.fault = error
             rate = np.full(len(y), np.nan)
-        if task.doubtful:
-            task.doubt.note(y, rate)
+        return rate
+
+    def doubted(t: float, y: np.ndarray) -> np.ndarray:
+        task.doubt.note(y, follow(t, y).copy())
         return rate
 
     stiff = False
@@ -185,7 +193,7 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
         if first:  # the start, which is already among the steps
             first = False
             return 0
-        add(t, y, rate)  # the last evaluation was at the step's end
+        add(t, y, rate if task.quick is None else rate.copy())  # the last evaluation was at the step's end
         if task.doubtful and task.doubt.step(t - steps.t[-2]) and len(steps.t) > _DOUBT:
             stiff = True
             return -1
@@ -195,7 +203,7 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
             task.fault = error
             return -1
 
-    solver = ode(follow).set_integrator(
+    solver = ode(doubted if task.doubtful else follow).set_integrator(
         "dop853",
         rtol=task.rtol,
         atol=task.atol,
@@ -208,10 +216,6 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
         warnings.simplefilter("ignore")  # the return code says the same
         solver.set_initial_value(steps.y[-1], steps.t[-1]).integrate(end)
     task.evaluations += calls
-    if task.fault is not None:
-        return "fault"
-    if stiff:
-        return "stiff"
     outcomes: dict[int, Outcome] = {
         1: "end",
         2: "stopped",
@@ -220,7 +224,18 @@ def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> 
         -3: "step too small",
         -4: "stiff",
     }
-    return outcomes[solver.get_return_code()]
+    faulty = task.fault is not None
+    outcome: Outcome = "fault" if faulty else "stiff" if stiff else outcomes[solver.get_return_code()]
+    _let_go(solver, follow, accepted)
+    return outcome
+
+
+def _let_go(solver: Any, *functions: Callable[..., Any]) -> None:
+    """Empty what would be kept for ever: SciPy 1.17 gives back no function that its compiled dop853 has called."""
+    vars(solver._integrator).clear()
+    for function in functions:
+        for cell in function.__closure__ or ():
+            cell.cell_contents = None
 
 
 def _implicit(name: Literal["LSODA", "Radau", "BDF"], degree: int) -> Run:
