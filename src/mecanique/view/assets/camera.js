@@ -60,8 +60,13 @@ export class Camera {
     controls.target.set(target.x, target.z, -target.y);
     camera.position.set(eye.x, eye.z, -eye.y);
     controls.update();
-    this.placed = controls.target.clone();
+    this.settle();
     this.stage.viewer.set_dirty();
+  }
+
+  // Takes where it is for where it was put.
+  settle() {
+    this.placed = this.stage.viewer.controls.target.clone();
   }
 
   center() {

@@ -68,6 +68,7 @@ export class Companion {
       this.on = select.value === "all";
       if (!this.on) return others(event);
       this.camera.follow(-1);
+      this.camera.settle();
       this.fresh = true;
     };
     this.off = () => {
