@@ -15,6 +15,7 @@ from mecanique.motion.actions import Actions
 from mecanique.view.drawing.camera import Floats
 from mecanique.view.drawing.connections import connections
 from mecanique.view.drawing.coordinates import coordinates
+from mecanique.view.drawing.lettering import clear_letters
 from mecanique.view.drawing.marks import Circle, Mark, Point, Stroke
 from mecanique.view.drawing.setting import Setting
 from mecanique.view.drawing.solids import Solid, outline, radius_of
@@ -37,7 +38,7 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
     marks = [*supports(setting), *_links(setting), *connections(setting), *solid_marks(setting), *_joints(setting)]
     if lettered:
         marks += [*_lengths(setting), *coordinates(setting), *_masses(setting)]
-    marks += _loads(setting)
+    marks = [*clear_letters([*marks, *_loads(setting)])]
     if marks:
         marks += _gravity(setting, marks)
     return tuple(marks)
