@@ -4,6 +4,10 @@ The loops make the other coordinates functions of the independent ones. These fu
 jets they are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with the constant J of the state, one
 order of ε after the other. Lagrange's operator then sees the independent coordinates alone, on the same definition as
 for a tree (`mecanique.derive.definition`).
+
+A joint that turns by a quaternion has the Gibbs vector g against the state as coordinates, p = p₀ (g/2, 1)/√(1 + g²/4),
+and a free one the components of its displacement in the axes it has in the state: at the state their rates are the
+joint's velocities (Shuster, J. Astronaut. Sci. 41 (1993) 439, eq. 337).
 """
 
 from __future__ import annotations
@@ -19,7 +23,7 @@ from mecanique.derive.functions import function
 from mecanique.derive.jets import Jet
 from mecanique.derive.links import links, place_of
 from mecanique.derive.paths import JETS
-from mecanique.derive.poses import Arithmetic, joint_values, moments, poses
+from mecanique.derive.poses import Arithmetic, combination, joint_values, moments, poses, quaternion_rotation
 from mecanique.derive.states import States
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
@@ -47,22 +51,18 @@ class Reduced:
         mechanism: a mechanism with loops.
 
     Raises:
-        DerivationError: if a joint's position is a quaternion, whose components are no coordinates to choose from, or
-            an input is a function.
+        DerivationError: if an input is a function.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        for joint in mechanism.joints:
-            if isinstance(joint, (Spherical, Floating)):
-                raise DerivationError(
-                    f"joint {joint.name!r} has a quaternion, of which no independent coordinate is made"
-                )
         for signal in mechanism.inputs:
             if callable(signal.signal):
                 raise DerivationError(f"input {signal.symbol!r} is a function, which has no exact derivatives")
         self._mechanism = mechanism
         self._tree = links(mechanism)
         self._closure = Closure(mechanism)
+        at = {name: k for k, name in enumerate(mechanism.velocities)}
+        self._plain = {name: at[f"{name}'"] for name in mechanism.coordinates if f"{name}'" in at}
         self._definition = Definition(mechanism)
         place = place_of(self._tree, mechanism)
         self._bodies = [
@@ -119,6 +119,10 @@ class Reduced:
             ) from None
         without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
         found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
+        for joint in self._mechanism.joints:
+            if isinstance(joint, Floating):  # the velocity's components turn with the body
+                at = [self._mechanism.velocities.index(name) for name in joint.velocities]
+                found[:, at[:3]] -= np.cross(states.v[:, at[3:]], states.v[:, at[:3]])
         return found
 
     def _operator(
@@ -149,18 +153,20 @@ class Reduced:
         nv, n = self._mechanism.nv, len(states)
         free = np.setdiff1d(np.arange(nv), dependent).tolist()
         c = np.zeros((nv, 3, 1 + len(free), n))
-        c[:, 0, 0] = states.q.T
+        for name, q in zip(self._mechanism.coordinates, states.q.T, strict=True):
+            if name in self._plain:
+                c[self._plain[name], 0, 0] = q
         for k, at in enumerate(free):
             c[at, 1, 0], c[at, 2, 0], c[at, 0, 1 + k] = states.v[:, at], a[:, k] / 2, 1.0
         c[dependent, 1, 0] = states.v[:, dependent].T
         units = self._closure.units
-        q = [Jet(x) for x in c]
+        x = [Jet(path) for path in c]
         for order in range(3):
             # the state itself is closed: next to a singular position its rounding would grow with every order
             given = order < 2
             last = np.inf
             for _ in range(_SWEEPS):
-                phi = self._closure.rows(self._placed(states, q)[1])
+                phi = self._closure.rows(self._placed(states, x)[1])
                 off = np.stack([phi[i].c[order] / units[i] for i in rows], axis=-1)
                 if given and float(np.abs(off[0]).max(initial=0.0)) < _ROUNDING:
                     off[0] = 0.0
@@ -169,19 +175,43 @@ class Reduced:
                     break
                 last = size
                 c[dependent, order] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
-                q = [Jet(x) for x in c]
-        return q
+                x = [Jet(path) for path in c]
+        return x
 
-    def _placed(self, states: States, q: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
+    def _placed(self, states: States, x: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
         mechanism = self._mechanism
-        values: dict[str, Any] = {**mechanism.values, **dict(zip(mechanism.coordinates, q, strict=True))}
-        c = np.zeros(q[0].c.shape)
+        values: dict[str, Any] = {**mechanism.values, **{name: x[at] for name, at in self._plain.items()}}
+        q = dict(zip(mechanism.coordinates, states.q.T, strict=True))
+        for joint in mechanism.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                place = [mechanism.velocities.index(name) for name in joint.velocities]
+                own = _turned([q[name] for name in joint.coordinates], [x[at] for at in place])
+                values |= zip(joint.coordinates, own, strict=True)
+        c = np.zeros(x[0].c.shape)
         c[0, 0], c[1, 0] = states.t, 1.0
         values["t"] = Jet(c)
         for signal in mechanism.inputs:
             values[signal.symbol] = evaluate(signal.signal, values, function=function)
         values = joint_values(mechanism, values, JETS)
-        return values, [_as_jet(rows, q[0]) for rows in poses(self._tree, values, JETS)]
+        return values, [_as_jet(rows, x[0]) for rows in poses(self._tree, values, JETS)]
+
+
+def _turned(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
+    """The coordinates of a joint with a quaternion, from those in the state and the displacement since."""
+    *origin, px, py, pz, pw = start
+    gx, gy, gz = (g * 0.5 for g in x[-3:])
+    size = (1 + gx * gx + gy * gy + gz * gz).sqrt()
+    quaternion = [
+        (gx * pw + gz * py - gy * pz + px) / size,
+        (gy * pw + gx * pz - gz * px + py) / size,
+        (gz * pw + gy * px - gx * py + pz) / size,
+        (pw - gx * px - gy * py - gz * pz) / size,
+    ]
+    if not origin:
+        return quaternion
+    turn = quaternion_rotation(px, py, pz, pw)
+    moved = [combination(row, x[:3]) + p for row, p in zip(turn, origin, strict=True)]
+    return [*moved, *quaternion]
 
 
 def _as_jet(rows: list[list[Any]], like: Jet) -> Jet:
