@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mecanique import textbook
+from mecanique import assemble, textbook
 from mecanique.errors import ClosureError, InputError
-from mecanique.model import Body, JointDamper, JointSpring, Mechanism, Prismatic, box, coordinate
+from mecanique.model import Body, JointDamper, JointSpring, Mechanism, Prismatic, box, coordinate, time
 from mecanique.motion import Motion, simulate
 from mecanique.motion.actions import Actions
 from mecanique.motion.events import Event
@@ -172,13 +172,33 @@ def test_what_cannot_be_closed_does_not_start() -> None:
         simulate(mechanism, q={"phi": 1.1})
 
 
-def test_impacts_need_an_open_mechanism() -> None:
-    with pytest.raises(InputError, match="expected an open mechanism for impacts, got one with loops"):
-        simulate(
-            textbook.load("slider_crank"),
-            q={"theta": 0.7},
-            events=[Event("wall", coordinate("x") - 0.9, restitution=0.5)],
-        )
+def test_a_closed_mechanism_with_one_freedom_bounces_as_a_whole() -> None:
+    mechanism = textbook.load("slider_crank")
+    wall = Event("wall", coordinate("x") - 1.3, direction=-1, restitution=0.5)
+    motion = simulate(mechanism, q={"theta": 0.7}, duration=1.0, fps=50, events=[wall])
+    hit = motion.events[0]
+    assert hit.q[mechanism.coordinates.index("x")] == pytest.approx(1.3, abs=1e-12)
+    np.testing.assert_allclose(hit.after, -0.5 * hit.v, rtol=1e-9)
+    assert drift(motion) < 1e-12
+
+
+def test_an_impulse_leaves_loops_closed_and_is_felt_by_what_it_pushes() -> None:
+    mechanism = textbook.load("chained_four_bars", n=2)
+    reference = Reference(mechanism)
+    q = assemble(mechanism, {"theta0": 1.0, "theta1": 1.0, "phi1": -1.0})
+    push = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
+    change = reference.response(q, 0.0, push)
+    assert reference.closed is not None
+    np.testing.assert_allclose(reference.closed.closures.at(q, change, 0.0).jacobian @ change, 0.0, atol=1e-14)
+    # one pendulum: the work of the impulse is the kinetic energy it leaves
+    assert push @ change == pytest.approx(change @ reference.mass_matrix(q) @ change, rel=1e-12)
+
+
+def test_an_impact_that_no_motion_feels_is_said() -> None:
+    mechanism = textbook.load("bars_and_springs_loop")
+    held = Event("nothing", time() - 0.01, restitution=0.5)
+    with pytest.raises(InputError, match="event 'nothing': no impulse changes its quantity"):
+        simulate(mechanism, duration=0.1, events=[held])
 
 
 def stiff_slider_crank() -> Mechanism:

@@ -18,6 +18,9 @@ __all__ = ["Event", "Occurrence", "Quantity"]
 Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
 """A function of t, q and v."""
 
+Impact: TypeAlias = Callable[[float, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]], np.ndarray]
+"""A function of t, q, v and of what gives the velocities that an impulse causes."""
+
 
 @final
 @dataclass(frozen=True)
@@ -70,13 +73,12 @@ class Event:
             return self.when
         return _function(mechanism, [self._expression(mechanism)])
 
-    def impact(
-        self, mechanism: Mechanism, rates: Rates
-    ) -> Callable[[float, np.ndarray, np.ndarray, np.ndarray], np.ndarray]:
-        """Return the function of t, q, v and M that gives the velocities after the impact.
+    def impact(self, mechanism: Mechanism, rates: Rates) -> Impact:
+        """Return the function of t, q, v and W that gives the velocities after the impact.
 
-        With n the quantity's gradient by v-directions and ġ its rate, v⁺ = v − M⁻¹ n (1 + e) ġ / (nᵀ M⁻¹ n)
-        (Newton's law of restitution; Greenwood, Principles of Dynamics, 1988, sect. 4-8).
+        With n the quantity's gradient by v-directions and ġ its rate, v⁺ = v − W n (1 + e) ġ / (nᵀ W n), where W gives
+        the velocities that an impulse causes: M⁻¹, or what the loops leave of it (Newton's law of restitution;
+        Greenwood, Principles of Dynamics, 1988, sect. 4-8).
 
         Args:
             mechanism: the mechanism that moves.
@@ -96,12 +98,17 @@ class Event:
         e = 0.0 if self.restitution is None else self.restitution
         nv = mechanism.nv
 
-        def after(t: float, q: np.ndarray, v: np.ndarray, M: np.ndarray) -> np.ndarray:
+        def after(t: float, q: np.ndarray, v: np.ndarray, W: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
             *by_q, by_t = slope(t, q, v)
             n = rates.first(np.repeat(q[None], nv, axis=0), np.eye(nv)) @ np.array(by_q)
             rate = n @ v + by_t
-            direction = np.linalg.solve(M, n)
-            velocities: np.ndarray = v - direction * (1 + e) * rate / (n @ direction)
+            direction = W(n)
+            yielding = float(n @ direction)
+            if not yielding > 1e-14 * float(np.abs(n) @ np.abs(direction)):
+                raise InputError(
+                    f"event {self.name!r}: no impulse changes its quantity at t = {t:.6g} s; it cannot move"
+                )
+            velocities: np.ndarray = v - direction * ((1 + e) * rate / yielding)
             return velocities
 
         return after

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.closing import Closing
 from mecanique.motion.dense import Curve
@@ -42,7 +42,7 @@ class Watcher:
 
     Raises:
         UnknownNameError: if an event depends on a name that does not exist.
-        InputError: if an impact depends on velocities, or the mechanism is closed.
+        InputError: if an impact depends on velocities.
     """
 
     def __init__(
@@ -69,10 +69,7 @@ class Watcher:
         self._nq = mechanism.nq
         self._events = tuple(events)
         self._quantities = [event.quantity(mechanism) for event in events]
-        impacts = [event for event in events if event.restitution is not None]
-        if impacts and mechanism.loops:
-            raise InputError(f"event {impacts[0].name!r}: expected an open mechanism for impacts, got one with loops")
-        self._impacts = {event.name: event.impact(mechanism, rates) for event in impacts}
+        self._impacts = {e.name: e.impact(mechanism, rates) for e in events if e.restitution is not None}
         self._before: list[float] = []  # each quantity at the last step
         self._crossings: list[tuple[int, float, float]] = []  # event, and the times it lies between
         self._found: list[Occurrence] = []
@@ -130,7 +127,7 @@ class Watcher:
         q, v = y[: self._nq], y[self._nq :]
         after = v
         if event.name in self._impacts:
-            after = self._impacts[event.name](t, q, v, np.asarray(self._reference.mass_matrix(q, t)))
+            after = self._impacts[event.name](t, q, v, partial(self._reference.response, q, t))
         self._found.append(Occurrence(event.name, t, q, v, after))
         if event.stop:
             return True

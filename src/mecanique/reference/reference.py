@@ -14,6 +14,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
 from mecanique.reference.answers import Array, Energy, Momentum, PointMotion, Wrench
 from mecanique.reference.closed import COMPONENTS, Closed
+from mecanique.reference.nullspace import solve
 from mecanique.reference.rhs import Rhs
 from mecanique.reference.states import Given, States, checked
 from mecanique.reference.tree import Tree
@@ -66,6 +67,28 @@ class Reference:
             t: time [s].
         """
         return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t))
+
+    def response(self, q: Given, t: float, impulse: Given) -> Array:
+        """Return the change of velocities that a generalized impulse causes while loops stay closed, shape (nv,).
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+            impulse: shape (nv,).
+
+        Raises:
+            ClosureError: if a motion that the loops leave free carries no mass.
+        """
+        M, push = np.asarray(self.mass_matrix(q, t)), np.asarray(impulse, dtype=float)
+        if self._closed is None:
+            change: Array = np.linalg.solve(M, push)
+            return change
+        closures = self._closed.closures
+        J = closures.at(np.asarray(q, dtype=float), np.zeros(len(push)), t).jacobian
+        none = np.zeros(len(J))
+        return solve(
+            M, -push, J, none, rows=closures.rows, columns=closures.columns, most=self._closed.most
+        ).acceleration
 
     def bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the inertia forces that do not depend on accelerations, and gravity, shape (nv,).
