@@ -98,7 +98,8 @@ export function wirePrint(stage, plots, clock) {
     still.width = source.width;
     still.height = source.height;
     still.getContext("2d").drawImage(source, 0, 0);
-    document.getElementById("instant").textContent = `At t = ${clock.time.toFixed(3)} s`;
+    const told = document.getElementById("arrow-told").textContent;
+    document.getElementById("instant").textContent = [`At t = ${clock.time.toFixed(3)} s`, told].filter(Boolean).join("; ");
     plots.draw();
   };
   addEventListener("beforeprint", take);
