@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import socket
 import subprocess
@@ -65,6 +66,15 @@ def swung(t: float, q: float, **parameters: float) -> float:
     return float(motion(t).q[0])
 
 
+def processor_time(pid: int) -> float:
+    """Seconds a process has computed, where the system tells; else infinity."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_text(encoding="ascii").rsplit(")", 1)[1].split()
+    except OSError:
+        return math.inf
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
 def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "mecanique", "view", "panda", "--floating", "--no-browser"]
     run = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
@@ -74,15 +84,18 @@ def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) ->
         robot = mq.read_urdf(mq.robot("panda"), root="floating")
         root = [body.name for body in robot.bodies].index(robot.joints[0].child)
         with Watcher(address) as seen:
-            seen.reach(0.5)
-            start = len(seen.times) - 1
-            seen.reach(3.5, 30.0)
+            seen.reach(1.5, 60.0)
+            begun = seen.times[-1], seen.walls[-1], processor_time(run.pid)
+            seen.reach(4.0, 60.0)
+            ended = seen.times[-1], seen.walls[-1], processor_time(run.pid)
             heights = np.array([row[7 * root + 2] for row in seen.rows])
             t, wall = np.array(seen.times), np.array(seen.walls)
         # all of it falls as one, from where it stood
         assert heights == pytest.approx(heights[0] - 9.81 * t**2 / 2, abs=1e-3)
-        rate = (t[-1] - t[start]) / (wall[-1] - wall[start])
-        assert 0.7 < rate < 1.1, "a loaded machine may fall behind a little, but not far"
+        passed, elapsed, worked = np.subtract(ended, begun)
+        assert elapsed > 0.85 * passed, "a second takes a second"
+        # other work on the machine may hold the program up; its own leaves time to spare
+        assert min(elapsed, worked) < 1.15 * passed
         run.send_signal(signal.SIGINT)
         _, complaint = run.communicate(timeout=20)
         assert (run.returncode, complaint) == (0, "")
@@ -223,8 +236,8 @@ def test_a_force_that_acts_late_gets_its_arrow(visit: Callable[..., Visit]) -> N
         seen.page.wait_for_selector("body.ready")
         # x = 0.1 + 0.1 t, until 4 m/s² begin
         until(lambda: bool(asked(seen, "mecanique.clock.time > 3")))
-        t, x = seen.js("[mecanique.clock.time, mecanique.row[7]]")
-        assert x == pytest.approx(0.1 * t + 2.0 * (t - 2.5) ** 2, abs=0.3)
+        t, x = seen.js("[mecanique.clock.time, mecanique.clock.row[7]]")
+        assert x == pytest.approx(0.1 * t + 2.0 * (t - 2.5) ** 2, abs=1e-3)
         assert seen.errors == []
 
 
@@ -326,7 +339,7 @@ def test_what_a_page_keeps_is_bounded(visit: Callable[..., Visit]) -> None:
             }"""
         )
         assert max(kept[:2]) <= 3600
-        assert kept[2] <= 4000
+        assert kept[2] <= 1500
         seen.page.click("#tab-plots")
         now = seen.js("mecanique.clock.number")
         until(lambda: bool(seen.js("mecanique.clock.number") > now + 20))

@@ -14,6 +14,9 @@ import { Companion, startBox, travelsFar } from "./companion.js";
 import { findPlace, History, LiveClock, wireNotes, wireSliders } from "./live.js";
 import { wireCameras, wireForces, wireFreeBody, wirePrint, wireShow, wireTooltip } from "./controls.js";
 
+// How much of a path a stream leaves behind [frames]: longer ones are no longer read, and slow to draw.
+const RECENT = 1500;
+
 async function loadViewer() {
   const script = document.createElement("script");
   script.textContent = new TextDecoder().decode(await gunzip(bytesOf("viewer")));
@@ -52,7 +55,7 @@ async function start() {
   const arrows = new Arrows(stage, scene, layout);
   arrows.survey(table);
   const lines = new Lines(stage, scene, layout, row);
-  const traces = new Traces(stage, scene, layout, recorded ? table.n : 4000);
+  const traces = new Traces(stage, scene, layout, recorded ? table.n : RECENT);
   const marks = new JointMarks(stage, scene);
   const labels = new Labels(stage, document.getElementById("labels"), scene, arrows);
   const camera = new Camera(stage, box);
