@@ -89,7 +89,7 @@ def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) ->
             seen.reach(4.0, 60.0)
             ended = seen.times[-1], seen.walls[-1], processor_time(run.pid)
             heights = np.array([row[7 * root + 2] for row in seen.rows])
-            t, wall = np.array(seen.times), np.array(seen.walls)
+            t = np.array(seen.times)
         # all of it falls as one, from where it stood
         assert heights == pytest.approx(heights[0] - 9.81 * t**2 / 2, abs=1e-3)
         passed, elapsed, worked = np.subtract(ended, begun)
