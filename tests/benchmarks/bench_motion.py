@@ -1,503 +1,257 @@
-"""One motion by mecanique and by its peers, side by side in one run, at equal final error. Run by hand.
+"""Motions by mecanique and by its peers, side by side in one run, at equal final error. Run by hand.
 
-    python tests/benchmarks/bench_motion.py [system …]
+    python tests/benchmarks/bench_motion.py [system or table …]
 
-Every engine integrates 10 s (Panda: 1 s) from the same start, at a ladder of tolerances or steps. Of each, the first
-level counts whose final error (the largest of all coordinates and velocities, against Taylor series in long doubles,
-or dop853 at the least tolerance) is at most 1e-10. These levels then run in turns. Times are medians, without building,
-which is listed beside them; ratios are to the first row. Peers that are not installed are left out and named:
-pip install mujoco exudyn pydy drake heyoka.
+Systems: pendulum double cart_pole five twenty panda. Tables: growth ensemble energy. All of them by default, in some
+minutes.
+
+Of each system, every engine integrates 10 s (Panda: 1 s) from the same start, at a ladder of tolerances or steps. The
+first level counts whose final error (the largest of all coordinates and velocities, against Taylor series in long
+doubles, or dop853 at the least tolerance) is at most 1e-10. These levels then run in turns. Times are medians of the
+processor's time, which other work on the machine disturbs less, without building, which is listed beside them; ratios
+are medians over the turns, to the package's default path: what method "auto" does when it is called again without
+heyoka. Peers that are not installed are left out and named: pip install mujoco exudyn pydy drake heyoka.
+Set OPENBLAS_NUM_THREADS=1 where other work disturbs.
 """
 
 from __future__ import annotations
 
+import os
 import platform
-import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
-from time import perf_counter
-from typing import Any, NamedTuple
+from time import perf_counter, process_time
 
 import numpy as np
-from scipy.integrate import ode
+from motion_peers import PEERS, SCIPY, TOLERANCES, Level
+from motion_systems import Case, cases, chain, exact
 
 import mecanique as mq
+from mecanique.motion.plan import SMALL
 
 ERROR = 1e-10
-TURNS = 7
-TOLERANCES = (1e-9, 1e-10, 1e-11, 1e-12, 1e-13, 3e-14)
+TURNS = 9
+AT_ONCE = 0.01
+"""Short runs are repeated for so long, so that all are warm [s]."""
 
-
-class Case(NamedTuple):
-    """A mechanism whose joint angles are its coordinates, and its start from rest."""
-
-    name: str
-    mechanism: mq.Mechanism
-    q: np.ndarray
-    span: float = 10.0
-
-
-class Level(NamedTuple):
-    """An engine at one tolerance or step."""
-
-    engine: str
-    level: str
-    build: float
-    run: Callable[[], np.ndarray]
-
-
-def chain(n: int) -> mq.Mechanism:
-    """Uniform rods m = 1, l = 1, one hanging from the other, by relative angles."""
-    m, length, g = mq.Parameter("m", 1.0, "kg"), mq.Parameter("l", 1.0, "m"), mq.Parameter("g", 9.81, "m/s²")
-    links = range(1, n + 1)
-    return mq.Mechanism(
-        name=f"chain{n}",
-        bodies=(mq.Body("ground"), *(mq.Body(f"rod{i}", mq.rod(m, length)) for i in links)),
-        joints=tuple(
-            mq.Revolute(
-                f"pin{i}",
-                "ground" if i == 1 else f"rod{i - 1}",
-                f"rod{i}",
-                axis=(0, -1, 0),
-                origin=mq.Placement((0, 0, 0 if i == 1 else -length)),
-                coordinate=f"q{i}",
-            )
-            for i in links
-        ),
-        parameters=(m, length, g),
-        gravity=(0, 0, -g),
-    )
-
-
-def cart() -> mq.Mechanism:
-    """A cart M = 2 on a rail along x with a hanging rod."""
-    M, m, length, g = (mq.Parameter(*p) for p in (("M", 2.0), ("m", 1.0), ("l", 1.0), ("g", 9.81)))
-    return mq.Mechanism(
-        name="cart_pole",
-        bodies=(mq.Body("ground"), mq.Body("cart", mq.particle(M)), mq.Body("rod", mq.rod(m, length))),
-        joints=(
-            mq.Prismatic("rail", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
-            mq.Revolute("pin", "cart", "rod", axis=(0, -1, 0), coordinate="q"),
-        ),
-        parameters=(M, m, length, g),
-        gravity=(0, 0, -g),
-    )
-
-
-def cases() -> Iterator[Case]:
-    """The systems of the comparison."""
-    yield Case("pendulum", chain(1), np.array([2.0]))
-    yield Case("double", chain(2), np.array([0.9, 0.5]))
-    yield Case("cart_pole", cart(), np.array([0.0, 2.0]))
-    yield Case("five", chain(5), np.array([0.5, 0.1, 0.1, 0.1, 0.1]))
-    yield Case("twenty", chain(20), np.full(20, 0.02))
-    panda = mq.read_urdf(mq.robot("panda"))
-    yield Case("panda", panda, panda.neutral() + 0.1, 1.0)  # it falls in chaos soon after
+TABLES = ("growth", "ensemble", "energy")
+FAST = bool(find_spec("heyoka"))
 
 
 def mecanique(case: Case) -> Iterator[Level]:
-    """The package itself: what method "auto" does when it is called again, and with heyoka."""
-    methods = ["dop853"]
-    if case.mechanism.nv <= 5:
-        methods += ["closed_form", "taylor"] if find_spec("heyoka") else ["closed_form"]
+    """The package itself, by its methods."""
+    methods = ["closed_form", "dop853"] if case.mechanism.nv <= SMALL else ["dop853"]
+    if FAST and case.mechanism.nv <= 8:
+        methods.append("taylor")
     for method in methods:
         for rtol in TOLERANCES:
-            begin = perf_counter()
-            mechanism = case.mechanism.replace()
-            reference = mq.Reference(mechanism)
-
-            def run(
-                mechanism: mq.Mechanism = mechanism,
-                reference: Any = reference,
-                rtol: float = rtol,
-                method: str = method,
-            ) -> np.ndarray:
-                motion = mq.simulate(
-                    mechanism, q=case.q, duration=case.span, rtol=rtol, method=method, samples=2, reference=reference
-                )
-                return np.concatenate([motion.q[-1], motion.v[-1]])
-
-            mq.simulate(mechanism, q=case.q, duration=1e-3, rtol=rtol, method=method, samples=2, reference=reference)
-            build = perf_counter() - begin
-            yield Level(f"mecanique {method}", f"{rtol:.0e}", build, run)
+            yield Level(f"mecanique {method}", f"{rtol:.0e}", *built(case, method, rtol))
 
 
-def pinocchio(case: Case) -> Iterator[Level]:
-    """Pinocchio's aba in SciPy's compiled dop853: the bare combination."""
-    import pinocchio as pin
-
-    begin = perf_counter()
-    # a hinge without limits has two coordinates in Pinocchio, one with limits has its angle
-    limits = '<limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/></joint>'
-    text = re.sub(
-        r'type="continuous"(.*?)</joint>', rf'type="revolute"\1{limits}', mq.write_urdf(case.mechanism), flags=re.DOTALL
-    )
-    model = pin.buildModelFromXML(text)
-    model.gravity.linear = np.array([case.mechanism.evaluate(g) for g in case.mechanism.gravity])
-    if model.nq != case.mechanism.nq:
-        return  # joints that follow others are independent in Pinocchio's own reader
-    data, tau, nv, aba = model.createData(), np.zeros(model.nv), model.nv, pin.aba
-    build = perf_counter() - begin
-
-    def rhs(t: float, y: np.ndarray) -> np.ndarray:
-        out: np.ndarray = np.empty(2 * nv)
-        out[:nv] = y[nv:]
-        out[nv:] = aba(model, data, y[:nv], y[nv:], tau)
-        return out
-
-    yield from _dop853("pin.aba + dop853", rhs, case, build)
-
-
-def sympy(case: Case) -> Iterator[Level]:
-    """SymPy's Lagrange's method, its equations as `math` code in SciPy's dop853."""
-    if case.mechanism.nv > 2:
-        return
-    import sympy as sp
-    from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
-
-    begin = perf_counter()
-    n, t = case.mechanism.nv, dynamicsymbols._t
-    q = dynamicsymbols(f"q:{n}")
-    qd = [x.diff(t) for x in q]
-    L, x, z, angle = sp.Integer(0), sp.Integer(0), sp.Integer(0), sp.Integer(0)
-    rods = q
-    if case.name == "cart_pole":
-        x, rods = q[0], q[1:]
-        L = qd[0] ** 2
-    g = sp.Float(9.81)
-    for k in rods:
-        angle = angle + k
-        cx, cz = x + sp.sin(angle) / 2, z - sp.cos(angle) / 2
-        L += (cx.diff(t) ** 2 + cz.diff(t) ** 2) / 2 + angle.diff(t) ** 2 / 24 - g * cz
-        x, z = x + sp.sin(angle), z - sp.cos(angle)
-    method = LagrangesMethod(sp.trigsimp(sp.expand(L)), q)
-    method.form_lagranges_equations()
-    M, f = sp.simplify(method.mass_matrix), sp.simplify(method.forcing)
-    names = sp.symbols(f"a:{2 * n}")
-    both = {**dict(zip(qd, names[n:], strict=True)), **dict(zip(q, names[:n], strict=True))}
-    a = sp.simplify(M.LUsolve(f)).subs(both)
-    code = sp.lambdify(names, list(a), modules="math", cse=True)
-    build = perf_counter() - begin
-
-    def rhs(t: float, y: np.ndarray) -> list[float]:
-        values = y.tolist()
-        return [*values[n:], *code(*values)]
-
-    yield from _dop853("sympy math + dop853", rhs, case, build)
-
-
-def _dop853(name: str, rhs: Callable[[float, np.ndarray], Any], case: Case, build: float) -> Iterator[Level]:
-    start = np.concatenate([case.q, np.zeros(len(case.q))])
-    for rtol in TOLERANCES:
-
-        def run(rtol: float = rtol) -> np.ndarray:
-            solver = ode(rhs).set_integrator("dop853", rtol=rtol, atol=rtol, nsteps=10**6)
-            result: np.ndarray = solver.set_initial_value(start, 0.0).integrate(case.span)
-            return result
-
-        yield Level(name, f"{rtol:.0e}", build, run)
-
-
-def pydy(case: Case) -> Iterator[Level]:
-    """PyDy's lambdified right-hand side in SciPy's odeint, as its System does."""
-    if case.mechanism.nv > 5 or case.name == "cart_pole":
-        return
-    import sympy as sp
-    from pydy.codegen.ode_function_generators import LambdifyODEFunctionGenerator
-    from scipy.integrate import odeint
-    from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
-
-    begin = perf_counter()
-    n = case.mechanism.nv
-    q, u = dynamicsymbols(f"q:{n}"), dynamicsymbols(f"u:{n}")
-    t, g = dynamicsymbols._t, sp.Symbol("g")
-    N, pin = ReferenceFrame("N"), Point("O")
-    pin.set_vel(N, 0)
-    frame, joint, bodies, loads = N, pin, [], []
-    for k in range(n):
-        turned = frame.orientnew(f"F{k}", "Axis", (q[k], -N.y))
-        turned.set_ang_vel(frame, -u[k] * N.y)
-        center = joint.locatenew(f"C{k}", -turned.z / 2)
-        center.v2pt_theory(joint, N, turned)
-        tip = joint.locatenew(f"P{k}", -turned.z)
-        tip.v2pt_theory(joint, N, turned)
-        bodies.append(RigidBody(f"B{k}", center, turned, 1.0, (inertia(turned, 0, sp.Rational(1, 12), 0), center)))
-        loads.append((center, -g * N.z))
-        frame, joint = turned, tip
-    kane = KanesMethod(N, q_ind=q, u_ind=u, kd_eqs=[x.diff(t) - y for x, y in zip(q, u, strict=True)])
-    kane.kanes_equations(bodies, loads)
-    generator = LambdifyODEFunctionGenerator(
-        kane.forcing_full, q, u, [g], mass_matrix=kane.mass_matrix_full, linear_sys_solver="numpy"
-    )
-    rhs = generator.generate()
-    build = perf_counter() - begin
-    start = np.concatenate([case.q, np.zeros(n)])
-    for rtol in TOLERANCES:
-
-        def run(rtol: float = rtol) -> np.ndarray:
-            found: np.ndarray = odeint(
-                rhs, start, [0.0, case.span], rtol=rtol, atol=rtol, mxstep=10**6, args=({g: 9.81},)
-            )
-            end: np.ndarray = found[-1]
-            return end
-
-        yield Level("PyDy lambdify + odeint", f"{rtol:.0e}", build, run)
-
-
-def mujoco(case: Case) -> Iterator[Level]:
-    """MuJoCo's fixed-step RK4."""
-    import mujoco as mj
-
-    if case.name == "panda":
-        return
-    begin = perf_counter()
-    spec = _mjcf(case)
-    build0 = perf_counter() - begin
-    for step in (1e-3, 5e-4, 2.5e-4, 1.25e-4):
-        begin = perf_counter()
-        model = mj.MjModel.from_xml_string(spec.format(step=step))
-        data = mj.MjData(model)
-        build = build0 + perf_counter() - begin
-        count = round(case.span / step)
-
-        def run(model: Any = model, data: Any = data, count: int = count) -> np.ndarray:
-            mj.mj_resetData(model, data)
-            data.qpos[:] = case.q
-            mj.mj_step(model, data, count)
-            return np.concatenate([data.qpos, data.qvel])
-
-        yield Level("MuJoCo RK4", f"{step:.2e} s", build, run)
-
-
-def _mjcf(case: Case) -> str:
-    """The planar chains in MuJoCo's own format."""
-    rods = case.mechanism.nv - (case.name == "cart_pole")
-    inertia = f'<inertial pos="0 0 -.5" mass="1" diaginertia="{1 / 12:.17g} {1 / 12:.17g} 1e-9"/>'
-    text = ""
-    for k in range(rods, 0, -1):
-        place = "0 0 0" if k == 1 else "0 0 -1"
-        text = f'<body pos="{place}"><joint type="hinge" axis="0 -1 0"/>{inertia}{text}</body>'
-    if case.name == "cart_pole":
-        cart = '<inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/><joint type="slide" axis="1 0 0"/>'
-        text = f"<body>{cart}{text}</body>"
-    return (
-        '<mujoco><option timestep="{step}" integrator="RK4" gravity="0 0 -9.81"><flag contact="disable"/></option>'
-        f"<worldbody>{text}</worldbody></mujoco>"
-    )
-
-
-def exudyn(case: Case) -> Iterator[Level]:
-    """Exudyn's kinematic tree with its explicit Runge-Kutta of order 7, at fixed steps."""
-    if case.name == "panda":
-        return
-    import exudyn as exu
-    from exudyn import itemInterface
-
-    n = case.mechanism.nv
-    for rtol in TOLERANCES:
-        begin = perf_counter()
-        system = exu.SystemContainer()
-        mbs = system.AddSystem()
-        rods = n - (case.name == "cart_pole")
-        node = mbs.AddNode(
-            itemInterface.NodeGenericODE2(
-                referenceCoordinates=[0.0] * n,
-                initialCoordinates=case.q.tolist(),
-                initialCoordinates_t=[0.0] * n,
-                numberOfODE2Coordinates=n,
-            )
-        )
-        hinge = exu.JointType.RevoluteY
-        types, masses, coms, inertias, places = [], [], exu.Vector3DList(), exu.Matrix3DList(), exu.Vector3DList()
-        turns = exu.Matrix3DList()
-        if case.name == "cart_pole":
-            types.append(exu.JointType.PrismaticX)
-            masses.append(2.0)
-            coms.Append([0, 0, 0])
-            inertias.Append(np.eye(3))
-            places.Append([0, 0, 0])
-            turns.Append(np.eye(3))
-        flip = np.diag([-1.0, -1.0, 1.0])  # turns about −y
-        for k in range(rods):
-            types.append(hinge)
-            masses.append(1.0)
-            coms.Append([0, 0, -0.5])
-            J = np.diag([1 / 12 + 0.25, 1 / 12 + 0.25, 0.0])
-            inertias.Append(J)
-            places.Append([0, 0, 0] if k == 0 else [0, 0, -1])
-            turns.Append(flip if k == 0 else np.eye(3))
-        mbs.AddObject(
-            itemInterface.ObjectKinematicTree(
-                nodeNumber=node,
-                jointTypes=types,
-                linkParents=list(range(-1, n - 1)),
-                jointTransformations=turns,
-                jointOffsets=places,
-                linkInertiasCOM=_about_center(inertias, masses, coms),
-                linkCOMs=coms,
-                linkMasses=masses,
-                baseOffset=[0, 0, 0],
-                gravity=[0, 0, -9.81],
-            )
-        )
-        mbs.Assemble()
-        settings = exu.SimulationSettings()
-        settings.timeIntegration.endTime = case.span
-        settings.timeIntegration.numberOfSteps = _exudyn_steps(rtol)
-        settings.solution.file.write = False
-        settings.timeIntegration.verboseMode = 0
-        settings.show.statistics = False
-        build = perf_counter() - begin
-        initial = np.concatenate([case.q, np.zeros(n)])
-
-        def run(mbs: Any = mbs, settings: Any = settings, initial: np.ndarray = initial) -> np.ndarray:
-            mbs.systemData.SetODE2Coordinates(initial[:n], exu.ConfigurationType.Initial)
-            mbs.systemData.SetODE2Coordinates_t(initial[n:], exu.ConfigurationType.Initial)
-            mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.RK67)
-            data = mbs.systemData
-            return np.concatenate([data.GetODE2Coordinates(), data.GetODE2Coordinates_t()])
-
-        yield Level("Exudyn RK67", f"{_exudyn_steps(rtol)} steps", build, run)
-
-
-def _exudyn_steps(rtol: float) -> int:
-    """RK67 of Exudyn has fixed steps: a ladder of them."""
-    return int(400 * 1.7 ** TOLERANCES.index(rtol))
-
-
-def _about_center(inertias: Any, masses: list[float], coms: Any) -> Any:
-    """Inertias about the centers of mass."""
-    import exudyn as exu
-
-    found = exu.Matrix3DList()
-    for k, m in enumerate(masses):
-        J, c = np.array(inertias[k]), np.array(coms[k])
-        found.Append(J - m * (c @ c * np.eye(3) - np.outer(c, c)))
-    return found
-
-
-def drake(case: Case) -> Iterator[Level]:
-    """Drake's Runge-Kutta of order 3 with error control."""
-    if case.name == "panda":
-        return
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import MultibodyPlant
-    from pydrake.systems.analysis import Simulator
-
-    for accuracy in (1e-8, 1e-10, 1e-12):
-        begin = perf_counter()
-        plant = MultibodyPlant(0.0)
-        Parser(plant).AddModelsFromString(mq.write_urdf(case.mechanism), "urdf")
-        plant.mutable_gravity_field().set_gravity_vector([0, 0, -9.81])
-        plant.Finalize()
-        simulator = Simulator(plant)
-        simulator.get_mutable_integrator().set_target_accuracy(accuracy)
-        simulator.get_mutable_integrator().set_maximum_step_size(0.1)
-        build = perf_counter() - begin
-
-        def run(plant: Any = plant, simulator: Any = simulator) -> np.ndarray:
-            context = simulator.get_mutable_context()
-            context.SetTime(0.0)
-            plant.SetPositions(context, case.q)
-            plant.SetVelocities(context, np.zeros(len(case.q)))
-            simulator.Initialize()
-            simulator.AdvanceTo(case.span)
-            return np.concatenate([plant.GetPositions(context), plant.GetVelocities(context)])
-
-        yield Level("Drake RK3", f"{accuracy:.0e}", build, run)
-
-
-ENGINES: dict[str, tuple[str, Callable[[Case], Iterator[Level]]]] = {
-    "mecanique": ("mecanique", mecanique),
-    "Pinocchio + SciPy": ("pinocchio", pinocchio),
-    "SymPy + SciPy": ("sympy", sympy),
-    "PyDy": ("pydy", pydy),
-    "MuJoCo": ("mujoco", mujoco),
-    "Exudyn": ("exudyn", exudyn),
-    "Drake": ("pydrake", drake),
-}
-
-
-def exact(case: Case) -> np.ndarray:
-    """The final state, as exactly as it can be had."""
-    start = np.concatenate([case.q, np.zeros(len(case.q))])
-    if find_spec("heyoka") and case.mechanism.nv <= 5:
+def built(case: Case, method: str, rtol: float) -> tuple[float, Callable[[], np.ndarray]]:
+    """The time to build from nothing [s], and the run."""
+    if method == "taylor":
         import heyoka
 
-        from mecanique.motion.program import program_of
-        from mecanique.motion.taylor import system
+        heyoka.llvm_state.clear_memcache()
+    begin = process_time()
+    mechanism = case.mechanism.replace()
+    again = partial(mq.simulate, mechanism, q=case.q, rtol=rtol, method=method, reference=mq.Reference(mechanism))
+    again(duration=1e-3, samples=2)
+    build = process_time() - begin
 
-        machine = heyoka.taylor_adaptive(
-            system(program_of(case.mechanism), heyoka),
-            start.astype(np.longdouble),
-            fp_type=np.longdouble,
-            compact_mode=True,
-        )
-        machine.propagate_until(np.longdouble(case.span))
-        return np.asarray(machine.state, dtype=float)
-    solver = ode(mq.Reference(case.mechanism).rhs()).set_integrator("dop853", rtol=1e-15, atol=1e-15, nsteps=10**6)
-    result: np.ndarray = solver.set_initial_value(start, 0.0).integrate(case.span)
-    return result
+    def run() -> np.ndarray:
+        motion = again(duration=case.span, samples=2)
+        return np.concatenate([motion.q[-1], motion.v[-1]])
+
+    return build, run
+
+
+def accurate(case: Case, goal: np.ndarray) -> dict[str, tuple[float, Level]]:
+    """Of each engine the first level that is accurate enough, with its error; the most accurate if none is."""
+    best: dict[str, tuple[float, Level]] = {}
+    for title, (module, engine) in {"mecanique": ("mecanique", mecanique), **SCIPY, **PEERS}.items():
+        if not find_spec(module):
+            continue
+        try:
+            for level in engine(case):
+                if level.engine in best and best[level.engine][0] <= ERROR:
+                    continue
+                error = float(np.abs(level.run() - goal).max())
+                if error < best.get(level.engine, (np.inf, level))[0]:
+                    best[level.engine] = error, level
+        except Exception as trouble:  # a peer's failure is told, and must not end the comparison
+            print(f"{title:<26}failed: {type(trouble).__name__}: {str(trouble)[:150]}")
+    return best
+
+
+def in_turns(runs: Sequence[Callable[[], object]]) -> np.ndarray:
+    """Times of one call each [s], shape (turns, runs)."""
+    once = [seconds(run) for run in runs]
+    rows = [
+        # what takes a second is measured well enough by one run
+        [took if took > 1 else seconds(run, 1 + int(AT_ONCE / took)) for run, took in zip(runs, once, strict=True)]
+        for _ in range(TURNS)
+    ]
+    return np.array(rows)
 
 
 def seconds(run: Callable[[], object], repeats: int = 1) -> float:
-    """Time of one call, over some calls in a row."""
-    begin = perf_counter()
+    """Processor time of one call, over some calls in a row."""
+    begin = process_time()
     for _ in range(repeats):
         run()
-    return (perf_counter() - begin) / repeats
+    return (process_time() - begin) / repeats
+
+
+def compare(case: Case) -> None:
+    """Print the table of one system."""
+    print(f"\n{case.name}\n{'engine':<26}{'level':>12}{'time [ms]':>12}{'error':>10}{'build [ms]':>12}{'ratio':>10}")
+    best = accurate(case, exact(case))
+    reached = [name for name, (error, _) in best.items() if error <= ERROR]
+    times = in_turns([best[name][1].run for name in reached])
+    for k, name in enumerate(reached):
+        error, level = best[name]
+        to_first, middle = np.median(times[:, k] / times[:, 0]), np.median(times[:, k]) * 1e3
+        print(f"{name:<26}{level.level:>12}{middle:>12.3f}{error:>10.1e}{level.build * 1e3:>12.1f}{to_first:>10.3f}")
+    for name, (error, level) in best.items():
+        if name not in reached:
+            print(f"{name:<26}{level.level:>12}{'not reached':>12}{error:>10.1e}{level.build * 1e3:>12.1f}")
+
+    def ratio(one: str, other: str) -> str:
+        k, j = reached.index(one), reached.index(other)
+        return f"{np.median(times[:, k] / times[:, j]):.3g}"
+
+    default, fast = reached[0], "mecanique taylor"
+    bare = [name for name in reached if " + dop853" in name or (" + odeint" in name and "PyDy" not in name)]
+    others = [name for name in reached if not name.startswith("mecanique") and name not in bare]
+    if bare:
+        first = min(bare, key=lambda name: float(np.median(times[:, reached.index(name)])))
+        print(f"default path over the best bare combination ({first}): {ratio(default, first)}")
+    for name in others:
+        line = f"default path over {name}: {ratio(default, name)}"
+        if fast in reached:
+            line += f"; {name} over taylor: {ratio(name, fast)}"
+        print(line)
+    if fast in reached and "MuJoCo RK4" in reached:
+        both = [best[n][1].build + float(np.median(times[:, reached.index(n)])) for n in (fast, "MuJoCo RK4")]
+        print(f"build and one run: taylor {both[0] * 1e3:.1f} ms, MuJoCo {both[1] * 1e3:.1f} ms")
+
+
+def growth() -> None:
+    """Print what 10 s of chains of n rods cost, and the exponents of n."""
+    print(f"\ngrowth with the length of a chain, 10 s at rtol 1e-10\n{'n':>4}{'default [ms]':>14}{'steps':>8}", end="")
+    print(f"{'µs a step':>11}{'fast [ms]':>12}{'steps':>8}{'µs a step':>11}{'build [ms]':>12}")
+    rows: list[tuple[float, ...]] = []
+    for n in (1, 2, 3, 4, 5, 6, 8, 12, 20, 40):
+        mechanism = chain(n)
+        case, reference = Case("chain", mechanism, np.full(n, 0.4 / n)), mq.Reference(mechanism)
+        build, run = built(case, "taylor", 1e-10) if FAST and n <= 8 else (np.nan, None)
+
+        def default(
+            mechanism: mq.Mechanism = mechanism, q: np.ndarray = case.q, engine: object = reference
+        ) -> mq.Motion:
+            return mq.simulate(mechanism, q=q, rtol=1e-10, method="dop853", samples=2, reference=engine)
+
+        times = np.median(in_turns([default] if run is None else [default, run]), axis=0)
+        steps = default().statistics.steps
+        quick = np.nan if run is None else times[1]
+        fewer = np.nan
+        if run is not None:
+            fewer = mq.simulate(mechanism, q=case.q, rtol=1e-10, method="taylor", samples=2).statistics.steps
+        rows.append((n, times[0], steps, times[0] / steps, quick, fewer, quick / fewer, build))
+        print(f"{n:>4}{times[0] * 1e3:>14.2f}{steps:>8}{times[0] / steps * 1e6:>11.1f}", end="")
+        if run is not None:
+            print(f"{quick * 1e3:>12.3f}{fewer:>8}{quick / fewer * 1e6:>11.2f}{build * 1e3:>12.1f}", end="")
+        print(flush=True)
+    table = np.array(rows)
+    parts = {"1…8": table[:, 0] <= 8, "5…40": table[:, 0] >= 5}
+    for name, column, part in (
+        ("default", 1, "1…8"),
+        ("default", 1, "5…40"),
+        ("default, a step", 3, "1…8"),
+        ("default, a step", 3, "5…40"),
+        ("fast", 4, "1…8"),
+        ("fast, a step", 6, "1…8"),
+        ("fast, build", 7, "1…8"),
+    ):
+        some = table[parts[part]]
+        if np.isfinite(some[:, column]).all():
+            print(f"exponent of n for n = {part}, {name}: {exponent(some[:, 0], some[:, column]):.2f}")
+
+
+def ensemble() -> None:
+    """Print what many double pendulums cost, and the exponents of their number."""
+    print("\ngrowth with the number of runs, double pendulums, 10 s at rtol 3e-8")
+    methods = ["batch", "taylor"] if FAST else ["batch"]
+    print(f"{'runs':>8}" + "".join(f"{method + ' [s]':>14}" for method in methods))
+    mechanism, random, rows = chain(2), np.random.default_rng(0), []
+    for count in (10, 100, 1000, 10_000, 40_000):
+        q = random.uniform(-0.8, 0.8, (count, 2))
+        for method in methods:
+            mq.simulate_many(mechanism, q[:1], duration=0.01, rtol=3e-8, method=method)
+        times = [
+            np.median([seconds(partial(mq.simulate_many, mechanism, q, rtol=3e-8, method=m)) for _ in range(3)])
+            for m in methods
+        ]
+        rows.append((count, *times))
+        print(f"{count:>8}" + "".join(f"{took:>14.3f}" for took in times), flush=True)
+    table = np.array(rows)
+    for k, method in enumerate(methods, 1):
+        print(f"exponent of the number of runs, {method}: {exponent(table[:, 0], table[:, k]):.2f}", end="")
+        print(f"; from 1000 on: {exponent(table[2:, 0], table[2:, k]):.2f}")
+
+
+def exponent(x: np.ndarray, y: np.ndarray) -> float:
+    """Slope of a straight line through logarithms."""
+    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
+
+
+def energy() -> None:
+    """Print how the energy of the pendulum drifts over 1,000 s, and what that costs."""
+    print("\nthe pendulum over 1,000 s: relative drift of its energy at all samples and steps")
+    print(f"{'method':<14}{'rtol':>8}{'drift':>10}{'steps':>8}{'evaluations':>13}{'time [s]':>10}")
+    for method in ("dop853", "closed_form", "taylor") if FAST else ("dop853", "closed_form"):
+        for rtol in (1e-8, 1e-10, 1e-12):
+            motion = mq.simulate(chain(1), q=[2.0], duration=1000.0, rtol=rtol, method=method)
+            total = np.concatenate([motion.energy().total, motion.energy(motion.curve.t).total])
+            drift, s = np.abs(total / total[0] - 1).max(), motion.statistics
+            print(
+                f"{method:<14}{rtol:>8.0e}{drift:>10.1e}{s.steps:>8}{s.evaluations:>13}{s.seconds:>10.2f}", flush=True
+            )
 
 
 def main(wanted: list[str]) -> None:
-    """Print a table for each system."""
-    missing = [title for title, (module, _) in ENGINES.items() if not find_spec(module)]
-    print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}; at error ≤ {ERROR:g}")
-    if missing:
-        print(f"left out, not installed: {', '.join(missing)}")
+    """Print the tables."""
+    unknown = set(wanted) - {case.name for case in cases()} - set(TABLES)
+    if unknown:
+        sys.exit(f"expected systems or tables ({', '.join([*(c.name for c in cases()), *TABLES])}), got {unknown}")
+    begin = perf_counter()
+    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} processors, {versions()}; error ≤ {ERROR:g}")
+    engines = {**SCIPY, **PEERS, "heyoka": ("heyoka", None)}
+    for title in [title for title, (module, _) in engines.items() if not find_spec(module)]:
+        print(f"left out, not installed: {title}")
     for case in cases():
-        if wanted and case.name not in wanted:
+        if not wanted or case.name in wanted:
+            compare(case)
+    for table in (growth, ensemble, energy):
+        if not wanted or table.__name__ in wanted:
+            table()
+    print(f"\n{perf_counter() - begin:.0f} s in all")
+
+
+def versions() -> str:
+    """Versions of Python and of what is compared."""
+    found = [f"Python {platform.python_version()}"]
+    for name in ("mecanique", "numpy", "scipy", "sympy", "pin", "heyoka", "pydy", "mujoco", "exudyn", "drake"):
+        try:
+            found.append(f"{name} {version(name)}")
+        except PackageNotFoundError:
             continue
-        goal = exact(case)
-        print(
-            f"\n{case.name}\n{'engine':<26}{'level':>12}{'time [ms]':>12}{'error':>10}{'build [ms]':>12}{'ratio':>10}",
-            flush=True,
-        )
-        best: dict[str, tuple[float, Level]] = {}
-        for title, (_, engine) in ENGINES.items():
-            if title in missing:
-                continue
-            try:
-                for level in engine(case):
-                    if level.engine in best and best[level.engine][0] <= ERROR:
-                        continue  # the first level that is accurate enough is the fastest
-                    error = float(np.abs(level.run() - goal).max())
-                    if error < best.get(level.engine, (np.inf, level))[0]:
-                        best[level.engine] = error, level
-            except Exception as trouble:  # a peer's failure is told, and must not end the comparison
-                print(f"{title:<26}failed: {type(trouble).__name__}: {str(trouble)[:150]}")
-        reached = [name for name, (error, _) in best.items() if error <= ERROR]
-        once = [seconds(best[name][1].run) for name in reached]
-        # what takes a second is measured well enough by one run; short runs are repeated, so that all are warm
-        rounds = [
-            [
-                seconds(best[name][1].run, 1 + int(0.02 / took)) if took < 1 else took
-                for name, took in zip(reached, once, strict=True)
-            ]
-            for _ in range(TURNS)
-        ]
-        times = np.array(rounds)
-        for k, name in enumerate(reached):
-            error, level = best[name]
-            ratio = np.median(times[:, k] / times[:, 0])
-            print(
-                f"{name:<26}{level.level:>12}{np.median(times[:, k]) * 1e3:>12.3f}{error:>10.1e}"
-                f"{level.build * 1e3:>12.1f}{ratio:>10.3f}",
-                flush=True,
-            )
-        for name, (error, level) in best.items():
-            if name not in reached:
-                print(f"{name:<26}{level.level:>12}{'not reached':>12}{error:>10.1e}{level.build * 1e3:>12.1f}")
+    return ", ".join(found)
 
 
 if __name__ == "__main__":
