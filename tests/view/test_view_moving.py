@@ -185,7 +185,7 @@ def test_what_goes_wrong_is_told_in_words_and_the_server_stays() -> None:
     ):
         seen.until(lambda watcher: bool(watcher.notes.get("warning")))
         assert seen.notes["warning"].startswith("The motion stops here: ")
-        assert "the record ends here" in seen.notes["warning"]
+        assert seen.notes["warning"].endswith("the record ends here")
         assert 2.4 < seen.times[-1] <= 2.6
         assert live.viewers == 1
         seen.ask(do="reset")

@@ -23,6 +23,9 @@ __all__ = ["Moving", "Recorded"]
 MOST_AHEAD = 8
 """With more velocities than this a live view starts with a short stretch: a long one would let one wait."""
 
+_FOR_PROGRAMS = "; the motion until then is in the error's .motion"
+"""What an error says at its end to whoever catches it; a page shows that motion."""
+
 
 @final
 class Moving:
@@ -65,7 +68,7 @@ class Moving:
                 yield from (shown.frame(k) for k in range(1, len(shown.t)))
         except MecaniqueError as error:
             # a reset or the next change starts anew
-            live.warn(f"The motion stops here: {error}")
+            live.warn(f"The motion stops here: {str(error).removesuffix(_FOR_PROGRAMS)}")
 
     def _start(self, mechanism: Mechanism, q: Any, v: Any) -> Any:
         from mecanique.motion import simulate

@@ -114,6 +114,7 @@ async function start() {
   };
   let shown = null;
   let drawn = 0;
+  let behind = false;
   let last = 0;
   const frame = (now) => {
     requestAnimationFrame(frame);
@@ -138,8 +139,10 @@ async function start() {
     if (stale) show();
     stale = false;
     transport.show();
-    if (!recorded && came && now - drawn > 120) {
+    behind ||= came;
+    if (!recorded && behind && now - drawn > 120) {
       drawn = now;
+      behind = false;
       plots.draw();
     } else if (recorded) plots.follow();
     const moved = stage.viewer.needs_render;
