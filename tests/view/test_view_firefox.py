@@ -14,8 +14,13 @@ from PIL import Image
 from view_firefox import Firefox, firefox, missing
 from view_scenes import about_y, pendulum, swing
 
+from mecanique.motion import simulate
+from mecanique.urdf import read_urdf
+from mecanique.urdf.robots import robot
+from mecanique.view.live import LiveView
 from mecanique.view.page import write_page
 from mecanique.view.scene import Scene
+from mecanique.view.staging import scene_of
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +35,7 @@ def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
 
 def opened(fox: Firefox, scene: Scene, folder: Path) -> Firefox:
     path = write_page(scene, folder / "page.html")
-    fox.open(path)
+    fox.open(path.as_uri())
     return fox
 
 
@@ -43,7 +48,7 @@ def test_requests_and_complaints_would_be_noticed(fox: Firefox, tmp_path: Path) 
     bad = tmp_path / "bad.html"
     image = "http://127.0.0.1:49999/a.png"
     bad.write_text(f"<body class=ready><p id=notice hidden></p><img src='{image}'><script>nothing()</script>")
-    fox.open(bad)
+    fox.open(bad.as_uri())
     assert fox.requests() == [image]
     assert fox.complaints() == ["ReferenceError: nothing is not defined"]
 
@@ -99,6 +104,32 @@ def test_every_tab_shows_its_panel_and_equations_are_set(fox: Firefox, tmp_path:
     )
     assert min(fractions) > -1
     clean(fox)
+
+
+def test_a_robot_s_meshes_are_unpacked(fox: Firefox, tmp_path: Path) -> None:
+    scene = scene_of(simulate(read_urdf(robot("panda")), duration=0.2))
+    opened(fox, scene, tmp_path)
+    triangles = fox.js(
+        """(() => { let sum = 0; for (const node of mecanique.stage.nodes) node.traverse(({ geometry }) => {
+        if (geometry && !geometry.index) sum += geometry.attributes.position.count / 3; }); return sum; })()"""
+    )
+    assert triangles > 130_000
+    clean(fox)
+
+
+def test_a_live_view_streams(fox: Firefox) -> None:
+    scene = pendulum()
+    with LiveView(scene) as view:
+        fox.open(view.url)
+        fox.js("new Promise(done => setTimeout(done, 300))")
+        view.send(scene.frame(60))
+        time = fox.js(
+            """(async () => { while (mecanique.clock.time < 0.9) await new Promise(done => setTimeout(done, 20));
+            return mecanique.clock.time; })()"""
+        )
+        assert time == 1.0
+        assert [url.rpartition("/")[2] for url in fox.requests()] == ["", "ws"]
+        assert fox.complaints() == []
 
 
 def test_a_narrow_screen_has_no_sideways_scroll(fox: Firefox, tmp_path: Path) -> None:

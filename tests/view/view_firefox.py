@@ -71,10 +71,10 @@ class Firefox:
                 return dict(message["result"])
         raise AssertionError(f"{method}: Firefox closed its socket")
 
-    def open(self, path: Path) -> None:
-        """Open a file as a double click does, and wait until it is ready or says why not."""
+    def open(self, address: str) -> None:
+        """Open a page, and wait until it is ready or says why not."""
         self._events.clear()
-        self.call("browsingContext.navigate", context=self._tab, url=path.as_uri(), wait="complete")
+        self.call("browsingContext.navigate", context=self._tab, url=address, wait="complete")
         notice = self.js(
             """(async () => { const notice = document.getElementById('notice');
             while (!document.body.classList.contains('ready') && notice.hidden)
