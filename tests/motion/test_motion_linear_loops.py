@@ -7,6 +7,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion import equilibria, linearize
+from mecanique.reference.assembly import closed_velocity
 
 
 def test_the_closed_bars_and_springs_have_the_equation_of_example_1_2() -> None:
@@ -62,10 +63,39 @@ def test_both_equilibria_of_the_swing_are_found() -> None:
     assert [e.stable for e in found] == [True, False]
 
 
-def test_about_no_equilibrium_the_loops_are_refused() -> None:
-    swing = four_bar()
-    with pytest.raises(mq.InputError, match="expected an equilibrium of 'swing', which has loops"):
-        linearize(swing, at={"a": 0.4, "b": 0.4, "c": -0.4})
+def test_a_swing_in_motion_is_linearized_as_its_pendulum() -> None:
+    small = linearize(four_bar(), at={"a": 0.4, "b": 0.4, "c": -0.4}, v={"a": 1.2})
+    assert not small.at_equilibrium
+    np.testing.assert_allclose(small.v, [1.2, 1.2, -1.2], atol=1e-12)
+    assert small.K[0, 0] / small.M[0, 0] == pytest.approx(9.81 * np.cos(0.4), rel=1e-9)
+    assert small.C[0, 0] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_linkage_in_motion_deviates_as_neighboring_motions_do() -> None:
+    """M δa + C δv + K δq = 0: accelerations on the loops next to the state, by differences of their own."""
+    mechanism = mq.textbook.load("four_bar_linkage")
+    reference = mq.Reference(mechanism)
+    assert reference.closed is not None
+    start = mq.assemble(mechanism, {"phi": 1.1})
+    small = linearize(mechanism, at=start, v={"phi": 2.0})
+    independent = int(np.flatnonzero(small.tangent[:, 0] == 1.0)[0])
+    name = mechanism.coordinates.names[independent]
+
+    def acceleration(by: float, faster: float) -> float:
+        q = mq.assemble(
+            mechanism,
+            dict(zip(mechanism.coordinates, start, strict=True)) | {name: start[independent] + by},
+            keep=[name],
+        )
+        held = np.arange(mechanism.nv) == independent
+        v = closed_velocity(reference.closed, q, np.where(held, small.v + faster, 0.0), 0.0, held)  # type: ignore[arg-type]  # has loops
+        return float(reference.acceleration(q, v)[independent])
+
+    h = 1e-4
+    stiff = -(acceleration(h, 0.0) - acceleration(-h, 0.0)) / (2 * h)
+    damped = -(acceleration(0.0, h) - acceleration(0.0, -h)) / (2 * h)
+    assert small.K[0, 0] / small.M[0, 0] == pytest.approx(stiff, rel=1e-6)
+    assert small.C[0, 0] / small.M[0, 0] == pytest.approx(damped, rel=1e-6)
 
 
 def test_a_mode_in_motion_keeps_its_loops_closed() -> None:

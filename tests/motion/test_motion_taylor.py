@@ -116,7 +116,11 @@ def test_what_stops_a_compiled_motion_is_said_and_what_is_done_is_kept() -> None
     [
         ("two_blocks", {}, "holds for one sign of the length of spring"),
         ("n_link_pendulum", {}, "expected at most 8 velocities for a closed form, got 9"),
-        ("rigid_bar_pendulum", {"events": [mq.Event("low", mq.coordinate("q"))]}, "watches for no events"),
+        (
+            "rigid_bar_pendulum",
+            {"events": [mq.Event("low", mq.coordinate("q"))]},
+            r"watches for no events, got 'low'; expected another method: 'closed_form', or 'auto'",
+        ),
     ],
 )
 def test_refusals(name: str, options: dict[str, Any], message: str) -> None:
@@ -205,3 +209,38 @@ def test_a_state_that_is_not_finite_ends_a_compiled_motion() -> None:
         mq.simulate(mechanism, q=[1.0], duration=5.0, method="taylor")
     assert info.value.time == pytest.approx(np.pi / np.sqrt(8), abs=1e-6)  # free fall to the center
     assert np.isfinite(info.value.motion.q).all()
+
+
+def driven(signal: Any) -> mq.Mechanism:
+    return mq.Mechanism(
+        "driven",
+        (mq.Body("ground"), mq.Body("block", mq.particle(1.0))),
+        (mq.Prismatic("rail", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(mq.JointForce("drive", "rail", mq.coordinate("F")),),
+        inputs=(mq.Input("F", signal),),
+    )
+
+
+@needs_heyoka
+@pytest.mark.parametrize("signal", [np.cos, mq.Record((0.0, 1.0, 2.0), (0.0, 1.0, 0.0))])
+def test_an_input_that_is_no_formula_is_refused_and_avoided(signal: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = driven(signal)
+    with pytest.raises(
+        mq.DerivationError, match="the input F is a function or a record; write it as an expression in t"
+    ):
+        mq.simulate(mechanism, duration=2.0, method="taylor")
+    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.plan.STEPS", 3)
+    motion = mq.simulate(mechanism, duration=2.0)
+    assert motion.method.startswith("dop853")
+    exact = 1 - np.cos(2.0) if signal is np.cos else 1.0
+    assert motion["x"][-1] == pytest.approx(exact, abs=1e-8)
+
+
+@needs_heyoka
+def test_auto_leaves_events_to_what_watches_for_them() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    mq.simulate(mechanism, q=[1.0], duration=0.1, method="taylor")
+    motion = mq.simulate(mechanism, q=[1.0], duration=3.0, events=[mq.Event("low", mq.coordinate("q"))])
+    assert not motion.method.startswith("taylor")
+    assert len(motion.events) == 3

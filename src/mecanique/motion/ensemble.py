@@ -77,6 +77,7 @@ def simulate_many(
         rtol: relative tolerance of each step, in 1e-14…1e-1.
         atol: absolute tolerance of each step; as rtol by default.
         method: "auto", or one of "batch" (numpy), "taylor" (heyoka, extra `fast`), "single" (each run by `simulate`).
+            "auto" takes "single" where there is no closed form, e.g. for mechanisms with loops or with limits.
         samples: number of samples, the start and the end among them, or their times [s], shape (m,).
         t0: time at the start [s].
         max_steps: most steps of a run.

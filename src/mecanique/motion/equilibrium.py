@@ -160,19 +160,18 @@ def _near_on_loops(mechanism: Mechanism, start: np.ndarray, t: float, reference:
         scale, size = 1.0, np.inf
         for _ in range(STEPS):
             held = Held(reference, q, t)
-            tangent, count = held.tangent, held.tangent.shape[1]
-            steps = np.vstack([np.zeros(count), np.eye(count) * h, np.eye(count) * -h])
-            many = rates.moved(np.repeat(q[None], len(steps), axis=0), steps @ tangent.T)
-            forces = np.array([reference.inverse_dynamics(one, still, still, t) for one in many])
-            along = held.without_loops(forces, many) @ tangent
-            slope = ((along[1 : count + 1] - along[count + 1 :]) / (2 * h)).T
+            none = np.zeros(held.tangent.shape[1])
+            steps = np.vstack([none, np.eye(len(none)) * h, np.eye(len(none)) * -h])
+            along = np.array([held.residual(held.near(step), none, none) for step in steps])
+            slope = ((along[1 : len(none) + 1] - along[len(none) + 1 :]) / (2 * h)).T
             size = float(np.abs(along[0]).max(initial=0.0))
-            scale = float(np.abs(slope).max(initial=0.0)) + float(np.abs(forces[0]).max(initial=0.0))
+            weight = reference.inverse_dynamics(q, still, still, t)
+            scale = float(np.abs(slope).max(initial=0.0)) + float(np.abs(weight).max(initial=0.0))
             step = -np.linalg.lstsq(slope, along[0], rcond=1e-10)[0]
             step *= min(1.0, 0.5 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
             if float(np.abs(step).max(initial=0.0)) < 1e-12:
                 break
-            q = closed_position(reference.closed, rates.moved(q, tangent @ step), t)
+            q = closed_position(reference.closed, rates.moved(q, held.tangent @ step), t)
     except MecaniqueError:  # e.g. loops that cannot be closed on the way
         return None
     return q if size <= 1e-9 * scale + 1e-14 else None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, final
+from typing import Any, TypeAlias, final
 
 import numpy as np
 
@@ -28,8 +28,9 @@ ACCURATE = 1e-11
 WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
 """Central differences of eighth order: weights of f(x + k h) − f(x − k h), k = 1…4 (Fornberg, 1988)."""
 
-RESTS = 1e-6
-"""Largest acceleration of a closed mechanism that counts as rest."""
+SWEEPS = 20
+CLOSED = 1e-14
+"""Loops this near to closed, in characteristic lengths or radians, are closed."""
 
 
 def linearize(
@@ -45,7 +46,7 @@ def linearize(
 
     M a + bias − forces is differentiated by central differences of eighth order; `error` says how well that worked.
     About a state in motion the accelerations are held at the state's own. A mechanism with loops is linearized in
-    independent deviations, about an equilibrium.
+    independent deviations, about the state on the loops next to the one given.
 
     Args:
         mechanism: what moves.
@@ -59,6 +60,7 @@ def linearize(
     Raises:
         InputError: if the state is not what is expected, or no equilibrium is found.
         UnknownNameError: if a coordinate or velocity does not exist.
+        ClosureError: if the loops cannot be closed.
     """
     t = finite(t, "the time t")
     described = mechanism
@@ -84,29 +86,18 @@ def linearize(
                 "linearize(mechanism, at={...}), or look for all with equilibria(mechanism)"
             )
     position, velocity = mechanism.position(at), mechanism.velocity(v)
-    rates = Rates.of(mechanism)
+    if mechanism.loops:
+        from mecanique.motion.closing import Closing
+
+        state, _ = Closing(mechanism, reference, ACCURATE).start(at, v, t)
+        position, velocity = state[: mechanism.nq], state[mechanism.nq :]
     acceleration = reference.acceleration(position, velocity, t)
     held = Held(reference, position, t) if mechanism.loops else None
-    if held is not None and (velocity.any() or np.abs(acceleration).max(initial=0.0) > RESTS):
-        raise InputError(
-            f"expected an equilibrium of {mechanism.name!r}, which has loops, got a state in motion; "
-            "look for one with equilibria(mechanism)"
-        )
     tangent = np.eye(mechanism.nv) if held is None else held.tangent
-
-    def by_position(step: np.ndarray) -> np.ndarray:
-        q = rates.moved(np.repeat(position[None], len(step), axis=0), step @ tangent.T)
-        many = np.repeat(velocity[None], len(step), axis=0)
-        residual: np.ndarray = reference.inverse_dynamics(q, many, np.repeat(acceleration[None], len(step), axis=0), t)
-        along: np.ndarray = (residual if held is None else held.without_loops(residual, q)) @ tangent
-        return along
-
-    def by_velocity(step: np.ndarray) -> np.ndarray:
-        many = np.repeat(position[None], len(step), axis=0)
-        a = np.repeat(acceleration[None], len(step), axis=0)
-        along: np.ndarray = reference.inverse_dynamics(many, velocity + step @ tangent.T, a, t) @ tangent
-        return along
-
+    if held is None:
+        by_position, by_velocity = _of_tree(reference, position, velocity, acceleration, t)
+    else:
+        by_position, by_velocity = _of_loops(held, position, velocity, acceleration)
     K, error_k = _slopes(by_position, tangent.shape[1])
     C, error_c = _slopes(by_velocity, tangent.shape[1])
     M = tangent.T @ reference.mass_matrix(position, t) @ tangent
@@ -117,9 +108,48 @@ def linearize(
     return Linearization(described, position, velocity, t, M, C, K, error, acceleration, tangent)
 
 
+_Function: TypeAlias = Callable[[np.ndarray], np.ndarray]
+"""Residuals at many deviations, shape (m, n) both."""
+
+
+def _of_tree(
+    reference: Any, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray, t: float
+) -> tuple[_Function, _Function]:
+    """M a + bias − forces by deviations of the position, and of the velocities."""
+    rates = Rates.of(reference.mechanism)
+
+    def by_position(step: np.ndarray) -> np.ndarray:
+        q = rates.moved(np.repeat(position[None], len(step), axis=0), step)
+        same = [np.repeat(x[None], len(step), axis=0) for x in (velocity, acceleration)]
+        residual: np.ndarray = reference.inverse_dynamics(q, *same, t)
+        return residual
+
+    def by_velocity(step: np.ndarray) -> np.ndarray:
+        q, a = (np.repeat(x[None], len(step), axis=0) for x in (position, acceleration))
+        residual: np.ndarray = reference.inverse_dynamics(q, velocity + step, a, t)
+        return residual
+
+    return by_position, by_velocity
+
+
+def _of_loops(
+    held: Held, position: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray
+) -> tuple[_Function, _Function]:
+    """The same on the loops, in the independent coordinates."""
+    w, rate = velocity[held.chosen], acceleration[held.chosen]
+
+    def by_position(step: np.ndarray) -> np.ndarray:
+        return np.array([held.residual(held.near(one), w, rate) for one in step])
+
+    def by_velocity(step: np.ndarray) -> np.ndarray:
+        return np.array([held.residual(position, w + one, rate) for one in step])
+
+    return by_position, by_velocity
+
+
 @final
 class Held:
-    """The loops of a mechanism at an equilibrium: which deviations they leave free, and their forces.
+    """The motions that loops leave free near a position, by independent velocities w: v = T w + b.
 
     Args:
         reference: the mechanism's `Reference`.
@@ -132,34 +162,75 @@ class Held:
 
         from mecanique.reference.nullspace import split
 
-        self._closures, self._t = reference.closed.closures, t
-        still = np.zeros(reference.mechanism.nv)
-        jacobian = self._jacobian(q)
+        self._reference, self._q, self._t = reference, q, t
+        self._rates = Rates.of(reference.mechanism)
+        self._closures = reference.closed.closures
         columns = self._closures.columns
+        jacobian = self._at(q, np.zeros(len(columns))).jacobian
         free = columns[:, None] * split(self._closures.rows[:, None] * jacobian * columns).null
         # the velocities that move the others best are the independent ones; in their order
         _, _, order = qr((free / columns[:, None]).T, pivoting=True)
-        chosen = np.sort(order[: free.shape[1]])
-        self.tangent: np.ndarray = free @ np.linalg.inv(free[chosen])
-        """Deviations of all coordinates by the independent ones, shape (nv, n)."""
-        residual = reference.inverse_dynamics(q, still, still, t)
-        self._multipliers = np.linalg.lstsq(jacobian.T, residual, rcond=1e-10)[0]
+        self.chosen: np.ndarray = np.sort(order[: free.shape[1]])
+        """Which velocities are independent, shape (n,)."""
+        self.tangent: np.ndarray = free @ np.linalg.inv(free[self.chosen])
+        """T, deviations of all coordinates by the independent ones, shape (nv, n)."""
 
-    def without_loops(self, residual: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """Return generalized forces less those of the loops at the equilibrium.
+    def near(self, step: np.ndarray) -> np.ndarray:
+        """Return the position on the loops that lies a step of the independent coordinates away, shape (nq,).
 
         Args:
-            residual: shape (n, nv).
-            q: shape (n, nq).
-        """
-        loops = np.array([self._jacobian(one).T @ self._multipliers for one in q])
-        less: np.ndarray = residual - loops
-        return less
+            step: shape (n,).
 
-    def _jacobian(self, q: np.ndarray) -> np.ndarray:
-        still = np.zeros(len(self._closures.columns))
-        jacobian: np.ndarray = np.array(self._closures.at(q, still, self._t).jacobian)
-        return jacobian
+        Raises:
+            InputError: if the loops cannot be closed there.
+        """
+        still = np.zeros(len(self.tangent))
+        q: np.ndarray = self._rates.moved(self._q[None], (self.tangent @ step)[None])[0]
+        for _ in range(SWEEPS):
+            closure = self._at(q, still)
+            off = self._closures.rows * closure.residual
+            if float(np.abs(off).max(initial=0.0)) < CLOSED:
+                return q
+            q = self._rates.moved(q[None], -self._others(closure.jacobian, off)[None])[0]
+        raise InputError(
+            f"the loops of {self._reference.mechanism.name!r} cannot be closed near this state, which is next to a "
+            "singular position; linearize about another one"
+        )
+
+    def residual(self, q: np.ndarray, w: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        """Return Tᵀ (M a + bias − forces) of the motion on the loops with these independent velocities, shape (n,).
+
+        Args:
+            q: shape (nq,), on the loops.
+            w: shape (n,).
+            rate: shape (n,), of w.
+        """
+        v = self._whole(q, w, lambda closure: closure.drift)
+        a = self._whole(q, rate, lambda closure: closure.gamma, v)
+        T = np.stack([self._whole(q, one, lambda closure: 0 * closure.drift) for one in np.eye(len(w))], axis=1)
+        effort: np.ndarray = T.T @ self._reference.inverse_dynamics(q, v, a, self._t)
+        return effort
+
+    def _whole(
+        self, q: np.ndarray, free: np.ndarray, rest: Callable[[Any], np.ndarray], v: np.ndarray | None = None
+    ) -> np.ndarray:
+        """All components x of which some are given, with J x + rest = 0."""
+        x = np.zeros(len(self.tangent))
+        x[self.chosen] = free
+        closure = self._at(q, x if v is None else v)
+        x -= self._others(closure.jacobian, self._closures.rows * (closure.jacobian @ x + rest(closure)))
+        return x
+
+    def _others(self, jacobian: np.ndarray, off: np.ndarray) -> np.ndarray:
+        """The least deviations of all but the independent coordinates that make up for what loops are off."""
+        columns = self._closures.columns.copy()
+        columns[self.chosen] = 0.0
+        J = self._closures.rows[:, None] * jacobian * columns
+        deviations: np.ndarray = columns * np.linalg.lstsq(J, off, rcond=1e-9)[0]
+        return deviations
+
+    def _at(self, q: np.ndarray, v: np.ndarray) -> Any:
+        return self._closures.at(q, v, self._t)
 
 
 def _changes(signal: Input) -> bool:
@@ -178,7 +249,7 @@ def undisturbed(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, inputs=inputs)
 
 
-def _slopes(function: Callable[[np.ndarray], np.ndarray], count: int) -> tuple[np.ndarray, float]:
+def _slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
     """Return ∂f/∂x as a matrix, and its error relative to its largest entry."""
     if not count:
         return np.zeros((0, 0)), 0.0
@@ -194,7 +265,7 @@ def _slopes(function: Callable[[np.ndarray], np.ndarray], count: int) -> tuple[n
     return best, error
 
 
-def _differences(function: Callable[[np.ndarray], np.ndarray], count: int, h: float) -> np.ndarray:
+def _differences(function: _Function, count: int, h: float) -> np.ndarray:
     k = np.arange(1, 5) * h
     ahead = (np.eye(count)[:, None, :] * k[None, :, None]).reshape(-1, count)
     rise = (function(ahead) - function(-ahead)).reshape(count, 4, -1)

@@ -90,7 +90,11 @@ class Plan:
         self.method = "dop853" if method in ("auto", *COMPILED) else method
         if method == "taylor":
             if events:
-                raise InputError("method 'taylor' watches for no events; expected another method, e.g. 'auto'")
+                names = ", ".join(repr(event.name) for event in events)
+                raise InputError(
+                    f"method 'taylor' watches for no events, got {names}; expected another method: 'closed_form', or "
+                    "'auto', which takes one that does"
+                )
             self.code.give_back(rtol, self.code.borrow(reference, rtol))
             self.taylor = True
         elif method == "closed_form":

@@ -106,7 +106,10 @@ def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
     """
     if program.signals:
         names = ", ".join(program.signals)
-        raise DerivationError(f"a function of time has no Taylor series: {names}; use another method than 'taylor'")
+        raise DerivationError(
+            f"method 'taylor' needs the equations as formulas, but the input {names} is a function or a record; write it "
+            "as an expression in t, or use method 'closed_form' or 'auto'"
+        )
     operations = program.tape.operations
     needed = program.tape.needed(program.rates)
     unknown = sorted({operations[place][0] for place in needed} - _FUNCTIONS - {"+", "-", "*", "/", "input"})
