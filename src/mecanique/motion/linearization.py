@@ -250,7 +250,8 @@ class Linearization:
 
     def __str__(self) -> str:
         m = self.mechanism
-        at = ", ".join(f"{name} = {value:.6g}" for name, value in zip(m.coordinates, self.q, strict=True))
+        # an equilibrium is found to rounding: no −8e-17
+        at = ", ".join(f"{name} = {round(x, 12) + 0.0:.6g}" for name, x in zip(m.coordinates, self.q, strict=True))
         kind = "equilibrium" if self.at_equilibrium else "state (no equilibrium)"
         lines = [f"{m.name} about the {'stable' if self.stable else 'unstable'} {kind} {at}"]
         for omega, zeta, mode in zip(self.frequencies, self.damping, self.modes.T, strict=True):
