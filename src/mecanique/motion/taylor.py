@@ -107,8 +107,8 @@ def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
     if program.signals:
         names = ", ".join(program.signals)
         raise DerivationError(
-            f"method 'taylor' needs the equations as formulas, but the input {names} is a function or a record; write it "
-            "as an expression in t, or use method 'closed_form' or 'auto'"
+            f"method 'taylor' needs the equations as formulas, but the input {names} is a function or a record; write "
+            "it as an expression in t, or use method 'closed_form' or 'auto'"
         )
     operations = program.tape.operations
     needed = program.tape.needed(program.rates)
