@@ -106,6 +106,21 @@ def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) ->
         run.communicate()
 
 
+def test_ctrl_c_before_any_page_has_come_ends_it_too(tmp_path: Path) -> None:
+    words = [sys.executable, "-m", "mecanique", "view", "panda", "--floating", "--no-browser"]
+    run = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path)
+    try:
+        assert run.stdout is not None
+        assert run.stdout.readline().startswith("http://127.0.0.1:")
+        # its page is being made, or what it shows is being compared
+        run.send_signal(signal.SIGINT)
+        _, complaint = run.communicate(timeout=30)
+        assert (run.returncode, complaint) == (0, "")
+    finally:
+        run.kill()
+        run.communicate()
+
+
 def test_the_motion_waits_for_its_first_page(tmp_path: Path) -> None:
     script = tmp_path / "wait.py"
     script.write_text("import mecanique as mq\nmq.view(mq.textbook.load('rigid_bar_pendulum'), open_browser=False)\n")
@@ -156,6 +171,35 @@ def test_a_changed_start_restarts_and_a_changed_parameter_loads_a_new_scene() ->
         assert angle(row) == pytest.approx(swung(seen.times[-1], 0.7, l=2.5), abs=1e-5)
         assert other.scene == seen.scene
         assert live.scene.document.parameters[0].value == 2.5 or live.scene.document.parameters[1].value == 2.5
+
+
+def test_a_page_loaded_anew_opens_where_it_was(visit: Callable[..., Visit]) -> None:
+    with shown(pendulum(), patient=True) as live:
+        seen, other = visit(live.url), visit(live.url)
+        seen.page.click("#tab-parameters")
+        seen.page.click("[data-camera=side]")
+        assert (seen.page.get_attribute("[data-name=q]", "value"), written(seen, "l")) == ("2.0", "1")
+        before = seen.js("mecanique.scene.live.id")
+        drag = "([name, value]) => { const s = document.querySelector(`[data-name=${name}]`);"
+        drag += " s.value = value; s.oninput(); s.onchange(); }"
+        seen.js(drag, ["q", 1.25])
+        until(lambda: written(other, "q") == "1.25")
+        assert seen.js("mecanique.scene.live.id") == before
+        seen.js(drag, ["l", 2])
+        until(lambda: asked(seen, "window.mecanique?.scene.live.id") not in (None, before))
+        until(lambda: bool(asked(other, "window.mecanique?.clock.time > 0")))
+        seen.page.wait_for_selector("body.ready")
+        assert seen.page.get_attribute("#tab-parameters", "aria-selected") == "true"
+        assert seen.page.get_attribute("[data-camera=side]", "aria-pressed") == "true"
+        until(lambda: (written(seen, "q"), written(seen, "l")) == ("1.25", "2"))
+        until(lambda: (written(other, "q"), written(other, "l")) == ("1.25", "2"))
+        assert seen.errors == other.errors == []
+
+
+def written(seen: Visit, name: str) -> str:
+    """The value beside a slider."""
+    found = asked(seen, f"document.querySelector('tr:has([data-name={name}]) output').textContent")
+    return str(found)
 
 
 def test_many_pages_see_the_same_and_one_that_leaves_is_not_missed() -> None:

@@ -63,7 +63,8 @@ def view(
     """Show a motion live in a browser on this machine, until Ctrl-C or the end of the process.
 
     A mechanism is set in motion and shown while the motion is computed. The server answers on 127.0.0.1 only, under a
-    random token. Parameters and initial values can be changed in the page; the motion then starts again with them.
+    random token. The motion starts when the first page shows it; equations and verdict arrive while it moves.
+    Parameters and initial values can be changed in the page; the motion then starts again with them.
 
     Args:
         shown: a mechanism, or what `simulate` returned.
