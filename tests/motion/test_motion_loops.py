@@ -63,6 +63,20 @@ def test_positions_velocities_and_energy_are_kept(linkage: Motion) -> None:
 def test_the_balances_of_the_audit_hold_with_the_forces_of_the_loops(linkage: Motion) -> None:
     audit = linkage.audit()
     assert audit.ok, str(audit)
+    assert audit["loops, in lengths or radians"].residual < 1e-13
+    assert audit["rates of the loops"].residual < 1e-12
+
+
+def test_the_audit_sees_loops_that_drift(linkage: Motion) -> None:
+    open_loops = linkage.q + np.linspace(0, 1e-6, len(linkage))[:, None] * [1.0, 0.0, 0.0]
+    drifted = replace(linkage, q=open_loops)
+    audit = drifted.audit()
+    assert not audit.ok
+    row = audit["loops, in lengths or radians"]
+    assert row.time > 2.5
+    assert row.residual == pytest.approx(1e-6, rel=1.0)
+    assert "loops, in lengths or radians" in str(audit)
+    assert "BROKEN" in str(audit)
 
 
 def test_loop_forces_are_there_along_the_motion(linkage: Motion) -> None:

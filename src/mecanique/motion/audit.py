@@ -27,7 +27,7 @@ class AuditRow:
     """One balance.
 
     Args:
-        name: what is balanced.
+        name: what is balanced, or stays zero.
         residual: largest deviation along the motion, in the unit.
         relative: the same, compared with the size of the quantities that balance.
         limit: what `relative` may be.
@@ -84,7 +84,7 @@ class Audit:
         lines = [f"{'balance':<{width}}  {'residual':>18}  {'relative':>9}  {'limit':>7}  at t [s]"]
         for row in self.rows:
             verdict = "" if row.ok else "  BROKEN"
-            residual = f"{row.residual:.2e} {row.unit}"
+            residual = f"{row.residual:.2e} {row.unit}".rstrip()
             lines.append(
                 f"{row.name:<{width}}  {residual:>18}  {row.relative:9.1e}  {row.limit:7.0e}  {row.time:.4g}{verdict}"
             )
@@ -95,7 +95,7 @@ class Audit:
 
 
 def audit(motion: Any, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
-    """Check a motion against the balances of energy and momentum.
+    """Check a motion against the balances of energy and momentum, and its loops for being closed.
 
     Args:
         motion: the `Motion`.
@@ -115,6 +115,12 @@ def audit(motion: Any, *, refine: bool = False, accuracy: float = 1e-6) -> Audit
     rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", motion.t)]
     for name, residual, scale, unit in momentum_balances(motion):
         rows.append(_row(name, residual, scale, limit, unit, motion.t))
+    if motion.mechanism.loops:
+        closed, most = motion.reference.closed, motion.statistics.rtol + ROUNDING
+        drift = np.array([closed.drift(q, v, float(t)) for q, v, t in zip(motion.q, motion.v, motion.t, strict=True)])
+        speed = 1.0 + float(np.abs(motion.v).max(initial=0.0))
+        rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", motion.t))
+        rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", motion.t))
     return Audit(tuple(rows), _largest_speed(motion), trust(motion, accuracy) if refine else None)
 
 
