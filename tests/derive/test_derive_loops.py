@@ -37,6 +37,10 @@ from mecanique.model import (
 )
 from mecanique.verify.states import random_states
 
+BOXES = (
+    Body("ground"),
+    *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
+)
 CLOSED = [name for name in textbook.names() if textbook.load(name).loops]
 
 
@@ -87,17 +91,13 @@ def test_the_loop_carries_what_newton_asks_of_the_slider() -> None:
 @pytest.mark.parametrize("kind", ["hinge", "weld", "plate", "pin", "ball", "distance"])
 def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
     """A chain of planar and universal joints, tied exactly where it happens to stand, with any velocity that fits."""
-    bodies = (
-        Body("ground"),
-        *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
-    )
     joints = (
         Planar("j", "ground", "a", axis=(0, 1, 0), origin=Placement((0.1, 0.2, 0.3))),
         Universal("u", "a", "b", origin=Placement((0.3, 0, 0), (0.1, 0.2, 0.3))),
         Planar("p", "b", "c", origin=Placement((0.3, 0.1, 0), (0.1, 0.2, 0.3))),
     )
     spring = Spring("k", "ground", (1, 1, 1), "c", (0.1, 0.1, 0.1), 7.0, 0.3)
-    tree = Mechanism("chain", bodies, joints, forces=(spring,))
+    tree = Mechanism("chain", BOXES, joints, forces=(spring,))
     random = np.random.default_rng(5)
     q = random.uniform(-0.6, 0.6, tree.nq)
     pose = Recursion(tree).poses(States.of(tree, q))[-1][0]
@@ -122,10 +122,6 @@ def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["hinge", "weld", "plate", "pin", "ball", "distance"])
 def test_joints_with_quaternions_have_independent_coordinates_too(kind: str) -> None:
-    bodies = (
-        Body("ground"),
-        *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
-    )
     joints = (
         Revolute("j", "ground", "a", axis=(0, 1, 0), origin=Placement((0.1, 0.2, 0.3))),
         Floating("f", "a", "b", origin=Placement((0.3, 0, 0), (0.1, 0.2, 0.3))),
@@ -133,7 +129,7 @@ def test_joints_with_quaternions_have_independent_coordinates_too(kind: str) -> 
     )
     a, b = Placement((0.1, 0.2, 0.3)), Placement((0.3, -0.2, 0.3))
     loop = Loop("tie", kind, "ground", a, "c", b, 0.4 if kind == "distance" else 0.0)  # type: ignore[arg-type]  # parametrized
-    mechanism = Mechanism("spatial", bodies, joints, loops=(loop,), forces=(JointDamper("d", "j", 0.3),))
+    mechanism = Mechanism("spatial", BOXES, joints, loops=(loop,), forces=(JointDamper("d", "j", 0.3),))
     given = random_states(mechanism, 6, 1)
     states = States.of(mechanism, given.q, given.v)
     found = Constrained(mechanism, Recursion(mechanism)).motion(states)
