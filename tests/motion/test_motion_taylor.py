@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -242,3 +243,17 @@ def test_auto_leaves_events_to_what_watches_for_them() -> None:
     motion = mq.simulate(mechanism, q=[1.0], duration=3.0, events=[mq.Event("low", mq.coordinate("q"))])
     assert not motion.method.startswith("taylor")
     assert len(motion.events) == 3
+
+
+@pytest.mark.parametrize("fast", [False, pytest.param(True, marks=needs_heyoka)])
+def test_auto_compiles_for_a_mechanism_that_moves_again_and_again(fast: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.motion.plan.installed", lambda: fast)
+    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.2)
+    if fast:
+        import_module("heyoka")  # the time that takes must not count
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    motions = [mq.simulate(mechanism, q=[1.0], duration=5.0) for _ in range(4)]
+    assert motions[0].method.startswith("dop853 (")
+    assert "closed form" not in motions[0].method
+    assert ("taylor" if fast else "on the closed form") in motions[-1].method
+    np.testing.assert_allclose(motions[-1].q, motions[0].q, atol=1e-8)

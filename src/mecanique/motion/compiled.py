@@ -37,6 +37,8 @@ class Compiled:
         self._size = mechanism.nv
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
+        self.spent = 0.0
+        """About how long motions of the mechanism have been integrated so far [s]."""
         self._program: Program | DerivationError | None = None
         self._make: Callable[[], RightHandSide] | None = None
         self._pools: dict[float, list[Any]] = {}

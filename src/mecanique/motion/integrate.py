@@ -71,7 +71,8 @@ def simulate(
         method: "auto"; or one of "dop853", "lsoda", "radau", "bdf", on the reference's equations; or "closed_form"
             (dop853 on the closed form) or "taylor" (Taylor series of the closed form, extra `fast`), which compile
             first and then are faster. "auto" takes dop853 and changes to radau if the equations turn out to be stiff,
-            or to a faster method if the motion takes long enough to pay for compiling, or if that is done already.
+            or to a faster method if this motion, or those of the mechanism before it, take long enough to pay for
+            compiling, or if that is done already.
         fps: samples per second of the resulting arrays; the last sample is at the end exactly.
         samples: instead of fps, the number of samples, or their times [s], shape (n,).
         t0: time at the start [s].
@@ -138,6 +139,8 @@ def simulate(
         break
     if path is None:
         raise _error(trouble, task, steps, mechanism, None)
+    if chosen == "dop853":
+        plan.spend(steps.taken)
     choice = f"; chosen for {reason}" if method == "auto" else ""
     if task.rtol < rtol and closing is None:
         remark = f"; steps to {task.rtol:.1e}, because the errors of so many add up"

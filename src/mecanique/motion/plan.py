@@ -102,7 +102,9 @@ class Plan:
         elif self._auto and self.code.possible and not mechanism.loops:
             if self._flows and self.code.has_integrator(rtol):
                 self.taylor, self.reason = True, "equations that are compiled already"
-            elif self.code.has_rhs and mechanism.nv <= SMALL:
+            elif self._can_flow and self.code.spent > PAYS * self.code.seconds_to_build():
+                self._try(self._flow, "a mechanism that has moved long enough to pay for compiling")
+            elif self._can_close and (self.code.has_rhs or self.code.spent > PAYS * self.code.seconds_to_derive()):
                 self._try(self._close)
 
     @property
@@ -126,7 +128,7 @@ class Plan:
     def watch(self, begin: float, end: float) -> Callable[[float], bool] | None:
         """Return what says, at the time of each step, whether to start again in another way; None if never.
 
-        It counts steps and looks at no clock, so that the same motion is always integrated in the same way.
+        It counts steps and looks at no clock, so that the same calls always give the same motions.
 
         Args:
             begin: start of the motion [s].
@@ -160,7 +162,7 @@ class Plan:
         if not (self._auto and self.code.possible):
             return
         if self._can_flow and self._left > PAYS * self.code.seconds_to_build():
-            self._try(self._flow)
+            self._try(self._flow, "a motion long enough to pay for compiling")
         elif self._can_close and self._left > PAYS * self.code.seconds_to_derive():
             self._try(self._close)
 
@@ -172,9 +174,18 @@ class Plan:
     def _can_close(self) -> bool:
         return self.mechanism.nv <= SMALL and self._quick is None
 
-    def _try(self, make: Callable[[], None]) -> None:
+    def spend(self, steps: int) -> None:
+        """Note that a motion is done, so that the next ones may be compiled.
+
+        Args:
+            steps: how many steps of dop853 it took.
+        """
+        self.code.spent += steps * _seconds_per_step(self.mechanism)
+
+    def _try(self, make: Callable[[], None], reason: str = "") -> None:
         try:
             make()
+            self.reason = reason
         except DerivationError as error:
             self._auto, self.reason = False, str(error)
 
@@ -183,7 +194,7 @@ class Plan:
 
     def _flow(self) -> None:
         self.code.give_back(self._rtol, self.code.borrow(self.reference, self._rtol))
-        self.taylor, self.reason = True, "a motion long enough to pay for compiling"
+        self.taylor = True
 
 
 def flowed(
