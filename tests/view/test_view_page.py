@@ -138,6 +138,22 @@ def test_what_goes_no_further_is_shown_whole(show: Show) -> None:
     seen.clean()
 
 
+def test_what_is_looked_at_stands_between_the_bars(show: Show) -> None:
+    """A tall ball's poles are below the tools and above the switches of forces, however low or narrow the picture."""
+    scene = falling(0.0)
+    scene = replace(scene, arrows=(replace(pendulum(3.0).arrows[0], body="body 0"),))
+    for size in ({"width": 920, "height": 560}, {"width": 390, "height": 844}, {"width": 1400, "height": 900}):
+        seen = show(scene, viewport=size)
+        top, bottom = (seen.js("p => mecanique.stage.project(p)", [0.0, 0.0, z])[1] for z in (0.2, -0.2))
+        tools, forces, stage = seen.js(
+            """() => ["tools", "forces", "stage"].map(id => {
+            const box = document.getElementById(id).getBoundingClientRect(); return [box.top, box.bottom]; })"""
+        )
+        assert tools[1] - stage[0] < top < bottom < forces[0] - stage[0]
+        assert bottom - top > 0.5 * (forces[0] - tools[1])
+        seen.clean()
+
+
 TIPS = """() => mecanique.arrows.items.map(i => {
     const V = mecanique.stage.three.Vector3;
     i.group.updateMatrixWorld(true);

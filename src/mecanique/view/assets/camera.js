@@ -13,6 +13,7 @@ export class Camera {
     this.box = box;
     this.followed = -1;
     this.preset = null;
+    this.share = 0.9;
     const camera = stage.viewer.camera;
     camera.fov = 26;
     camera.near = 0.02 * stage.size;
@@ -27,9 +28,20 @@ export class Camera {
   }
 
   look(preset) {
+    this.leaveRoom();
     const { target, eye } = this.aim(preset);
     this.place(target, eye);
     this.chosen(preset);
+  }
+
+  // What is looked at stands between the bars of buttons above and below; they take up to half of a low picture.
+  leaveRoom() {
+    const { clientWidth: w, clientHeight: h } = this.stage.pane.parentElement;
+    if (!w || !h) return;
+    const [above, below] = ["tools", "forces"].map((id) => 14 + document.getElementById(id).offsetHeight);
+    const most = Math.min(1, (0.5 * h) / (above + below));
+    this.share = 1 - (most * (above + below)) / h;
+    this.stage.viewer.camera.setViewOffset(w, h, 0, (most * (below - above)) / 2, w, h);
   }
 
   // Where to look, and from where: so far back that every corner of the box is in the picture, with a margin.
@@ -40,8 +52,9 @@ export class Camera {
     const right = new Vector3(-toEye.y, toEye.x, 0).normalize();
     if (preset === "top") right.set(1, 0, 0);
     const up = toEye.clone().cross(right);
-    const tanV = Math.tan((camera.fov * Math.PI) / 360) * 0.84;
-    const tanH = tanV * Math.max(camera.aspect, 0.2);
+    const tan = Math.tan((camera.fov * Math.PI) / 360);
+    const tanV = 0.94 * tan * this.share;
+    const tanH = 0.84 * tan * Math.max(camera.aspect, 0.2);
     const center = this.box.getCenter(new Vector3());
     let distance = 0;
     for (const x of [this.box.min.x, this.box.max.x])
