@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from importlib.metadata import entry_points
 from pathlib import Path
 
@@ -102,7 +103,15 @@ def test_the_entry_point_runs_as_a_program() -> None:
     assert script.value == "mecanique.cli:main"
 
 
-def test_ctrl_c_ends_with_130() -> None:
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Let Ctrl-C work here and in what is started from here, also where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_ends_with_130(interruptible: None) -> None:
     words = [sys.executable, "-m", "mecanique", "simulate", "double_pendulum", "--duration", "3000"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         assert process.stderr is not None

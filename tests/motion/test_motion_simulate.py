@@ -3,6 +3,7 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -159,7 +160,15 @@ def test_progress_is_told() -> None:
     assert 50 < len(told) < 120
 
 
-def test_interrupting_keeps_what_is_done() -> None:
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Let Ctrl-C work here, also where the tests run in the background."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_interrupting_keeps_what_is_done(interruptible: None) -> None:
     def press(fraction: float) -> None:
         if 0.5 < fraction < 1:
             os.kill(os.getpid(), signal.SIGINT)
