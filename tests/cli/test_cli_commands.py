@@ -140,12 +140,15 @@ def viewed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[mq.Mechanism, dict[str
 def test_view_shows_a_system_without_end_unless_told(viewed: list[tuple[mq.Mechanism, dict[str, Any]]]) -> None:
     fine("view", "rigid_bar_pendulum", "--duration", "0.5", "-q", "q=1", "-v", "q'=2", "-p", "l=2", "--speed", "0.5")
     fine("view", "cart_pole", "--no-browser", "--port", "8123")
-    (pendulum, options), (_, defaults) = viewed
+    fine("view", "squeezer")
+    (pendulum, options), (_, defaults), (_, brief) = viewed
     assert {each.symbol: each.value for each in pendulum.parameters}["l"] == 2.0
     assert (options["q"], options["v"]) == ({"q": 1.0}, {"q": 2.0})
     assert (options["duration"], options["speed"], options["open_browser"]) == (0.5, 0.5, True)
     assert defaults["q"] == mq.textbook.entry("cart_pole").start
     assert (defaults["duration"], defaults["port"], defaults["open_browser"]) == (None, 8123, False)
+    # a motion of 0.03 s is shown in ten
+    assert (defaults["speed"], brief["speed"]) == (1.0, 0.003)
 
 
 def test_derive_prints_all_methods_in_textbook_order_with_every_step() -> None:

@@ -25,6 +25,7 @@ from view_watcher import Watcher
 
 import mecanique as mq
 from mecanique.verify import sources
+from mecanique.view import stretches
 from mecanique.view.checking import Checking
 from mecanique.view.live import LiveView
 from mecanique.view.moving import Moving, Recorded
@@ -151,6 +152,22 @@ def test_a_reset_starts_again_without_loading_the_page_anew() -> None:
         row = seen.reach(0.5)
         assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
         assert seen.scene == scene
+
+
+def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
+    slow = Moving(mq.textbook.load("rigid_bar_pendulum"), {"q": 2.0}, None, math.inf, 1e-10, speed=0.05)
+    with shown(slow, speed=0.05) as live, Watcher(live.url) as seen:
+        row = seen.reach(0.12)
+        steps = np.diff([t for t in seen.times if t > 0])
+        assert np.median(steps) == pytest.approx(0.05 / 60, rel=0.05)
+        assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
+    monkeypatch.setattr(stretches, "PATIENCE", 0.0)
+    impatient = pendulum()
+    assert impatient.presenter.first.t[-1] < 0.3
+    with shown(impatient) as live, Watcher(live.url) as seen:
+        row = seen.reach(0.6, 60.0)
+        assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
+        assert seen.notes["warning"] == ""
 
 
 def test_a_changed_start_restarts_and_a_changed_parameter_loads_a_new_scene() -> None:

@@ -107,7 +107,10 @@ def view(
     ] = None,
     rtol: Tolerance = 1e-10,
     floating: IsFloating = False,
-    speed: Annotated[float, typer.Option(metavar="NUMBER", help="Seconds shown per second.")] = 1.0,
+    speed: Annotated[
+        float | None,
+        typer.Option(metavar="NUMBER", help="Seconds shown per second; 1, less for what is over at once, by default."),
+    ] = None,
     port: Annotated[int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 takes any free one.")] = 0,
     open_browser: Annotated[
         bool, typer.Option("--browser/--no-browser", help="Open the page, or only print its address.")
@@ -116,6 +119,8 @@ def view(
     """Show a system live in a browser on this machine, computed while it moves, until Ctrl-C."""
     chosen = choose(system, parameters, "floating" if floating else "fixed")
     start, velocity = started(chosen, q, v)
+    if speed is None:
+        speed = 1.0 if chosen.duration > 0.5 else chosen.duration / 10
     mq.view(
         chosen.mechanism,
         q=start,

@@ -83,6 +83,11 @@ class LiveView:
         return self._server.viewers
 
     @property
+    def speed(self) -> float:
+        """Seconds shown per second, as last set."""
+        return self._controls.speed
+
+    @property
     def scene(self) -> Scene:
         """What is shown."""
         return self._scene

@@ -15,7 +15,7 @@ from mecanique.view.live import Changes, LiveView
 from mecanique.view.presenting import Presenter
 from mecanique.view.scene import Frame, Scene
 from mecanique.view.staging import actions_of, scene_of
-from mecanique.view.stretches import FIRST, STRETCH, Stretches
+from mecanique.view.stretches import FIRST, STRETCH, Stretches, computed, density
 from mecanique.view.texts import document_of
 
 __all__ = ["Moving", "Recorded"]
@@ -37,13 +37,14 @@ class Moving:
         v: velocities at the start: shape (nv,) or by name.
         end: when the motion ends [s]; infinity for never.
         rtol: relative tolerance of each step.
+        speed: seconds shown per second at first.
 
     Raises:
         MecaniqueError: if the motion cannot start.
     """
 
-    def __init__(self, mechanism: Mechanism, q: Any, v: Any, end: float, rtol: float) -> None:
-        self._end, self._rtol = end, rtol
+    def __init__(self, mechanism: Mechanism, q: Any, v: Any, end: float, rtol: float, speed: float = 1.0) -> None:
+        self._end, self._rtol, self._speed = end, rtol, speed
         self._started = self._start(mechanism, q, v)
         self._first = self._staged(self._started)
         self.presenter = Presenter(mechanism, self._first)
@@ -59,11 +60,12 @@ class Moving:
         try:
             motion, scene = self._started, self._first
             if changes:
+                self._speed = live.speed
                 motion = self._start(*_started(motion, changes))
                 scene = self._staged(motion)
             shown = self.presenter.begin(live, motion.mechanism, scene)
             yield from (shown.frame(k) for k in range(len(shown.t)))
-            for complete in Stretches(motion, self._end):
+            for complete in Stretches(motion, self._end, lambda: live.speed):
                 shown = self.presenter.go_on(live, complete)
                 yield from (shown.frame(k) for k in range(1, len(shown.t)))
         except MecaniqueError as error:
@@ -71,10 +73,9 @@ class Moving:
             live.warn(f"The motion stops here: {str(error).removesuffix(_FOR_PROGRAMS)}")
 
     def _start(self, mechanism: Mechanism, q: Any, v: Any) -> Any:
-        from mecanique.motion import simulate
-
-        length = FIRST if mechanism.nv <= MOST_AHEAD else STRETCH
-        return simulate(mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol)
+        length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
+        fps = density(self._speed)
+        return computed(mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps)
 
     def _staged(self, motion: Any) -> Scene:
         length = "" if np.isinf(self._end) else f"{self._end:g} s, "

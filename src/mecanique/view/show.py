@@ -90,7 +90,7 @@ def view(
     if isinstance(shown, Mechanism):
         if duration is not None and not 0 < duration < float("inf"):
             raise InputError(f"expected a duration above 0, or None for no end, got {duration!r}")
-        source = Moving(shown, q, v, float("inf") if duration is None else duration, rtol)
+        source = Moving(shown, q, v, float("inf") if duration is None else duration, rtol, speed)
     else:
         if not (q is None and v is None and duration is None):
             raise InputError("q, v and duration belong to a mechanism; a motion has its own")

@@ -4,24 +4,29 @@ from __future__ import annotations
 
 import queue
 import threading
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any, final
 
 import numpy as np
 
+from mecanique.errors import IntegrationError
 from mecanique.view.document import Document
 from mecanique.view.scene import Scene
 from mecanique.view.staging import actions_of, scene_of
 from mecanique.view.texts import ledger_of
 
-__all__ = ["FIRST", "STRETCH", "Stretches", "fitted", "names_of"]
+__all__ = ["FIRST", "STRETCH", "Stretches", "computed", "density", "fitted", "names_of"]
 
 STRETCH = 0.5
-"""How much of the motion is computed at a time [s]."""
+"""How much of the motion is computed at a time, at the speed it is shown at [s of wall time]."""
 
 FIRST = 2.0
 """The same at the start if the mechanism is small: what is seen of it frames the picture."""
+
+PATIENCE = 1.0
+"""A stretch that takes longer than this to compute is cut short, so that something moves [s]."""
 
 FAINT = 1e-6
 """What stays below this part of the largest of its kind does not enter a scene that is being shown."""
@@ -61,6 +66,44 @@ def fitted(scene: Scene, names: frozenset[str]) -> Scene:
     )
 
 
+def density(speed: float) -> float:
+    """Return how many samples a second of the motion needs for smooth pictures at a speed.
+
+    Args:
+        speed: seconds shown per second.
+    """
+    return 60 / min(speed, 4.0)
+
+
+def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Any:
+    """Return a stretch of a motion; as much of it as can be computed in a bearable time.
+
+    Args:
+        check: called now and then; what it raises ends the computation.
+        arguments: of `simulate`.
+
+    Raises:
+        MecaniqueError: if the motion cannot start, or stops.
+    """
+    from mecanique.motion import simulate
+
+    latest = time.monotonic() + PATIENCE
+
+    def progress(_: float) -> None:
+        if check is not None:
+            check()
+        if time.monotonic() > latest:
+            raise _EnoughError
+
+    try:
+        return simulate(progress=progress, **arguments)
+    except IntegrationError as error:
+        done = error.motion
+        if isinstance(error.__cause__, _EnoughError) and done is not None and len(done.t) > 1:
+            return done
+        raise
+
+
 @final
 class Stretches:
     """The complete scenes that follow a first stretch of a motion, one after the other.
@@ -68,11 +111,13 @@ class Stretches:
     Args:
         first: the `Motion` so far.
         end: time of the end [s]; infinity for none.
+        speed: tells how many seconds are shown per second.
     """
 
-    def __init__(self, first: Any, end: float) -> None:
+    def __init__(self, first: Any, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
         self._motion = first
         self._end = end
+        self._speed = speed
         self._work = float(first.energy().work[-1])
         self._done: queue.Queue[Scene | Exception | None] = queue.Queue(maxsize=1)
         self._stop = threading.Event()
@@ -102,21 +147,21 @@ class Stretches:
             self._thread.join(timeout=5)
 
     def _run(self) -> None:
-        from mecanique.motion import simulate
-
         try:
             while self._end - self._motion.t[-1] > 1e-9:
                 last = self._motion
                 t0 = float(last.t[-1])
-                self._motion = simulate(
-                    last.mechanism,
+                speed = self._speed()
+                self._motion = computed(
+                    self._check,
+                    mechanism=last.mechanism,
                     q=last.q[-1],
                     v=last.v[-1],
                     t0=t0,
-                    duration=min(STRETCH, self._end - t0),
+                    duration=min(STRETCH * speed, self._end - t0),
                     rtol=last.statistics.rtol,
+                    fps=density(speed),
                     reference=last.reference,
-                    progress=self._check,
                 )
                 self._give(self._staged(self._motion))
             self._give(None)
@@ -142,13 +187,13 @@ class Stretches:
         series = (replace(s, values=s.values + work) if s.name == "energy work" else s for s in scene.series)
         return replace(scene, series=tuple(series))
 
-    def _check(self, _: float) -> None:
+    def _check(self) -> None:
         if self._stop.is_set():
             raise _StoppedError
 
     def _give(self, made: Scene | Exception | None) -> None:
         while True:
-            self._check(0.0)
+            self._check()
             try:
                 self._done.put(made, timeout=0.1)
             except queue.Full:
@@ -158,3 +203,7 @@ class Stretches:
 
 class _StoppedError(Exception):
     """Nobody looks any more."""
+
+
+class _EnoughError(Exception):
+    """What is computed so far is to be shown first."""
