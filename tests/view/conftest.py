@@ -75,7 +75,7 @@ def browser() -> Iterator[Browser]:
     path = os.environ.get("MECANIQUE_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
         reason = "no Chromium found; install Debian's chromium or set MECANIQUE_CHROMIUM to its path"
-        if os.environ.get("MECANIQUE_REQUIRE_BROWSER") == "1":
+        if "chromium" in os.environ.get("MECANIQUE_REQUIRE_BROWSERS", ""):
             pytest.fail(reason)
         pytest.skip(reason)
     with sync_playwright() as playwright:
