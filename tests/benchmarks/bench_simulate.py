@@ -2,10 +2,10 @@
 
     python tests/benchmarks/bench_simulate.py
 
-All integrate 10 s at rtol = atol = 1e-10 in one run, in turns, by the processor's time: Pinocchio bare; the same loop on
-the right-hand side of `Reference`, which maps coordinates and adds forces (the double pendulum's angles are absolute,
-the cart has a damper); `simulate`, which adds 601 samples, dense output and checks; and `simulate` with the reference's
-construction. Ratios are medians over the turns, to the bare loop.
+All integrate 10 s at rtol = atol = 1e-10 in one run, in turns, by the processor's time: Pinocchio bare; the same loop
+on the right-hand side of `Reference`, which maps coordinates and adds forces (the double pendulum's angles are
+absolute, the cart has a damper); `simulate`, which adds 601 samples, dense output and checks; and `simulate` with the
+reference's construction. Ratios are medians over the turns, to the bare loop.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ CHUNK = 2500
 WAITING = 64
 """Most chunks handed to an executor at a time, so that memory stays bounded."""
 
-SECONDS = 8e-7
+SECONDS = 4e-7
 """Time that numpy takes per run, second of motion and operation of the equations, roughly [s]."""
 
 _TITLES = {
