@@ -260,11 +260,26 @@ def test_a_file_is_held_once_however_often_it_is_drawn(tmp_path: Path) -> None:
     assert [each["surface"] for each in header["drawn"]] == [0, 1, 2, 0, 1, 2]
     assert [each["body"] for each in header["drawn"]] == [0, 0, 0, 1, 1, 1]
     assert header["drawn"][1]["rgba"] == [0, 0.5, 1, 0.25]
-    assert header["drawn"][4]["rgba"] == [0.55, 0.58, 0.62, 1.0]
+    assert header["drawn"][5]["rgba"] == [0.55, 0.58, 0.62, 1.0]
     assert header["drawn"][3]["matrix"] == np.diag([1.0, -2, 1, 1]).ravel().tolist()
     assert len(integers(data)) == sum(3 * (each["points"] + each["triangles"]) for each in header["surfaces"])
     with pytest.raises(InputError, match=r"gone\.stl: there is no such file"):
         mesh_parcel([SceneBody("a", (Shape("mesh", (1, 1, 1), path=tmp_path / "gone.stl"),))])
+
+
+def test_a_color_paints_a_mesh_of_one_color_not_of_several(tmp_path: Path) -> None:
+    written(tmp_path, "colors.mtl", MTL)
+    several = written(tmp_path, "several.obj", OBJ)
+    one = written(tmp_path, "one.obj", "\n".join(OBJ.splitlines()[:7]))
+    green = (0.0, 1.0, 0.0, 1.0)
+
+    def colors(path: Path, rgba: tuple[float, float, float, float] | None) -> list[list[float]]:
+        header, _ = mesh_parcel([SceneBody("a", (Shape("mesh", (1, 1, 1), rgba=rgba, path=path),))])
+        return [each["rgba"] for each in header["drawn"]]
+
+    assert colors(one, None) == [[1, 0, 0, 1]]
+    assert colors(one, green) == [[0, 1, 0, 1]]
+    assert colors(several, green) == [[1, 0, 0, 1], [0, 0.5, 1, 0.25], [0, 1, 0, 1]]
 
 
 def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:

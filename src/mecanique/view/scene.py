@@ -53,7 +53,7 @@ class Shape:
         size: box and ellipsoid: full edges or half axes along x, y, z [m]; cylinder, cone, capsule: radius
             and length along z [m], without the capsule's caps; sphere: radius [m]; mesh: factors along x, y, z.
         pose: shape (4, 4), the shape's frame, at its center, in the body's frame.
-        rgba: color and opacity, each from 0 to 1; None leaves a mesh its own colors.
+        rgba: color and opacity, each from 0 to 1; None leaves a mesh its own, and so does a mesh that has several.
         path: the file of a mesh: STL, OBJ or DAE.
     """
 

@@ -36,8 +36,11 @@ def mesh_parcel(bodies: Sequence[SceneBody]) -> tuple[dict[str, Any], bytes]:
             surfaces += packed
         matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
         for place in places[path]:
-            rgba = [min(max(float(c), 0.0), 1.0) for c in shape.rgba or surfaces[place].rgba or GREY]
-            drawn.append({"body": k, "surface": place, "rgba": rgba, "matrix": matrix})
+            own, given = surfaces[place].rgba, shape.rgba
+            # one color must not paint over a mesh that has several
+            rgba = (own or given if len(places[path]) > 1 else given or own) or GREY
+            kept = [min(max(float(c), 0.0), 1.0) for c in rgba]
+            drawn.append({"body": k, "surface": place, "rgba": kept, "matrix": matrix})
     heads = [{"points": s.points, "triangles": s.triangles, "step": s.step, "low": s.low} for s in surfaces]
     return {"surfaces": heads, "drawn": drawn}, b"".join(surface.body for surface in surfaces)
 
