@@ -96,8 +96,8 @@ class Chart:
         """Whether G is constant, c and γ are zero."""
         self.one_hinge = same and not self._positions and self._circles == [(0, 0)]
         """Whether one angle is all there is."""
-        self.single = same and not self._quaternions
-        """Whether each coordinate is the position or the angle of one joint of the engine, in the engine's order."""
+        self.single = self.constant and fixed.shape[0] == fixed.shape[1] and not self._quaternions
+        """Whether the positions and angles of the engine's joints follow the coordinates linearly, one by one."""
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
         """Whether v is q'."""
 

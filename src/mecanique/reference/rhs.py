@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import cos, sin
+from math import atan2, cos, sin
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -35,11 +35,12 @@ def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *
         recursive: whether the articulated-body recursion may be used (Featherstone, Rigid Body Dynamics Algorithms,
             2008, ch. 7); otherwise M a = forces − bias is solved.
     """
-    bare = recursive and chart.identical and not loads.act_on_bodies and not loads.act_in_joints
+    single = chart.single and chart.velocities_are_rates
+    bare = recursive and single and not loads.act_on_bodies and not loads.act_in_joints
     if bare and chart.one_hinge:
         return _hinge(engine, chart, loads)
-    if bare and chart.single:
-        return _chain(engine, loads, mechanism.nv)
+    if bare:
+        return _chain(engine, loads, mechanism.nv) if chart.identical else _linear(engine, chart, loads, mechanism.nv)
     accelerations = _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
     nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
     if chart.velocities_are_rates:
@@ -96,6 +97,30 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
         return out
 
     return chain
+
+
+def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
+    """The same where the joints follow the coordinates linearly, r = G q + r0: absolute angles, above all."""
+    import pinocchio as pin
+
+    model = _by_angles(engine)
+    aba, data, none, empty = pin.aba, model.createData(), loads.in_joints, np.empty
+    chart.place(np.zeros(nv), 0.0)
+    p, rest = chart.p, np.zeros((2, nv))
+    for joint in list(engine.model.joints)[1:]:
+        at = joint.idx_q
+        rest[0, joint.idx_v] = atan2(p[at + 1], p[at]) if joint.nq == 2 else p[at]
+    forth, back = chart.G.T.copy(), np.linalg.inv(chart.G).dot
+
+    def linear(t: float, y: Array) -> Array:
+        out = empty(2 * nv)
+        out[:nv] = y[nv:]
+        both = y.reshape(2, nv).dot(forth)
+        both += rest
+        out[nv:] = back(aba(model, data, both[0], both[1], none))
+        return out
+
+    return linear
 
 
 def _by_angles(engine: Engine) -> Any:
