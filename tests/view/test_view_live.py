@@ -21,6 +21,7 @@ from urllib.parse import urlsplit
 import numpy as np
 import pytest
 from conftest import Visit
+from playwright.sync_api import Error
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import WebSocketClientConnection, websocket_connect
 from view_scenes import about_y, pendulum, swarm, swing
@@ -157,6 +158,45 @@ def test_an_open_page_finds_the_server_that_came_back(visit: Callable[..., Visit
         until(lambda: again.viewers == 1)
         seen.page.wait_for_selector("body.ready")
         until(lambda: bool(seen.js("window.mecanique?.clock.time") == pytest.approx(0.5)))
+
+
+def test_an_open_page_survives_a_program_that_is_killed(tmp_path: Path, visit: Callable[..., Visit]) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    script = tmp_path / "show.py"
+    script.write_text(
+        f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
+        "from view_scenes import pendulum\nfrom mecanique.view.live import LiveView\n"
+        f"with LiveView(pendulum(duration=0.5), port={port}, token='remembered-token') as view:\n"
+        "    print(view.url, flush=True)\n    view.play(repeat=True)\n"
+    )
+
+    def start() -> subprocess.Popen[str]:
+        return subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
+
+    with start() as first:
+        assert first.stdout is not None
+        seen = visit(first.stdout.readline().strip())
+        until(lambda: bool(seen.js("mecanique.clock.time") > 0.1))
+        gone = seen.js("mecanique.scene.live.id")
+        first.kill()
+    seen.page.wait_for_selector("#notice:not([hidden])")
+    with start() as again:
+        try:
+            until(lambda: identity(seen) not in (None, gone), 20)
+            until(lambda: bool(seen.js("window.mecanique?.clock.time ?? 0") > 0.1))
+            assert seen.page.locator("#notice").is_hidden()
+        finally:
+            again.kill()
+
+
+def identity(seen: Visit) -> str | None:
+    """Which scene the page shows; None while it loads."""
+    try:
+        found: str | None = seen.js("window.mecanique?.scene.live.id ?? null")
+    except Error:  # the page changed while it was asked
+        return None
+    return found
 
 
 def test_strangers_are_turned_away(view: LiveView) -> None:
