@@ -85,7 +85,8 @@ class Plan:
         self._span = span
         self._auto = method == "auto"
         self._flows = not (events or mechanism.loops or any(callable(i.signal) for i in mechanism.inputs))
-        self._quick: RightHandSide | None = None
+        self._closed: RightHandSide | None = None
+        self._own: RightHandSide | None = None
         self._left = 0.0
         self.method = "dop853" if method in ("auto", *COMPILED) else method
         if method == "taylor":
@@ -110,20 +111,21 @@ class Plan:
     @property
     def rhs(self) -> RightHandSide:
         """The right-hand side to integrate; each answer is an array of its own."""
-        if self._quick is not None:
-            return owning(self._quick)
-        rhs: RightHandSide = self.reference.rhs()
-        return rhs
+        return owning(self.quick)
 
     @property
-    def quick(self) -> RightHandSide | None:
-        """The same but faster, overwriting its last answer, if there is one."""
-        return self._quick
+    def quick(self) -> RightHandSide:
+        """The same but faster, because it may overwrite its last answer."""
+        if self._closed is not None:
+            return self._closed
+        if self._own is None:
+            self._own = self.reference.rhs(overwriting=True)
+        return self._own
 
     @property
     def source(self) -> str:
         """Whose equations are integrated, for the method's description."""
-        return " on the closed form" if self._quick is not None else ""
+        return " on the closed form" if self._closed is not None else ""
 
     def watch(self, begin: float, end: float) -> Callable[[float], bool] | None:
         """Return what says, at the time of each step, whether to start again in another way; None if never.
@@ -172,7 +174,7 @@ class Plan:
 
     @property
     def _can_close(self) -> bool:
-        return self.mechanism.nv <= SMALL and self._quick is None
+        return self.mechanism.nv <= SMALL and self._closed is None
 
     def spend(self, steps: int) -> None:
         """Note that a motion is done, so that the next ones may be compiled.
@@ -190,7 +192,7 @@ class Plan:
             self._auto, self.reason = False, str(error)
 
     def _close(self) -> None:
-        self._quick = self.code.rhs(self.reference)
+        self._closed = self.code.rhs(self.reference)
 
     def _flow(self) -> None:
         self.code.give_back(self._rtol, self.code.borrow(self.reference, self._rtol))

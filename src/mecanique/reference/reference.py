@@ -310,7 +310,7 @@ class Reference:
 
         return self._answer(checked(self.mechanism, q, v), one)
 
-    def rhs(self) -> Rhs:
+    def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,); it checks nothing and is fast.
 
         Where the motion is not determined it gives numbers that are not finite, or raises what Python's own arithmetic

@@ -22,10 +22,10 @@ Rhs: TypeAlias = Callable[[float, Array], Array]
 _Accelerations: TypeAlias = Callable[[Array, Array, float], Array]
 
 
-def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *, recursive: bool) -> Rhs:
+def fast_rhs(
+    mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *, recursive: bool, overwriting: bool
+) -> Rhs:
     """Return the fastest right-hand side that is right for a mechanism.
-
-    Each answer is an array of its own, because integrators keep what they are given.
 
     Args:
         mechanism: whose motion it is.
@@ -34,13 +34,19 @@ def fast_rhs(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads, *
         loads: its forces.
         recursive: whether the articulated-body recursion may be used (Featherstone, Rigid Body Dynamics Algorithms,
             2008, ch. 7); otherwise M a = forces − bias is solved.
+        overwriting: whether an answer may be overwritten by the next; otherwise each is an array of its own, because
+            most integrators keep what they are given.
     """
     single = chart.single and chart.velocities_are_rates
     bare = recursive and single and not loads.act_on_bodies and not loads.act_in_joints
-    if bare and chart.one_hinge:
-        return _hinge(engine, chart, loads)
     if bare:
-        return _chain(engine, loads, mechanism.nv) if chart.identical else _linear(engine, chart, loads, mechanism.nv)
+        if chart.one_hinge:
+            rhs = _hinge(engine, chart, loads)
+        elif chart.identical:
+            rhs = _chain(engine, loads, mechanism.nv)
+        else:
+            rhs = _linear(engine, chart, loads, mechanism.nv)
+        return rhs if overwriting else lambda t, y: rhs(t, y).copy()
     accelerations = _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
     nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
     if chart.velocities_are_rates:
@@ -68,13 +74,12 @@ def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
     """A single hinge without springs or loads: every pendulum; half the time would go into generality."""
     import pinocchio as pin
 
-    aba, model, data, p, none, empty = pin.aba, engine.model, engine.data, chart.p, loads.in_joints, np.empty
+    aba, model, data, p, none, out = pin.aba, engine.model, engine.data, chart.p, loads.in_joints, np.empty(2)
 
     def hinge(t: float, y: Array) -> Array:
         angle, rate = y.tolist()
         p[0] = cos(angle)
         p[1] = sin(angle)
-        out = empty(2)
         out[0] = rate
         out[1] = aba(model, data, p, y[1:], none)[0]
         return out
@@ -87,10 +92,9 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
     import pinocchio as pin
 
     model = _by_angles(engine)
-    aba, data, none, empty = pin.aba, model.createData(), loads.in_joints, np.empty
+    aba, data, none, out = pin.aba, model.createData(), loads.in_joints, np.empty(2 * nv)
 
     def chain(t: float, y: Array) -> Array:
-        out = empty(2 * nv)
         v = y[nv:]
         out[:nv] = v
         out[nv:] = aba(model, data, y[:nv], v, none)
@@ -104,7 +108,7 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
     import pinocchio as pin
 
     model = _by_angles(engine)
-    aba, data, none, empty = pin.aba, model.createData(), loads.in_joints, np.empty
+    aba, data, none, out = pin.aba, model.createData(), loads.in_joints, np.empty(2 * nv)
     chart.place(np.zeros(nv), 0.0)
     p, rest = chart.p, np.zeros((2, nv))
     for joint in list(engine.model.joints)[1:]:
@@ -113,7 +117,6 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
     forth, back = chart.G.T.copy(), np.linalg.inv(chart.G).dot
 
     def linear(t: float, y: Array) -> Array:
-        out = empty(2 * nv)
         out[:nv] = y[nv:]
         both = y.reshape(2, nv).dot(forth)
         both += rest

@@ -211,15 +211,20 @@ class Tree:
         own = self._pin.computeFrameJacobian(engine.model, engine.data, chart.p, frame, world).reshape(6, -1)
         return np.asarray(own @ chart.G)
 
-    def rhs(self) -> Rhs:
+    def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration.
+
+        Args:
+            overwriting: whether an answer may be overwritten by the next.
 
         Raises:
             EngineError: if a motion moves no mass in any state looked at.
         """
         if self.massless is not None:
             self._refuse(self.massless, "")
-        return fast_rhs(self.mechanism, self.engine, self.chart, self.loads, recursive=self.recursive)
+        return fast_rhs(
+            self.mechanism, self.engine, self.chart, self.loads, recursive=self.recursive, overwriting=overwriting
+        )
 
     def _reduced(self, forces: Array) -> Array:
         chart = self.chart
