@@ -229,6 +229,21 @@ def test_a_body_cut_free_shows_its_forces_and_their_sum(show: Show) -> None:
     seen.clean()
 
 
+def test_a_moment_that_is_only_rounding_is_called_zero(show: Show) -> None:
+    """A pull along the rod at its pin, off by what rounding leaves, has no moment about the center."""
+    scene = pendulum()
+    weight, pin, *others = scene.arrows
+    along = scene.traces[0].points
+    pull = 40.0 * along + 1e-3 * np.array([1.0, 0, 0])
+    scene = replace(scene, arrows=(weight, replace(pin, vector=pull), others[0]))
+    seen = show(scene)
+    seen.page.select_option("#free-body", "1")
+    seen.page.click("#tab-forces")
+    seen.seek(1.0)
+    assert seen.page.locator("#force-sum dd").all_inner_texts()[2] == "(0, 0, 0) N·m"
+    seen.clean()
+
+
 def test_the_ledger_sums_to_zero(show: Show) -> None:
     seen = show(pendulum())
     seen.page.click("#tab-ledger")

@@ -101,9 +101,10 @@ export class ForceTable {
       if (arrow.unit === "N") {
         force = add(force, vector);
         sizeF += Math.hypot(...vector);
-        const arm = cross(less(at, about), vector);
-        moment = add(moment, arm);
-        sizeM += Math.hypot(...arm);
+        const arm = less(at, about);
+        moment = add(moment, cross(arm, vector));
+        // what rounding of the key frames may leave grows with arm and force, also where they are parallel
+        sizeM += Math.hypot(...arm) * Math.hypot(...vector);
       } else {
         moment = add(moment, vector);
         sizeM += Math.hypot(...vector);
