@@ -156,10 +156,11 @@ def test_a_reset_starts_again_without_loading_the_page_anew() -> None:
 
 def test_slow_motion_is_as_smooth_and_what_takes_long_comes_piece_by_piece(monkeypatch: pytest.MonkeyPatch) -> None:
     slow = Moving(mq.textbook.load("rigid_bar_pendulum"), {"q": 2.0}, None, math.inf, 1e-10, speed=0.05)
-    with shown(slow, speed=0.05) as live, Watcher(live.url) as seen:
+    with shown(slow, speed=0.05, patient=True) as live, Watcher(live.url) as seen:
         row = seen.reach(0.12)
         steps = np.diff([t for t in seen.times if t > 0])
         assert np.median(steps) == pytest.approx(0.05 / 60, rel=0.05)
+        assert seen.states[-1]["speed"] == 0.05
         assert angle(row) == pytest.approx(swung(seen.times[-1], 2.0), abs=1e-5)
     monkeypatch.setattr(stretches, "PATIENCE", 0.0)
     impatient = pendulum()

@@ -179,6 +179,7 @@ class LiveView:
             hold: whether to stay at the end, ready to start again, till the view is closed.
         """
         self._controls.begin(speed)
+        self._server.announce()
         while True:
             source = frames(self._controls.changes()) if callable(frames) else frames
             self._run(iter(source))
@@ -200,6 +201,7 @@ class LiveView:
         self._scene = motion = scene or self._scene
         self._server.show(motion, seekable=True).result()
         self._controls.begin(speed)
+        self._server.announce()
         first, last = float(motion.t[0]), float(motion.t[-1])
         clock = PacedClock(self._controls, first)
         shown = -1

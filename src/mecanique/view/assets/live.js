@@ -75,7 +75,7 @@ export class LiveClock {
 
   // How much of time a plot shows at least: a stream has just begun, and goes on [s].
   get room() {
-    return this.seekable ? 1e-6 : 2;
+    return this.seekable ? 1e-6 : 2 * Math.min(this.speed, 1);
   }
 
   get last() {

@@ -167,6 +167,7 @@ function wireLive(live, stage, transport, traces, companion, redraw) {
   };
   live.onstate = (state) => {
     transport.refit();
+    if (!live.seekable) transport.digits = Math.max(2, 2 - Math.floor(Math.log10(state.speed)));
     if (state.restart && !live.length) {
       live.history.clear();
       traces.clear();
