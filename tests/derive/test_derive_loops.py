@@ -6,11 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from derive_reading import residual
 
 from mecanique import assemble, textbook
 from mecanique.derive import derive
 from mecanique.derive.constrained import Constrained, constraints
 from mecanique.derive.definition import Definition
+from mecanique.derive.equations import Equations
+from mecanique.derive.evaluation import Evaluation
 from mecanique.derive.recursion import Recursion
 from mecanique.derive.reduced import Reduced
 from mecanique.derive.states import States
@@ -25,6 +28,7 @@ from mecanique.model import (
     Mechanism,
     Placement,
     Planar,
+    Prismatic,
     Revolute,
     Spherical,
     Spring,
@@ -42,6 +46,26 @@ BOXES = (
     *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
 )
 CLOSED = [name for name in textbook.names() if textbook.load(name).loops]
+
+
+def tied_where_it_stands(tree: Mechanism, q: np.ndarray, kind: str) -> Loop:
+    """A loop from the ground to the last body, closed in this position."""
+    pose = Recursion(tree).poses(States.of(tree, q))[-1][0]
+    roll = np.arctan2(pose[2, 1], pose[2, 2])
+    pitch = np.arcsin(-pose[2, 0])
+    yaw = np.arctan2(pose[1, 0], pose[0, 0])
+    there = Placement(tuple(pose[:3, 3]), (roll, pitch, yaw))
+    if kind == "distance":
+        there = Placement(tuple(pose[:3, 3] + [0.3, 0.4, 0.0]))
+    return Loop("tie", kind, "ground", there, "c", Placement(), 0.5 if kind == "distance" else 0.0)  # type: ignore[arg-type]  # parametrized
+
+
+def roots(equations: Equations, values: dict[str, float]) -> dict[str, float]:
+    """Values of the roots that the printed equations name."""
+    ring = equations.derivation.algebra.ring
+    value = Evaluation(ring, values)
+    names = [ring.generators[index].name for index, atom in ring.atoms.items() if atom.named]
+    return {name: float(value(ring[name])) for name in names}
 
 
 def slider_crank(theta: np.ndarray, rate: float) -> States:
@@ -100,14 +124,7 @@ def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
     tree = Mechanism("chain", BOXES, joints, forces=(spring,))
     random = np.random.default_rng(5)
     q = random.uniform(-0.6, 0.6, tree.nq)
-    pose = Recursion(tree).poses(States.of(tree, q))[-1][0]
-    roll = np.arctan2(pose[2, 1], pose[2, 2])
-    pitch = np.arcsin(-pose[2, 0])
-    yaw = np.arctan2(pose[1, 0], pose[0, 0])
-    there = Placement(tuple(pose[:3, 3]), (roll, pitch, yaw))
-    if kind == "distance":
-        there = Placement(tuple(pose[:3, 3] + [0.3, 0.4, 0.0]))
-    loop = Loop("tie", kind, "ground", there, "c", Placement(), 0.5 if kind == "distance" else 0.0)  # type: ignore[arg-type]  # parametrized
+    loop = tied_where_it_stands(tree, q, kind)
     mechanism = replace(tree, loops=(loop,))
     here = constraints(mechanism, States.of(mechanism, q))
     np.testing.assert_allclose(here.residual, 0, atol=1e-14)
@@ -186,6 +203,68 @@ def test_a_driven_crank_is_rheonomic() -> None:
         Reduced(driven).acceleration(states),
     ):
         assert found[0, 1] == pytest.approx(second, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", [name for name in CLOSED if name != "bricard_linkage"])
+def test_printed_equations_with_multipliers_hold_on_the_loops(name: str) -> None:
+    """Some multipliers satisfy every printed line at once, with accelerations found in independent coordinates."""
+    mechanism = textbook.load(name)
+    equations = derive(mechanism)
+    given = random_states(mechanism, 3, 2, equations.derivation.assumptions)
+    unknown = [f"lambda_{tie.name}" for tie in equations.derivation.ties]
+    for k in range(3):
+        states = States.of(mechanism, given.q[k], given.v[k])
+        a = Reduced(mechanism).acceleration(states)[0]
+        known: dict[str, float] = {**{n: float(np.ravel(x)[0]) for n, x in states.values.items()}}
+        known |= {f"{n}'": float(x) for n, x in zip(mechanism.velocities, a, strict=True)}
+        known |= roots(equations, known)
+        lines = equations.text().splitlines()
+
+        def at(multipliers: np.ndarray, lines: list[str] = lines, known: dict[str, float] = known) -> np.ndarray:
+            return np.array([residual(line, known | dict(zip(unknown, multipliers, strict=True))) for line in lines])
+
+        rest = at(np.zeros(len(unknown)))
+        columns = np.stack([at(one) - rest for one in np.eye(len(unknown))], axis=1)
+        found = np.linalg.lstsq(columns, -rest, rcond=None)[0]
+        size = np.abs(columns * found).sum(axis=1) + np.abs(rest)
+        np.testing.assert_allclose(at(found) / np.maximum(size, 1.0), 0.0, atol=1e-11)
+
+
+def test_the_printed_multipliers_are_the_force_of_the_loop() -> None:
+    lines = derive(textbook.load("slider_crank")).text().splitlines()
+    assert lines[2:] == [
+        "m2 x'' - lambda_B_x = 0",
+        "x - r cos(theta) - l cos(beta + theta) = 0",
+        "r sin(theta) + l sin(beta + theta) = 0",
+    ]
+    steps = derive(textbook.load("slider_crank")).text(steps=True)
+    assert steps.startswith("Slider crank: Lagrange's equations with multipliers")
+    assert "lambda_B_x  force of rod on slider in the loop B, x component in the axes of the world [N]" in steps
+    assert "∂V/∂q = Σ λ ∂Φ/∂q for every" in steps
+
+
+@pytest.mark.parametrize("kind", ["hinge", "weld", "plate", "pin", "ball", "distance"])
+def test_loops_of_every_kind_have_closed_forms_that_close_the_same_directions(kind: str) -> None:
+    joints = (
+        Revolute("j", "ground", "a", axis=(0, -1, 0)),
+        Prismatic("s", "a", "b", axis=(1, 0, 0), origin=Placement((0.3, 0.2, 0))),
+        Universal("u", "b", "c", origin=Placement((0.3, 0.1, 0))),
+    )
+    q = np.array([0.4, 0.1, -0.3, 0.5])
+    there = tied_where_it_stands(Mechanism("out", BOXES, joints), q, kind)
+    mechanism = replace(Mechanism("out", BOXES, joints), loops=(there,))
+    equations = derive(mechanism)
+    assert equations.symbolic, equations.why_not
+    states = States.of(mechanism, q)
+    algebra, ties = equations.derivation.algebra, equations.derivation.ties
+    value = Evaluation(algebra.ring, states.values)
+    np.testing.assert_allclose([value(tie.demand) for tie in ties], 0.0, atol=1e-14)
+    ours = np.array([[float(np.ravel(value(x))[0]) for x in algebra.along(tie.demand)] for tie in ties])
+    theirs = constraints(mechanism, states).jacobian[0]
+    assert len(ours) <= len(theirs)  # what holds identically is left out
+    for one, other in ((ours, theirs), (theirs, ours)):
+        reached = one.T @ np.linalg.lstsq(one.T, other.T, rcond=1e-12)[0]
+        np.testing.assert_allclose(reached, other.T, atol=1e-12)
 
 
 def test_what_cannot_be_done_is_said() -> None:

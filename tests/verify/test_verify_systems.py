@@ -150,7 +150,7 @@ def test_loops_are_verified_with_multipliers_and_in_independent_coordinates(pend
     assert verdict.agrees
     assert verdict.worst < 1e-10, str(verdict)
     ways = {row.sources[0] for row in verdict.rows if row.quantity == "acceleration"}
-    assert ways == {"jets", "recursion", "Newton-Euler", "virtual work", "independent coordinates"}
+    assert ways == {"jets", "recursion", "Newton-Euler", "virtual work", "closed form", "independent coordinates"}
     assert not verify(pendulum, samples=5).notes
 
 

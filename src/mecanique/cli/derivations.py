@@ -31,13 +31,13 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
         mechanism: what to derive.
         form: how to print.
     """
-    from mecanique.derive import METHODS
+    from mecanique.derive import readable
     from mecanique.derive.agreement import agreement
 
-    parts = [derivation(mechanism, method, form, steps=True) for method in METHODS]
+    parts = [derivation(mechanism, method, form, steps=True) for method in readable(mechanism)]
     try:
         said = agreement(mechanism)
     except mq.DerivationError as error:
-        said = f"Not compared as closed forms: {error}."
+        said = f"Not compared with other closed forms: {error}."
     parts.append(f"<p>{said}</p>" if form == "mathml" else said)
     return ("\n\n\n" if form == "text" else "\n\n").join(parts)

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
     from mecanique.model.mechanism import Mechanism
 
-__all__ = ["METHODS", "derive"]
+__all__ = ["METHODS", "derive", "readable"]
 
 METHODS = {
     "newton_euler": "mecanique.derive.newton_euler",
@@ -26,8 +26,8 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
 
     Args:
         mechanism: any mechanism.
-        method: "lagrange" (Lagrange's equations of the second kind), "newton_euler" (every body cut free, with its
-            reactions) or "virtual_work" (d'Alembert's inertia forces and a ledger of virtual work).
+        method: "lagrange" (Lagrange's equations, with multipliers where there are loops), "newton_euler" (every body
+            cut free, with its reactions) or "virtual_work" (d'Alembert's inertia forces and a ledger of virtual work).
 
     Raises:
         UnknownNameError: if there is no such method.
@@ -37,3 +37,12 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
         raise UnknownNameError("method", method, METHODS)
     equations: Equations = import_module(METHODS[method]).derive_equations(mechanism)
     return equations
+
+
+def readable(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the methods whose derivations can be written out, in textbook order; some only if they are short enough.
+
+    Args:
+        mechanism: any mechanism.
+    """
+    return ("lagrange",) if mechanism.loops else tuple(METHODS)

@@ -9,6 +9,7 @@ from typing import Any, final
 from mecanique.derive.algebra import Algebra
 from mecanique.derive.poisson import Series
 from mecanique.derive.springs import Assumption
+from mecanique.derive.ties import Tie
 
 __all__ = ["Derivation", "Left", "Result", "Stage"]
 
@@ -66,7 +67,7 @@ class Stage:
 @final
 @dataclass(frozen=True)
 class Derivation:
-    """Symbolic equations of motion M a + h = Q.
+    """Symbolic equations of motion M a + h = Q, with loops M a + h = Q + Σ λ ∂Φ/∂q and Φ = 0.
 
     Args:
         algebra: the mechanism's symbols.
@@ -79,6 +80,7 @@ class Derivation:
         closing: how the equations of motion follow from the last step, in a sentence.
         unknowns: what each reaction or virtual displacement in the steps is, by its name.
         reactions: each reaction that is not identically zero, by its name; empty where the method shows none.
+        ties: the equations of the loops, with their multipliers.
     """
 
     algebra: Algebra
@@ -91,14 +93,16 @@ class Derivation:
     closing: str = ""
     unknowns: Mapping[str, str] = field(default_factory=dict)
     reactions: Mapping[str, Series] = field(default_factory=dict)
+    ties: tuple[Tie, ...] = ()
 
     @property
     def rows(self) -> tuple[Series, ...]:
-        """M a + h − Q, one series for each velocity."""
+        """M a + h − Q − Σ λ ∂Φ/∂q, one series for each velocity."""
         algebra = self.algebra
         a: list[Any] = [algebra.ring[name] for name in algebra.accelerations]
+        slopes = [(tie.multiplier, algebra.along(tie.demand)) for tie in self.ties]
         terms = [
-            [m * x for m, x in zip(row, a, strict=True)] + [h, -q]
-            for row, h, q in zip(self.M, self.h, self.Q, strict=True)
+            [m * x for m, x in zip(row, a, strict=True)] + [h, -q] + [-multiplier * by[k] for multiplier, by in slopes]
+            for k, (row, h, q) in enumerate(zip(self.M, self.h, self.Q, strict=True))
         ]
         return tuple(algebra.ring.sum(parts) for parts in terms)

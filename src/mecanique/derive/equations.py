@@ -56,9 +56,9 @@ class Numeric(Protocol):
 class Equations:
     """Derived equations of motion M(q, t) a + bias(q, v, t) = forces(q, v, t).
 
-    What is computed is there for any mechanism; of one with loops, M, bias and forces of its tree. What is read (`M`,
-    `h`, `Q`, `equations`, `steps`, and the text, LaTeX and MathML of these) is derived when it is first asked for, and
-    is there if `symbolic` is true.
+    What is computed is there for any mechanism; of one with loops, M, bias and forces are those of its tree. What is
+    read (`M`, `h`, `Q`, `equations`, `steps`, and the text, LaTeX and MathML of these) is derived when it is first
+    asked for, and is there if `symbolic` is true.
 
     Args:
         mechanism: what they describe.
@@ -103,7 +103,7 @@ class Equations:
 
     @cached_property
     def equations(self) -> tuple[Equation, ...]:
-        """The equations of motion as a textbook prints them, one for each velocity.
+        """The equations of motion as a textbook prints them, one for each velocity, then those of the loops.
 
         Raises:
             DerivationError: if there is no symbolic form.
@@ -111,7 +111,8 @@ class Equations:
         from mecanique.derive.printing import equations
         from mecanique.derive.tidying import without_common_divisor
 
-        return equations([without_common_divisor(row) for row in self.derivation.rows])
+        rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
+        return equations([without_common_divisor(row) for row in rows])
 
     @cached_property
     def M(self) -> Any:

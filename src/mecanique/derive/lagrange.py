@@ -17,8 +17,9 @@ from mecanique.derive.poisson import Series
 from mecanique.derive.poses import combination
 from mecanique.derive.recursion import Recursion
 from mecanique.derive.springs import length_names
-from mecanique.derive.stages import coordinate_stages, energy_stages, quaternion_stages, work_stages
+from mecanique.derive.stages import coordinate_stages, energy_stages, loop_stages, quaternion_stages, work_stages
 from mecanique.derive.tidying import by_velocity, tidy
+from mecanique.derive.ties import ties
 from mecanique.derive.work import work_of
 from mecanique.errors import DerivationError
 from mecanique.model.joints import Floating, Spherical
@@ -49,12 +50,9 @@ class Lagrange:
     """
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
-        if mechanism.loops:
-            raise DerivationError(
-                f"mechanism {mechanism.name!r} has loops, whose forces Lagrange's equations of the tree do not show"
-            )
         self.algebra = algebra = algebra or Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
+        self.ties = ties(self.kinematics)
         self.works = [work_of(self.kinematics, force) for force in mechanism.forces]
         self.kinetic = [*self._bodies(), *self._rotors()]
         self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
@@ -86,6 +84,7 @@ class Lagrange:
                 *quaternion_stages(algebra),
                 *energy_stages(self.kinetic, self.T, self.gravity, self.works, self.V),
                 *work_stages(algebra, self.works, self.D),
+                *loop_stages(self.ties),
                 *coordinate_stages(
                     algebra,
                     list(zip(momenta, rates, turning, slopes, strict=True)),
@@ -96,6 +95,8 @@ class Lagrange:
             assumptions=tuple(a for work in self.works for a in work.assumptions),
             lengths=length_names(ring, [(work.name, work.length) for work in self.works if work.length is not None]),
             closing=self._closing(),
+            unknowns={f"lambda_{tie.name}": tie.meaning for tie in self.ties},
+            ties=self.ties,
         )
 
     def _bodies(self) -> Iterator[tuple[str, Series]]:
@@ -140,11 +141,18 @@ class Lagrange:
         found = {work.kind for work in self.works}
         loss = " + ∂D/∂q'" if "dissipation" in found else ""
         drive = "Q" if "work" in found else "0"
+        if self.ties:
+            drive = "Q + Σ λ ∂Φ/∂q" if "work" in found else "Σ λ ∂Φ/∂q"
         quasi = any(not name.endswith("'") for name in self.algebra.velocities)
-        return f"Lagrange's equations are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q" + (
-            ", and for a velocity that is no rate of a coordinate the terms of Euler and Kirchhoff are added."
-            if quasi
-            else "."
+        which = "Lagrange's equations with multipliers" if self.ties else "Lagrange's equations"
+        return (
+            f"{which} are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q"
+            + (
+                ", and for a velocity that is no rate of a coordinate the terms of Euler and Kirchhoff are added."
+                if quasi
+                else "."
+            )
+            + (" The loops add their own equations, Φ = 0." if self.ties else "")
         )
 
     def _turning(self, momenta: list[Series]) -> list[Series]:

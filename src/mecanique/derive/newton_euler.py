@@ -52,7 +52,8 @@ class NewtonEuler:
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         if mechanism.loops:
             raise DerivationError(
-                f"mechanism {mechanism.name!r} has loops; the reactions in its tree alone would mean nothing"
+                f"mechanism {mechanism.name!r} has loops; the reactions in its tree alone would mean nothing, but "
+                "Lagrange's equations with multipliers can be written out"
             )
         self.algebra = algebra or Algebra(mechanism)
         self.cuts = Cuts(Kinematics(self.algebra))

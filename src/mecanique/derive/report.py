@@ -16,7 +16,7 @@ from mecanique.derive.writers import Latex, MathML, Text, Writer
 if TYPE_CHECKING:
     from mecanique.derive.equations import Equations
 
-__all__ = ["TITLES", "Section", "latex", "mathml", "sections", "text"]
+__all__ = ["TITLES", "Section", "latex", "mathml", "sections", "text", "title"]
 
 TITLES = {
     "newton_euler": "Newton and Euler's equations of every body cut free",
@@ -145,9 +145,21 @@ def _closing(equations: Equations) -> str:
     return "Each line is divided by the numbers and parameters that all its terms share."
 
 
+def title(equations: Equations) -> str:
+    """Return what the method of a derivation is called.
+
+    Args:
+        equations: derived, symbolically or not.
+    """
+    if equations.symbolic and equations.derivation.ties:
+        return "Lagrange's equations with multipliers"
+    name = equations.method.replace("_", " ")
+    return TITLES.get(equations.method, f"{name[:1].upper()}{name[1:]}")
+
+
 def _heading(equations: Equations) -> str:
     name = equations.mechanism.name.replace("_", " ")
-    return f"{name[:1].upper()}{name[1:]}: {TITLES.get(equations.method, equations.method.replace('_', ' '))}"
+    return f"{name[:1].upper()}{name[1:]}: {title(equations)}"
 
 
 def _wrapped(sentence: str) -> Iterator[str]:

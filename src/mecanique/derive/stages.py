@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from mecanique.derive.algebra import Algebra
 from mecanique.derive.derivation import Left, Result, Stage
 from mecanique.derive.poisson import Series
+from mecanique.derive.ties import Tie
 from mecanique.derive.work import Work
 
-__all__ = ["coordinate_stages", "energy_stages", "quaternion_stages", "work_stages"]
+__all__ = ["coordinate_stages", "energy_stages", "loop_stages", "quaternion_stages", "work_stages"]
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:
@@ -96,6 +97,22 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
             results.append(Result(Left("Q", of(name), component=True), total))
         found.append(Stage("Virtual work of drives and loads", sentence, tuple(results)))
     return found
+
+
+def loop_stages(ties: Sequence[Tie]) -> list[Stage]:
+    """Return the step that says what the loops demand.
+
+    Args:
+        ties: the equations of the loops.
+    """
+    if not ties:
+        return []
+    sentence = (
+        "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, follows from the poses "
+        "of both and is zero as long as the loop is closed. In a virtual displacement that opens it by δΦ its force λ "
+        "does the work λ δΦ, so that λ ∂Φ/∂q joins the generalized forces."
+    )
+    return [Stage("Loops", sentence, tuple(Result(Left(f"Phi_{tie.name}"), tie.demand) for tie in ties))]
 
 
 def coordinate_stages(

@@ -66,7 +66,9 @@ class ClosedForm:
         return self._evaluated(self._derivation.Q, q, v, t)
 
     def acceleration(self, q: Given, v: Given, t: Any = 0.0) -> Array:
-        """Return the solution a of M a + h = Q, shape (n, nv); not a number where M has no inverse.
+        """Return the solution a of M a + h = Q + Σ λ ∂Φ/∂q and Φ'' = 0, shape (n, nv).
+
+        It is not a number where there is none.
 
         Args:
             q: shape (n, nq).
@@ -74,10 +76,31 @@ class ClosedForm:
             t: shape () or (n,) [s].
         """
         mass, rest = self.mass_matrix(q, t), self.forces(q, v, t) - self.bias(q, v, t)
+        if self._derivation.ties:
+            return self._held(mass, rest, q, v, t)
         try:
             return np.asarray(np.linalg.solve(mass, rest[..., None])[..., 0])
         except np.linalg.LinAlgError:
             return np.full(rest.shape, np.nan)
+
+    def _held(self, mass: Array, rest: Array, q: Given, v: Given, t: Any) -> Array:
+        """The accelerations that the loops leave, their multipliers being the least where they are not unique."""
+        algebra, ties = self._derivation.algebra, self._derivation.ties
+        # Φ'' = J a + γ
+        second = [tie.demand.ddt().ddt().linear(algebra.accelerations) for tie in ties]
+        J = self._evaluated([entry for row, _ in second for entry in row], q, v, t)
+        gamma = self._evaluated([gamma for _, gamma in second], q, v, t)
+        J = J.reshape(*gamma.shape, mass.shape[-1])
+        both = np.concatenate(
+            [
+                np.concatenate([mass, -np.swapaxes(J, 1, 2)], axis=2),
+                np.concatenate([J, np.zeros((*gamma.shape, len(ties)))], axis=2),
+            ],
+            axis=1,
+        )
+        right = np.concatenate([rest, -gamma], axis=1)[..., None]
+        solution = np.linalg.pinv(both, rcond=1e-13) @ right
+        return np.asarray(solution[:, : rest.shape[1], 0])
 
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, Array]:
         """Return the kinetic and the potential energy that the steps state, each shape (n,) [J].

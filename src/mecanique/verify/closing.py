@@ -67,7 +67,7 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> tuple[A
     # fewer equations than usual act at a singular position
     keep = np.flatnonzero(regular & (np.array(ranks) == max(ranks)))
     return (
-        np.array([found[k][0] for k in keep]),
-        np.array([found[k][1] for k in keep]),
+        np.array([found[k][0] for k in keep]).reshape(-1, q.shape[1]),
+        np.array([found[k][1] for k in keep]).reshape(-1, v.shape[1]),
         np.array(which, dtype=np.intp)[keep],
     )

@@ -85,9 +85,9 @@ class Checking:
             self._tell(derivations, VerdictTable(headline=f"not checked: {type(error).__name__}: {error}"))
 
     def _methods(self) -> Iterable[str]:
-        from mecanique.derive import METHODS
+        from mecanique.derive import readable
 
-        return METHODS if self._mechanism.nv <= MOST_DERIVED else ()
+        return readable(self._mechanism) if self._mechanism.nv <= MOST_DERIVED else ()
 
     def _derived(self, method: str) -> Any:
         from mecanique.derive import derive

@@ -25,17 +25,17 @@ def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: An
 
     Args:
         motion: the `Motion`.
-        equations: derived `Equations`, one or several; by default every method derives them.
+        equations: derived `Equations`, one or several; by default every method does that can be written out.
         verdict: the `Verdict`; by default the equations are compared at 100 states.
     """
-    from mecanique.derive import METHODS, derive
+    from mecanique.derive import derive, readable
     from mecanique.motion.motion import Motion
     from mecanique.verify import verify
 
     if not isinstance(motion, Motion):
         raise InputError(f"expected a Motion, as simulate returns it, got {type(motion).__name__}")
     mechanism = motion.mechanism
-    derived = _told(lambda method: derive(mechanism, method), METHODS) if equations is None else equations
+    derived = _told(lambda method: derive(mechanism, method), readable(mechanism)) if equations is None else equations
     several = derived if isinstance(derived, Sequence) else (derived,)
     compared = next(iter(_told(lambda _: verify(mechanism), [""])), None) if verdict is None else verdict
     actions = actions_of(motion)

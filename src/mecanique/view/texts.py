@@ -61,11 +61,10 @@ def derivation_of(equations: Any) -> Derivation:
     Args:
         equations: derived `Equations`.
     """
-    from mecanique.derive.report import TITLES, sections
+    from mecanique.derive.report import sections, title
 
-    title = TITLES.get(equations.method, equations.method.replace("_", " ").capitalize())
     if not equations.symbolic:
-        return Derivation(title, (Block("Equations of motion", equations.text(), final=True),))
+        return Derivation(title(equations), (Block("Equations of motion", equations.text(), final=True),))
     blocks = []
     parts = sections(equations)
     for number, part in enumerate(parts, 1):
@@ -74,7 +73,7 @@ def derivation_of(equations: Any) -> Derivation:
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(Block(heading, formula, final=last, lead=lead))
-    return Derivation(title, tuple(blocks))
+    return Derivation(title(equations), tuple(blocks))
 
 
 def table_of(verdict: Any) -> VerdictTable:
