@@ -340,13 +340,20 @@ def test_equations_and_verdict_arrive_while_it_moves(visit: Callable[..., Visit]
 
 def test_a_disagreement_is_told_loudly(visit: Callable[..., Visit], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5)))
-    with shown(Moving(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)) as live:
+    source = Moving(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)
+    with shown(source) as live:
         seen = visit(live.url)
         seen.page.wait_for_selector(".badge.bad")
         assert seen.page.inner_text(".badge") == "✗ disagrees"
         assert "Derivation and reference disagree: cart_pole: DISAGREES" in seen.page.inner_text("#alarm")
         moved = seen.js("mecanique.clock.time")
         until(lambda: bool(seen.js("mecanique.clock.time") > moved))
+        # a scene that takes its place keeps it, though it was made before the verdict came
+        before = seen.js("mecanique.scene.live.id")
+        live.show(source.presenter.first, keep=True)
+        until(lambda: asked(seen, "window.mecanique?.scene.live.id") not in (None, before))
+        seen.page.wait_for_selector("#alarm:not([hidden])")
+        assert seen.page.inner_text(".badge") == "✗ disagrees"
 
 
 def test_a_check_that_fails_is_told_and_a_cancelled_one_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:

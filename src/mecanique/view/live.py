@@ -61,6 +61,7 @@ class LiveView:
         self._texts = threading.Lock()
         self._server = Server(self._controls, port=port, token=token)
         self._page = self._server.show(scene, seekable=False)
+        self._alarm()
         self.send(scene.frame(0))
         if not at_once:
             self.made()
@@ -97,15 +98,21 @@ class LiveView:
         """The instant that is shown."""
         return self._latest
 
-    def show(self, scene: Scene) -> None:
+    def show(self, scene: Scene, *, keep: bool = False) -> None:
         """Replace the scene; open pages load the new one.
 
         Args:
             scene: what to show from now on.
+            keep: whether the equations and the verdict that are shown stay, also those that have just arrived.
         """
         with self._texts:
+            if keep:
+                now = self._scene.document
+                document = replace(scene.document, derivations=now.derivations, verdict=now.verdict)
+                scene = replace(scene, document=document)
             self._scene = scene
             self._page = self._server.show(scene, seekable=False)
+            self._alarm()
         self._page.result()
         self.send(scene.frame(0))
 
@@ -121,8 +128,13 @@ class LiveView:
         with self._texts:
             document = replace(self._scene.document, derivations=derivations, verdict=verdict)
             self._scene = replace(self._scene, document=document)
-            alarm = f"Derivation and reference disagree: {verdict.headline}" if verdict.agrees is False else ""
-            self._server.note({**late(self._scene), "alarm": alarm})
+            self._server.note({**late(self._scene), "alarm": ""})
+            self._alarm()
+
+    def _alarm(self) -> None:
+        verdict = self._scene.document.verdict
+        if verdict.agrees is False:
+            self._server.note({"alarm": f"Derivation and reference disagree: {verdict.headline}"})
 
     def warn(self, text: str) -> None:
         """Tell in every page that something went wrong.

@@ -74,7 +74,7 @@ class Presenter:
             self._names, before = names, live.scene
             document = replace(before.document, ledger=shown.document.ledger)
             planar = shown.planar and before.planar
-            live.show(replace(shown, document=document, bounds=before.bounds, planar=planar))
+            live.show(replace(shown, document=document, bounds=before.bounds, planar=planar), keep=True)
         return shown
 
     def close(self) -> None:
