@@ -257,3 +257,30 @@ def test_auto_compiles_for_a_mechanism_that_moves_again_and_again(fast: bool, mo
     assert "closed form" not in motions[0].method
     assert ("taylor" if fast else "on the closed form") in motions[-1].method
     np.testing.assert_allclose(motions[-1].q, motions[0].q, atol=1e-8)
+
+
+@needs_heyoka
+def test_code_is_optimized_when_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    code = compiled(mechanism)
+    first = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="taylor")
+    assert not code.optimized(1e-10)
+    monkeypatch.setattr("mecanique.motion.compiled.OPTIMIZED", first.statistics.steps)
+    then = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="taylor")
+    assert code.optimized(1e-10)
+    assert not code.optimized(1e-8)
+    np.testing.assert_allclose(then.q, first.q, atol=1e-9)
+
+
+@needs_heyoka
+def test_code_is_optimized_within_a_long_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    expected = mq.simulate(mechanism, q=[1.0], duration=10.0, method="taylor")
+    again = mechanism.replace()
+    monkeypatch.setattr("mecanique.motion.compiled.OPTIMIZED", 40)
+    monkeypatch.setattr("mecanique.motion.flow.AT_ONCE", 30)
+    motion = mq.simulate(again, q=[1.0], duration=10.0, method="taylor")
+    assert compiled(again).optimized(1e-10)
+    assert motion.statistics.steps == pytest.approx(expected.statistics.steps, abs=15)  # some are cut by looking on
+    np.testing.assert_allclose(motion.q, expected.q, atol=1e-9)
+    np.testing.assert_allclose(motion(7.77).q, expected(7.77).q, atol=1e-9)

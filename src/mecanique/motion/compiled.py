@@ -20,6 +20,9 @@ from mecanique.verify.states import States
 
 __all__ = ["Compiled", "compiled"]
 
+OPTIMIZED = 50_000
+"""After so many steps of Taylor series their code is optimized: by then that pays, whatever the mechanism."""
+
 _DERIVING = 2e-3
 """Time to derive, compare and compile the least equations, roughly [s]."""
 
@@ -42,6 +45,8 @@ class Compiled:
         self._program: Program | DerivationError | None = None
         self._make: Callable[[], RightHandSide] | None = None
         self._pools: dict[float, list[Any]] = {}
+        self._taken: dict[float, int] = {}
+        self._optimized: set[float] = set()
 
     def program(self, reference: Any) -> Program:
         """Return the equations as a program, after it was compared with the reference.
@@ -101,13 +106,44 @@ class Compiled:
             InputError: if heyoka is not installed.
             DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
         """
+        if not self.optimized(tolerance) and self._taken.get(tolerance, 0) >= OPTIMIZED:
+            self._optimized.add(tolerance)
+            self._pools.pop(tolerance, None)
         pool = self._pools.get(tolerance)
         if pool:
             return pool.pop()
-        return integrator(self.program(reference), tolerance)
+        return integrator(self.program(reference), tolerance, optimized=self.optimized(tolerance))
 
-    def give_back(self, tolerance: float, machine: Any) -> None:
-        """Take a Taylor integrator back, for the next motion."""
+    def exchanged(self, reference: Any, tolerance: float, machine: Any, steps: int) -> Any:
+        """Return a Taylor integrator to go on with: the same, or an optimized one if that pays by now.
+
+        Args:
+            reference: the mechanism's `Reference`.
+            tolerance: relative error of a step.
+            machine: the integrator.
+            steps: how many steps it took since it was borrowed.
+        """
+        if self.optimized(tolerance) or self._taken.get(tolerance, 0) + steps < OPTIMIZED:
+            return machine
+        self.give_back(tolerance, machine, steps)
+        other = self.borrow(reference, tolerance)
+        other.time = machine.time
+        other.state[:] = machine.state
+        return other
+
+    def optimized(self, tolerance: float) -> bool:
+        """Whether Taylor integrators of a tolerance are optimized."""
+        return tolerance in self._optimized
+
+    def give_back(self, tolerance: float, machine: Any, steps: int = 0) -> None:
+        """Take a Taylor integrator back, for the next motion.
+
+        Args:
+            tolerance: relative error of a step.
+            machine: the integrator.
+            steps: how many steps it took.
+        """
+        self._taken[tolerance] = self._taken.get(tolerance, 0) + steps
         self._pools.setdefault(tolerance, []).append(machine)
 
     def batched(self, reference: Any) -> Batched:
@@ -121,8 +157,8 @@ class Compiled:
     def seconds_to_build(self) -> float:
         """Return about how long it takes to build a Taylor integrator [s]."""
         if isinstance(self._program, Program):
-            return build_seconds(self._program)
-        return self.seconds_to_derive() + building(15 * self._size**2)
+            return build_seconds(self._program, optimized=False)
+        return self.seconds_to_derive() + building(15 * self._size**2, optimized=False)
 
 
 _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}

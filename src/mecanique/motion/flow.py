@@ -74,6 +74,7 @@ def flow(
         machine.time = t0
         machine.state[:] = start
         while machine.time < end and not trouble:
+            machine = code.exchanged(reference, rtol, machine, steps)
             limits = {"max_steps": min(AT_ONCE, max_steps - steps), **options}
             some = inner[:AT_ONCE]
             if len(some) and some[0] < end:  # samples on the way are read off the series
@@ -95,7 +96,7 @@ def flow(
     except KeyboardInterrupt:
         trouble = "interrupted"
     last = float(machine.time)
-    code.give_back(rtol, machine)
+    code.give_back(rtol, machine, steps)
 
     def curve() -> Curve:
         return _curve(mechanism, code, reference, start, (t0, last), rtol, options)

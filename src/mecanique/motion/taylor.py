@@ -20,12 +20,18 @@ __all__ = ["build_seconds", "building", "installed", "integrator", "lanes", "sys
 
 _FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}
 
-_COMPACT = 600
-"""Programs with more operations are compiled compactly: twice slower, but not compiled for minutes."""
+_COMPACT = {True: 600, False: 200}
+"""Programs with more operations are compiled compactly, if optimized and if not: slower, but not compiled for long."""
 
-_OPTIONS = {"opt_level": 1, "fast_math": True}
-"""Higher levels gain nothing and take longer; products and sums may be fused, which rounds less and is a third faster.
-That a state is not finite is seen all the same."""
+_OPTIONS: dict[bool, dict[str, Any]] = {
+    True: {"opt_level": 1, "fast_math": True},
+    False: {"opt_level": 0, "fast_math": True},
+}
+"""Optimized or not: that runs two to five times faster and takes ten times longer to compile. Higher levels gain
+little. Products and sums may be fused, which rounds less; that a state is not finite is seen all the same."""
+
+_BUILDING = {True: (0.02, 3.5e-3), False: (0.01, 4e-4)}
+"""Time to compile, optimized or not: in all, and for each operation, roughly [s]."""
 
 _IMPORTING = 0.3
 """Time to import heyoka, roughly [s]."""
@@ -37,32 +43,36 @@ def installed() -> bool:
     return find_spec("heyoka") is not None
 
 
-def build_seconds(program: Program) -> float:
+def build_seconds(program: Program, *, optimized: bool = True) -> float:
     """Return about how long an integrator takes to compile [s].
 
     Args:
         program: the equations.
+        optimized: whether it is optimized.
     """
-    return building(len(program.tape.needed(program.rates)))
+    return building(len(program.tape.needed(program.rates)), optimized=optimized)
 
 
-def building(operations: float) -> float:
+def building(operations: float, *, optimized: bool = True) -> float:
     """Return about how long a program of so many operations takes to compile [s].
 
     Args:
         operations: their number.
+        optimized: whether it is optimized.
     """
     importing = 0.0 if "heyoka" in sys.modules else _IMPORTING
-    return importing + 0.01 + 1e-4 * operations
+    once, each = _BUILDING[optimized]
+    return importing + once + each * operations
 
 
-def integrator(program: Program, tolerance: float, runs: int = 1) -> Any:
+def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:
     """Return a heyoka integrator: of one run, or of several side by side.
 
     Args:
         program: the equations; open parameters are par[0], par[1], …
         tolerance: relative error of a step.
         runs: number of runs that advance together, each with its own step.
+        optimized: whether it is optimized, which pays for long or many motions.
 
     Raises:
         InputError: if heyoka is not installed.
@@ -71,7 +81,7 @@ def integrator(program: Program, tolerance: float, runs: int = 1) -> Any:
     heyoka = _heyoka()
     equations = system(program, heyoka)
     size = len(program.tape.needed(program.rates))
-    options: dict[str, Any] = {"tol": tolerance, "compact_mode": size > _COMPACT, **_OPTIONS}
+    options = {"tol": tolerance, "compact_mode": size > _COMPACT[optimized], **_OPTIONS[optimized]}
     if program.open:
         options["pars"] = [0.0] * len(program.open) if runs == 1 else [[0.0] * runs for _ in program.open]
     if runs == 1:
