@@ -157,7 +157,7 @@ def compare(case: Case) -> None:
 
 
 def optimize(run: Callable[[], object]) -> tuple[float, int, float]:
-    """Run Taylor series until their code is optimized: time of a run before [s], number of runs, time that takes [s]."""
+    """Run Taylor series until their code is optimized: time of a run before, number of runs, time that takes [s]."""
     took = [seconds(run) for _ in range(3)]
     usual = float(np.median(took))
     while took[-1] < max(10 * usual, 0.015) and len(took) < 2000:
