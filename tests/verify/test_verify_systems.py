@@ -154,6 +154,20 @@ def test_loops_are_verified_with_multipliers_and_in_independent_coordinates(pend
     assert not verify(pendulum, samples=5).notes
 
 
+@pytest.mark.parametrize(
+    ("name", "sizes"),
+    [
+        ("double_pendulum", {"l1": 3e-6, "l2": 8e-6, "m1": 1e-12, "m2": 2e-12}),
+        ("four_bar_linkage", {"a": 3e-6, "b": 8e-6, "c": 6e-6, "d": 9e-6, "m1": 1e-12, "m2": 2e-12, "m3": 1e-12}),
+        ("double_pendulum", {"l1": 3e6, "l2": 8e6, "m1": 1e12, "m2": 2e12}),
+    ],
+)
+def test_micrometers_and_megameters_are_verified_as_exactly(name: str, sizes: dict[str, float]) -> None:
+    """Weights of tiny bodies are a million times their inertia: neither may drown in the other."""
+    verdict = verify(textbook.load(name, **sizes), samples=20)
+    assert verdict.worst < 1e-12, str(verdict)
+
+
 def test_bad_numbers_are_refused(pendulum: Mechanism) -> None:
     with pytest.raises(InputError, match="expected a whole number of at least 1 for samples, got 0"):
         verify(pendulum, samples=0)

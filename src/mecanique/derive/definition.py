@@ -59,11 +59,11 @@ class Definition:
             states: where and when.
         """
         n, nv = len(states), self._mechanism.nv
-        # M does not depend on v, and without motion nothing is lost to rounding
+        # M does not depend on v or gravity, without which nothing is lost to rounding
         q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
         many = States(self._mechanism, q, np.zeros((len(q), nv)), t, single=False)
         a = np.concatenate([np.zeros((1, nv)), np.eye(nv)]).repeat(n, axis=0)
-        E = self._operator(many, a).reshape(nv + 1, n, nv)
+        E = self._inertia(many, a).reshape(nv + 1, n, nv)
         return np.asarray(np.moveaxis(E[1:] - E[0], 0, -1))
 
     def bias(self, states: States) -> np.ndarray:
@@ -170,13 +170,16 @@ class Definition:
 
     def _operator(self, states: States, a: np.ndarray) -> np.ndarray:
         """Lagrange's operator on T, and ∂V/∂q of gravity, shape (n, nv)."""
+        both: np.ndarray = self._inertia(states, a) + self.gravity(states)
+        return both
+
+    def _inertia(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Lagrange's operator on T, shape (n, nv)."""
         r, H = self.motion(states, a)
         later_r, later_H = {name: _delayed(x) for name, x in r.items()}, [_delayed(pose) for pose in H]
         E = np.zeros((self._mechanism.nv, len(states)))
         for now, later in zip(self._kinetic(r, H), self._kinetic(later_r, later_H), strict=True):
             E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
-        for place, J in self._bodies:
-            E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
         return np.asarray(E.T)
 
     def motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:

@@ -101,7 +101,7 @@ class Reduced:
     ) -> np.ndarray:
         nv, n = self._mechanism.nv, len(states)
         free = np.setdiff1d(np.arange(nv), dependent)
-        rest, E = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
+        rest, E, weight = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
         # the partials of the coordinates: how all follow the independent ones
         follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
         M = np.empty((n, len(free), len(free)))
@@ -109,7 +109,7 @@ class Reduced:
             a = np.zeros((n, len(free)))
             a[:, k] = 1.0
             M[:, :, k] = self._operator(states, a, rows, dependent, inverse)[1] - E
-        right = np.einsum("nvk,nv->nk", follow, forces) - E
+        right = np.einsum("nvk,nv->nk", follow, forces) - E - weight
         try:
             independent = np.linalg.solve(M, right[..., None])[..., 0]
         except np.linalg.LinAlgError:
@@ -127,8 +127,8 @@ class Reduced:
 
     def _operator(
         self, states: States, a: np.ndarray, rows: np.ndarray, dependent: np.ndarray, inverse: np.ndarray
-    ) -> tuple[list[Jet], np.ndarray]:
-        """The coordinates as jets, and Lagrange's operator on T − V of gravity in the independent ones, (n, free)."""
+    ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
+        """The coordinates as jets, Lagrange's operator on T in the independent ones, ∂V/∂q of gravity, (n, free)."""
         q = self._paths(states, a, rows, dependent, inverse)
         r, H = self._placed(states, q)
         E = np.zeros((a.shape[1], len(states)))
@@ -137,15 +137,16 @@ class Reduced:
             now = half.ddt().trace_with(pose.ddt())
             later = _delayed(half).ddt().trace_with(_delayed(pose).ddt())
             E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
+        weight = np.zeros_like(E)
         for place, J in self._bodies:
-            E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
+            weight = weight - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
         for link in self._tree:
             inertia = self._mechanism.evaluate(link.armature)
             if inertia:
                 x = r[link.coordinates[0]]
                 now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, _delayed(x)))
                 E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
-        return q, np.asarray(E.T)
+        return q, np.asarray(E.T), np.asarray(weight.T)
 
     def _paths(
         self, states: States, a: np.ndarray, rows: np.ndarray, dependent: np.ndarray, inverse: np.ndarray

@@ -13,10 +13,14 @@ from mecanique.derive.evaluation import Evaluation
 from mecanique.derive.poisson import Series
 from mecanique.derive.states import Given, States
 from mecanique.model.mechanism import Mechanism
+from mecanique.verify.states import angles, characteristic_length
 
 __all__ = ["ClosedForm"]
 
 Array = npt.NDArray[np.float64]
+
+_RANK = 1e-12
+"""Singular values below this part of the largest count as zero."""
 
 
 @final
@@ -90,17 +94,20 @@ class ClosedForm:
         second = [tie.demand.ddt().ddt().linear(algebra.accelerations) for tie in ties]
         J = self._evaluated([entry for row, _ in second for entry in row], q, v, t)
         gamma = self._evaluated([gamma for _, gamma in second], q, v, t)
-        J = J.reshape(*gamma.shape, mass.shape[-1])
+        # one unit for all, so that ranks are seen: accelerations per length, multipliers by what their rows move
+        angular, length = angles(self._mechanism), characteristic_length(self._mechanism)
+        units = np.array([1.0 if name in angular else length for name in self._mechanism.velocities])
+        J = J.reshape(*gamma.shape, mass.shape[-1]) * units
+        rows = 1 / np.maximum(np.abs(J).max(axis=2), 1e-300)
+        J, M = J * rows[..., None], mass * units[:, None] * units
+        size = np.maximum(np.abs(M).max(axis=(1, 2)), 1e-300)[:, None, None]
+        empty = np.zeros((*gamma.shape, len(ties)))
         both = np.concatenate(
-            [
-                np.concatenate([mass, -np.swapaxes(J, 1, 2)], axis=2),
-                np.concatenate([J, np.zeros((*gamma.shape, len(ties)))], axis=2),
-            ],
-            axis=1,
+            [np.concatenate([M / size, -np.swapaxes(J, 1, 2)], axis=2), np.concatenate([J, empty], axis=2)], axis=1
         )
-        right = np.concatenate([rest, -gamma], axis=1)[..., None]
-        solution = np.linalg.pinv(both, rcond=1e-13) @ right
-        return np.asarray(solution[:, : rest.shape[1], 0])
+        right = np.concatenate([rest * units / size[:, 0], -gamma * rows], axis=1)[..., None]
+        solution = (np.linalg.pinv(both, rcond=_RANK) @ right)[:, : len(units), 0]
+        return np.asarray(solution * units)
 
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, Array]:
         """Return the kinetic and the potential energy that the steps state, each shape (n,) [J].

@@ -18,7 +18,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.verify.closing import closed_states
 from mecanique.verify.possible import is_possible
 
-__all__ = ["States", "characteristic_length", "random_states"]
+__all__ = ["States", "angles", "characteristic_length", "random_states"]
 
 Array = npt.NDArray[np.float64]
 
@@ -103,7 +103,7 @@ def random_states(mechanism: Mechanism, samples: int, seed: int, assumptions: Se
 
 def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
     length = characteristic_length(mechanism)
-    angular = _angles(mechanism)
+    angular = angles(mechanism)
     reach = np.array([np.pi if name in angular else _LENGTH * length for name in mechanism.coordinates])
     low, high = -reach, reach.copy()
     for name, (lower, upper) in mechanism.limits.items():
@@ -162,30 +162,34 @@ def whole(number: object, what: str, least: int) -> int:
     return int(number)
 
 
-def _angles(mechanism: Mechanism) -> set[str]:
-    """Coordinates that are angles and velocities that are angular, as far as the description tells."""
+def angles(mechanism: Mechanism) -> set[str]:
+    """Return the coordinates that are angles and the velocities that are angular, as far as the description tells.
+
+    Args:
+        mechanism: the mechanism.
+    """
     driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
-    angles: set[str] = set()
+    turning: set[str] = set()
     lengths: set[str] = set()
     rates: set[str] = set()
     for joint in mechanism.joints:
         match joint:
             case Revolute() | Universal():
-                angles.update(joint.coordinates)
+                turning.update(joint.coordinates)
             case Prismatic():
                 lengths.update(joint.coordinates)
             case Planar():
                 lengths.update(joint.coordinates[:2])
-                angles.add(joint.coordinates[2])
+                turning.add(joint.coordinates[2])
             case Spherical() | Floating():
                 rates.update(joint.velocities[-3:])
     for name, scalar in driven.items():
         # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x / l)
-        angles |= (_inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)) - _inside(
+        turning |= (_inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)) - _inside(
             scalar, {"asin", "acos", "atan", "atan2"}
         )
-    angles = (angles - lengths) & set(mechanism.coordinates)
-    return angles | rates | {f"{name}'" for name in angles}
+    turning = (turning - lengths) & set(mechanism.coordinates)
+    return turning | rates | {f"{name}'" for name in turning}
 
 
 def _inside(expression: Any, functions: set[str]) -> set[str]:
