@@ -18,6 +18,9 @@ __all__ = ["Block", "integrate"]
 
 _DAMPING = 0.04
 _EXPONENT = 1 / 8 - 0.2 * _DAMPING
+_PIECE = 10_000
+"""Numbers that are added up at once: beyond some ten thousand, BLAS starts threads, which disturb each other."""
+
 _LEAST, _MOST = 0.2, 6.0
 """Least and most that a step is changed by; the step control is damped as that of one motion (`methods`)."""
 
@@ -117,7 +120,7 @@ class _Runner:
 
     def step(self, mark: float) -> np.ndarray:
         """Take one step that does not pass a mark; return which runs failed, shape (n,)."""
-        block, K, flat, trial = self._block, self._K, self._flat, self._trial
+        block, K, trial = self._block, self._K, self._trial
         h = min(self.h, block.max_step)
         left = mark - self.t
         last = left <= h * 1.000001
@@ -128,10 +131,10 @@ class _Runner:
         line = trial.reshape(-1)
         with np.errstate(all="ignore"):
             for s in range(1, len(self._B)):
-                np.dot(h * self._A[s, :s], flat[:s], out=line)
+                self._combine(h * self._A[s, :s], line)
                 trial += self.y
                 self._rhs(self.t + self._C[s] * h, trial, K[s])
-            np.dot(h * self._B, flat[:-1], out=line)
+            self._combine(h * self._B, line)
             trial += self.y
             self._rhs(self.t + h, trial, K[-1])
             error = self._error(h)
@@ -159,6 +162,13 @@ class _Runner:
             return np.asarray(~(error <= 1))
         return none
 
+    def _combine(self, weights: np.ndarray, out: np.ndarray) -> None:
+        """Add up the first rates with weights, in pieces so small that no library starts threads for them."""
+        count = len(weights)
+        for first in range(0, len(out), _PIECE):
+            some = slice(first, first + _PIECE)
+            np.dot(weights, self._flat[:count, some], out=out[some])
+
     def _error(self, h: float) -> np.ndarray:
         """Error of each run in tolerances, shape (n,)."""
         trial, errors = self._trial, self._errors
@@ -166,7 +176,7 @@ class _Runner:
         scale *= self._block.rtol
         scale += self._block.atol
         for weights, line in zip(self._E, errors.reshape(2, -1), strict=True):
-            np.dot(weights, self._flat, out=line)  # one by one: products of matrices start threads of their own
+            self._combine(weights, line)
         errors /= scale
         errors *= errors
         fifth, third = errors.sum(axis=1)
