@@ -313,15 +313,22 @@ def number(message: str | bytes | None) -> int:
 
 
 def test_streams_keep_real_time() -> None:
+    """Other work on the machine can only make a stream longer: the shortest of some tells."""
     scene = pendulum(duration=0.6)
+
+    def shortest(show: Callable[[], object]) -> float:
+        taken = []
+        for _ in range(5):
+            start = time.monotonic()
+            show()
+            taken.append(time.monotonic() - start)
+        return min(taken)
+
     with LiveView(scene) as view:
         for speed in (1.0, 3.0):
-            start = time.monotonic()
-            view.stream((scene.frame(k) for k in range(len(scene.t))), speed=speed)
-            assert time.monotonic() - start == pytest.approx(0.6 / speed, abs=0.08)
-        start = time.monotonic()
-        view.play(scene, speed=2.0)
-        assert 0.3 <= time.monotonic() - start < 0.7, "the page is built before the motion starts"
+            taken = shortest(lambda rate=speed: view.stream((scene.frame(k) for k in range(len(scene.t))), speed=rate))  # type: ignore[misc]  # the default binds the loop's speed
+            assert taken == pytest.approx(0.6 / speed, abs=0.08)
+        assert 0.3 <= shortest(lambda: view.play(scene, speed=2.0)) < 0.7, "the page is built before the motion starts"
 
 
 def test_things_of_ones_own_can_be_drawn(view: LiveView, visit: Callable[..., Visit]) -> None:
