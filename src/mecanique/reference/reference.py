@@ -318,11 +318,14 @@ class Reference:
 
         Loops must be closed; how far a state has left them is not looked at.
 
+        Args:
+            overwriting: whether an answer may be overwritten by the next, which is faster for many trees.
+
         Raises:
             EngineError: if a motion of a tree moves no mass.
         """
         if self._closed is None:
-            return self._tree.rhs()
+            return self._tree.rhs(overwriting=overwriting)
         from mecanique.reference.passing import closed_rhs
 
         return closed_rhs(self._closed)
