@@ -9,6 +9,7 @@ import numpy.typing as npt
 import pytest
 from reference_samples import driven, flyer, states, tree
 
+from mecanique import textbook
 from mecanique.model import Fixed, Mechanism, Prismatic, Revolute
 from mecanique.model.expression import evaluate
 from mecanique.model.forces import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
@@ -316,3 +317,16 @@ def test_the_samples_hold_every_joint_and_every_force() -> None:
     assert Fixed in kinds
     forces = {type(force) for sample in SAMPLES for force in sample().forces}
     assert forces == {Spring, Damper, JointSpring, JointDamper, JointForce, Force, Torque}
+
+
+@pytest.mark.parametrize("name", ["rigid_bar_pendulum", "double_pendulum", "n_link_pendulum"])
+def test_answers_are_arrays_of_their_own_unless_they_may_be_overwritten(name: str) -> None:
+    reference = Reference(textbook.load(name))
+    first, second = np.full((2, 2 * reference.mechanism.nv), 0.3) * [[1.0], [2.0]]
+    own, fast = reference.rhs(), reference.rhs(overwriting=True)
+    kept = own(0.0, first)
+    assert own(0.0, second) is not kept
+    np.testing.assert_array_equal(kept, own(0.0, first))
+    again = fast(0.0, first)
+    np.testing.assert_array_equal(again, kept)
+    assert fast(0.0, second) is again
