@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -414,3 +415,17 @@ def test_what_a_page_keeps_is_bounded(visit: Callable[..., Visit]) -> None:
         until(lambda: bool(seen.js("mecanique.clock.number") > now + 20))
         assert seen.js(count) == objects
         assert seen.js("document.querySelectorAll('#charts figure').length") == 1
+
+
+def test_a_stretch_whose_very_end_comes_late_is_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [0.0]
+
+    def simulated(progress: Callable[[float], object], **arguments: Any) -> str:
+        progress(0.5)
+        now[0] = 10 * stretches.PATIENCE
+        progress(1.0)
+        return "whole"
+
+    monkeypatch.setattr(mq.motion, "simulate", simulated)
+    monkeypatch.setattr(stretches, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    assert stretches.computed() == "whole"

@@ -89,10 +89,10 @@ def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Any:
 
     latest = time.monotonic() + PATIENCE
 
-    def progress(_: float) -> None:
+    def progress(fraction: float) -> None:
         if check is not None:
             check()
-        if time.monotonic() > latest:
+        if fraction < 1.0 and time.monotonic() > latest:  # at the end there is nothing to cut short
             raise _EnoughError
 
     try:
