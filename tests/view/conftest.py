@@ -101,7 +101,7 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
         seen.page.goto(address)
         if wait:
             try:
-                seen.page.wait_for_selector("body.ready", timeout=20_000)
+                seen.page.wait_for_selector("body.ready", timeout=60_000)
             except PlaywrightError as error:
                 raise AssertionError(f"the page did not start: {seen.messages} {seen.errors}") from error
         return seen

@@ -51,7 +51,7 @@ def falling(t: float) -> tuple[float, float, float]:
     return 0.1 * t, 0.0, -9.81 * t**2 / 2
 
 
-def until(condition: Callable[[], bool], seconds: float = 10.0) -> None:
+def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"

@@ -304,7 +304,7 @@ def test_a_force_that_acts_late_gets_its_arrow(visit: Callable[..., Visit]) -> N
         assert seen.errors == []
 
 
-def until(condition: Callable[[], bool], seconds: float = 20.0) -> None:
+def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"

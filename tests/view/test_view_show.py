@@ -198,7 +198,7 @@ def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
         run.communicate()
 
 
-def until(condition: Callable[[], bool], seconds: float = 15.0) -> None:
+def until(condition: Callable[[], bool], seconds: float = 60.0) -> None:
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "it did not happen in time"

@@ -62,14 +62,14 @@ class Watcher:
         assert self._link is not None
         self._loop.call_soon_threadsafe(self._link.write_message, json.dumps(message))
 
-    def until(self, condition: Callable[[Watcher], bool], seconds: float = 20.0) -> None:
+    def until(self, condition: Callable[[Watcher], bool], seconds: float = 60.0) -> None:
         """Wait for something to be seen."""
         end = time.monotonic() + seconds
         while not condition(self):
             assert time.monotonic() < end, f"it did not happen: {self.times[-3:]} {self.states[-1:]} {self.notes}"
             time.sleep(0.01)
 
-    def reach(self, t: float, seconds: float = 20.0) -> NDArray[np.float32]:
+    def reach(self, t: float, seconds: float = 60.0) -> NDArray[np.float32]:
         """Wait for a time to be shown; return the row."""
         self.until(lambda watcher: bool(watcher.times) and watcher.times[-1] >= t, seconds)
         return self.rows[-1]

@@ -96,8 +96,8 @@ def view(
             raise InputError("q, v and duration belong to a mechanism; a motion has its own")
         source = Recorded(shown)
     with LiveView(source.presenter.first, port=port, open_browser=open_browser, at_once=True) as live:
-        print(f"{live.url}\nCtrl-C ends the view.", flush=True)
         try:
+            print(f"{live.url}\nCtrl-C ends the view.", flush=True)
             live.made()
             source.presenter.check(live)
             # a page takes its time to load; nothing of the motion is missed
