@@ -58,14 +58,12 @@ class ConstrainedMotion:
         multipliers: shape (m,), the least ones; the generalized constraint force is Jᵀ λ.
         determined: shape (m,), False where a redundant constraint leaves the multiplier undetermined.
         rank: number of independent constraint equations.
-        hold: the least singular value of these, as a part of the largest; zero at a singular position.
     """
 
     acceleration: np.ndarray
     multipliers: np.ndarray
     determined: np.ndarray
     rank: int
-    hold: float
 
 
 def split(
@@ -147,5 +145,4 @@ def solve(
         particular = particular - parts.null @ (directions @ ((directions.T @ push) / free))
     force = scaled_mass @ particular + scaled_h
     multipliers = rows * (parts.range_left @ ((parts.range_right.T @ force) * gain))
-    hold = float(parts.singular[-1] / max(parts.singular[0], 1e-300)) if parts.rank else 1.0
-    return ConstrainedMotion(columns * particular, multipliers, parts.determined, parts.rank, hold)
+    return ConstrainedMotion(columns * particular, multipliers, parts.determined, parts.rank)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from mecanique.reference.answers import Array
-from mecanique.reference.assembly import moved, projected
+from mecanique.reference.assembly import moved
 from mecanique.reference.closed import WEAK, Closed
 from mecanique.reference.nullspace import split
 from mecanique.reference.rhs import Rhs
@@ -41,7 +41,8 @@ _PROBE = 1e-4
 """How far along the way the Jacobian is looked at again, to see how its singular value changes."""
 
 _SWEEPS = 12
-_CLOSED = 1e-13
+_CLOSED = 1e-14
+"""Loops this near to closed, in characteristic lengths or radians, are closed there."""
 
 
 def closed_rhs(closed: Closed) -> Rhs:
@@ -57,20 +58,22 @@ def closed_rhs(closed: Closed) -> Rhs:
     def rhs(t: float, y: Array) -> Array:
         nonlocal regular, reach
         q, v = y[:nq], y[nq:]
-        motion = closed.solve(q, v, t, weak=WEAK)
-        rates, a = closed.rates(q, v), motion.acceleration
+        rates, a = closed.rates(q, v), closed.solve(q, v, t, weak=WEAK).acceleration
         if not np.abs(q - regular).max(initial=0.0) < reach:
-            distance = _distance(closed, q, v, t)
+            way = _way(closed, q, v, t)
+            distance = _distance(closed, way, q, v, t)
             regular, reach = q.copy(), min(distance - _FAR, _FAR) / 2 * unit
-            between = _interpolated(closed, q, v, t) if distance < _NEXT else None
+            between = _interpolated(closed, way, q, v, t) if distance < _NEXT else None
             if between is not None:
                 a = between
             elif distance < _FAR:
                 x = max(0.0, (distance - _NEAR) / (_FAR - _NEAR))
                 share = x**3 * (10 - 15 * x + 6 * x**2)  # a sudden change would be a kink to the integrator
-                q, v = projected(closed, q, v, t, drifted=True)
-                near = closed.solve(q, v, t, weak=WEAK).acceleration
-                rates, a = share * rates + (1 - share) * closed.rates(q, v), share * a + (1 - share) * near
+                found = _on_loops(closed, q, v, t, np.zeros_like(v), way.right, np.zeros(way.right.shape[1]))
+                if found is not None:
+                    q, v, _ = found
+                    near = closed.solve(q, v, t, weak=WEAK).acceleration
+                    rates, a = share * rates + (1 - share) * closed.rates(q, v), share * a + (1 - share) * near
         out = np.empty(size)
         out[:nq] = rates
         out[nq:] = a
@@ -85,18 +88,18 @@ class _Way(NamedTuple):
     Args:
         along: shape (nv,), scaled, its largest component one.
         left: shape (m, rank), singular vectors.
-        right: shape (nv, rank).
-        hold: the least singular value as a part of the largest.
+        right: shape (nv, rank), singular vectors; among the hardly held ones, those the motion does not take.
+        singular: shape (rank,), singular values.
     """
 
     along: Array
     left: Array
     right: Array
-    hold: float
+    singular: Array
 
 
 def _way(closed: Closed, q: Array, v: Array, t: float) -> _Way:
-    """Return it; directions that are hardly held count as free, but for those the motion does not take."""
+    """How it moves on; directions that are hardly held count as free, but for those the motion does not take."""
     J = _scaled(closed, q, v, t)
     parts = split(J, fixed=closed.most)
     weak = parts.singular < WEAK * parts.singular.max(initial=0.0)
@@ -109,8 +112,7 @@ def _way(closed: Closed, q: Array, v: Array, t: float) -> _Way:
         basis = np.linalg.svd(rest)[0][:, : free.shape[1] - 1]
         most_held = basis @ np.linalg.svd(J @ basis)[2].T
         right = np.hstack([right[:, ~weak], most_held[:, : int(weak.sum())]])
-    hold = float(parts.singular[-1] / max(parts.singular[0], 1e-300)) if parts.rank else 1.0
-    return _Way(along / fastest if fastest else along, parts.range_left, right, hold)
+    return _Way(along / fastest if fastest else along, parts.range_left, right, parts.singular)
 
 
 def _scaled(closed: Closed, q: Array, v: Array, t: float) -> Array:
@@ -119,25 +121,20 @@ def _scaled(closed: Closed, q: Array, v: Array, t: float) -> Array:
     return scaled
 
 
-def _distance(closed: Closed, q: Array, v: Array, t: float) -> float:
+def _distance(closed: Closed, way: _Way, q: Array, v: Array, t: float) -> float:
     """How far it is along the way to where the least singular value vanishes, to first order."""
-    way = _way(closed, q, v, t)
-    if not way.along.any() or not way.left.size:
+    if not way.along.any() or not way.singular.size:
         return np.inf
-    if way.hold < WEAK:
+    if way.singular[-1] <= WEAK * way.singular[0]:
         return 0.0
-    before, after = (
-        float(way.left[:, -1] @ _scaled(closed, at, v, t) @ way.right[:, -1])
-        for at in (q, moved(closed, q, closed.closures.columns * way.along * _PROBE))
-    )
-    return abs(before * _PROBE / (after - before)) if after != before else np.inf
+    least, ahead = float(way.singular[-1]), moved(closed, q, closed.closures.columns * way.along * _PROBE)
+    change = float(way.left[:, -1] @ _scaled(closed, ahead, v, t) @ way.right[:, -1]) - least
+    return abs(least * _PROBE / change) if change else np.inf
 
 
-def _interpolated(closed: Closed, q: Array, v: Array, t: float) -> Array | None:
+def _interpolated(closed: Closed, way: _Way, q: Array, v: Array, t: float) -> Array | None:
     """The acceleration from states before and behind, with the same velocity along the way; None if there are none."""
-    way = _way(closed, q, v, t)
-    right = way.right
-    a = np.zeros_like(v)
+    right, a = way.right, np.zeros_like(v)
     for side in (1, -1):
         bend = np.zeros(right.shape[1])
         last = bend
