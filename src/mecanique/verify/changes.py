@@ -2,17 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from typing import final
+from typing import Protocol, TypeVar, final
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.verify.evidence import Evidence
 
-__all__ = ["Change", "fitted"]
+__all__ = ["Change", "Guess", "fitted", "promising"]
 
 Array = npt.NDArray[np.float64]
+
+_MOST = 4000
+"""Experiments evaluated at once."""
+
+_CLOSER = 8
+"""Guesses that get a closer look."""
+
+
+class Guess(Protocol):
+    """What a change is called before it is known what it answers."""
+
+    @property
+    def kind(self) -> str:
+        """Of the mistake."""
+
+    @property
+    def where(self) -> str:
+        """Link, joint or coordinate, or empty for the whole mechanism."""
+
+    @property
+    def text(self) -> str:
+        """What the other source seems to do."""
+
+
+_G = TypeVar("_G", bound=Guess)
 
 
 @final
@@ -33,6 +59,30 @@ class Change:
     text: str
     answers: Array
     free: int = 0
+
+
+def promising(
+    evidence: Evidence, guesses: Iterable[_G], answer: Callable[[list[_G], npt.NDArray[np.intp]], Array]
+) -> Iterator[Change]:
+    """Yield the guesses that explain a few experiments best, with what they answer in all of them.
+
+    Args:
+        evidence: what is to be explained.
+        guesses: what may be the matter.
+        answer: gives what some guesses answer in the experiments of some indices, shape (guesses, n, nv).
+    """
+
+    def answers(some: list[_G], rows: npt.NDArray[np.intp]) -> Array:
+        lot = max(1, _MOST // len(rows))
+        return np.concatenate([answer(some[k : k + lot], rows) for k in range(0, len(some), lot)])
+
+    kept = list(guesses)
+    if len(kept) > _CLOSER:
+        coarse = evidence.residual(answers(kept, evidence.few), evidence.few)
+        kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
+    if kept:
+        for guess, found in zip(kept, answers(kept, np.arange(len(evidence.inputs))), strict=True):
+            yield Change(guess.kind, guess.where, guess.text, found)
 
 
 def fitted(evidence: Evidence, columns: Array) -> tuple[Array, Array]:

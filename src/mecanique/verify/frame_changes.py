@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.derive.links import Link
 from mecanique.model.placement import rotation
-from mecanique.verify.changes import Change
+from mecanique.verify.changes import Change, promising
 from mecanique.verify.evidence import Evidence
 
 __all__ = ["frame_changes"]
@@ -19,11 +19,6 @@ __all__ = ["frame_changes"]
 Array = npt.NDArray[np.float64]
 
 _DEGREE = np.pi / 180
-_MOST = 4000
-"""Experiments evaluated at once."""
-
-_CLOSER = 8
-"""Changes that get a closer look."""
 
 
 @final
@@ -44,14 +39,7 @@ def frame_changes(evidence: Evidence) -> Iterator[Change]:
     Args:
         evidence: what is to be explained.
     """
-    variants = list(_variants(evidence))
-    if len(variants) > _CLOSER:
-        coarse = evidence.residual(_answers(evidence, variants, evidence.few), evidence.few)
-        variants = [variants[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
-    if variants:
-        every = np.arange(len(evidence.inputs))
-        for variant, answers in zip(variants, _answers(evidence, variants, every), strict=True):
-            yield Change(variant.kind, variant.where, variant.text, answers)
+    yield from promising(evidence, _variants(evidence), partial(_answers, evidence))
 
 
 def _variants(evidence: Evidence) -> Iterator[_Variant]:
@@ -110,13 +98,6 @@ def _moved(J: Array, factor: float) -> Array:
 
 def _answers(evidence: Evidence, variants: list[_Variant], rows: npt.NDArray[np.intp]) -> Array:
     """What each variant answers in some experiments, shape (variants, n, nv)."""
-    n, tree = len(rows), evidence.recursion.tree
-    lot = max(1, _MOST // n)
-    parts = [_lot(evidence, variants[k : k + lot], rows, tree) for k in range(0, len(variants), lot)]
-    return np.concatenate(parts)
-
-
-def _lot(evidence: Evidence, variants: list[_Variant], rows: npt.NDArray[np.intp], tree: tuple[Link, ...]) -> Array:
     n, recursion = len(rows), evidence.recursion
     inputs = evidence.inputs.at(np.tile(rows, len(variants)))
     changed: list[dict[int, Array]] = []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from typing import final
 
@@ -15,16 +16,14 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
 from mecanique.model.joints import Prismatic, Revolute
-from mecanique.verify.changes import Change
-from mecanique.verify.evidence import Evidence, Inputs
+from mecanique.verify.changes import Change, promising
+from mecanique.verify.evidence import Evidence
 
 __all__ = ["map_changes", "state_changes"]
 
 Array = npt.NDArray[np.float64]
 
 _DEGREE = np.pi / 180
-_MOST = 4000
-_CLOSER = 8
 
 
 @final
@@ -59,14 +58,7 @@ def state_changes(evidence: Evidence) -> Iterator[Change]:
     Args:
         evidence: what is to be explained.
     """
-    readings = list(_readings(evidence))
-    if len(readings) > _CLOSER:
-        coarse = evidence.residual(_answers(evidence, readings, evidence.few), evidence.few)
-        readings = [readings[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
-    if readings:
-        every = np.arange(len(evidence.inputs))
-        for reading, answers in zip(readings, _answers(evidence, readings, every), strict=True):
-            yield Change(reading.kind, reading.where, reading.text, answers)
+    yield from promising(evidence, _readings(evidence), partial(_answers, evidence))
 
 
 def map_changes(evidence: Evidence) -> Iterator[Change]:
@@ -176,12 +168,8 @@ def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:
 
 
 def _answers(evidence: Evidence, readings: list[_Reading], rows: npt.NDArray[np.intp]) -> Array:
-    lot = max(1, _MOST // len(rows))
-    parts = [_lot(evidence, readings[k : k + lot], evidence.inputs.at(rows)) for k in range(0, len(readings), lot)]
-    return np.concatenate(parts)
-
-
-def _lot(evidence: Evidence, readings: list[_Reading], inputs: Inputs) -> Array:
+    """What each reading answers in some experiments, shape (readings, n, nv)."""
+    inputs = evidence.inputs.at(rows)
     many = inputs.at(np.tile(np.arange(len(inputs)), len(readings)))
     moved = replace(
         many,
