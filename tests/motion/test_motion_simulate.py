@@ -13,6 +13,7 @@ from scipy.special import ellipj, ellipk
 
 import mecanique as mq
 from mecanique.motion.methods import METHODS
+from mecanique.motion.taylor import installed
 
 G = 9.81
 
@@ -158,6 +159,22 @@ def test_progress_is_told() -> None:
     assert told == sorted(told)
     assert told[-1] == 1.0
     assert 50 < len(told) < 120
+
+
+@pytest.mark.parametrize("method", ["dop853", *(["taylor"] if installed() else [])])
+@pytest.mark.parametrize("when", [0.5, 1.0])
+def test_what_progress_raises_loses_nothing(method: str, when: float) -> None:
+    def stop(fraction: float) -> None:
+        if fraction >= when:
+            raise RuntimeError("enough")
+
+    with pytest.raises(mq.IntegrationError, match=r"enough.*in the error's \.motion") as caught:
+        mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, method=method, progress=stop)
+    assert isinstance(caught.value.__cause__, RuntimeError)
+    motion = caught.value.motion
+    assert motion is not None
+    # a Taylor series of ten seconds is told of at its end only
+    assert motion.t[-1] == 10.0 if when == 1.0 or method == "taylor" else 5.0 < motion.t[-1] < 6.0
 
 
 @pytest.fixture

@@ -1,7 +1,8 @@
-"""Where a chart ends: a motion that comes to the limit of a coordinate stops there and says so."""
+"""The end of a motion: where it comes to the limit of a coordinate, or where whoever is told of it stops it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -12,7 +13,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.events import Event
 from mecanique.motion.motion import Motion
 
-__all__ = ["chart_ends", "refuse_end"]
+__all__ = ["chart_ends", "refuse_end", "tell_end"]
 
 MARGIN = 1e-3
 """A coordinate this near to its limit, in parts of the distance of its limits or of 1, has reached it: a motion may
@@ -79,3 +80,23 @@ def refuse_end(motion: Motion) -> None:
                 state=np.concatenate([last.q, last.v]),
                 motion=motion,
             )
+
+
+def tell_end(progress: Callable[[float], object] | None, motion: Motion) -> None:
+    """Tell that a motion is complete; what is raised then does not lose it.
+
+    Args:
+        progress: called with the fraction done, if anybody is to be told.
+        motion: the whole motion.
+
+    Raises:
+        IntegrationError: with the motion, if `progress` raises an exception.
+    """
+    if progress is None:
+        return
+    try:
+        progress(1.0)
+    except Exception as error:
+        t = float(motion.t[-1])
+        message = f"progress raised {error!r} at the end, t = {t:.6g} s; the whole motion is in the error's .motion"
+        raise IntegrationError(message, time=t, motion=motion) from error

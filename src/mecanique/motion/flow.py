@@ -30,6 +30,7 @@ class Flow(NamedTuple):
         steps: number of steps.
         curve: gives the motion as a curve through states.
         trouble: what stopped it before its end; empty if nothing did.
+        fault: what `progress` raised, if it did.
     """
 
     last: float
@@ -37,6 +38,7 @@ class Flow(NamedTuple):
     steps: int
     curve: Callable[[], Curve]
     trouble: str
+    fault: Exception | None = None
 
 
 def flow(
@@ -69,6 +71,7 @@ def flow(
     machine = code.borrow(reference, rtol)
     options: dict[str, Any] = {} if np.isinf(max_step) else {"max_delta_t": max_step}
     steps, trouble, states = 0, "", [start[None]] if times[0] == t0 else []
+    fault: Exception | None = None
     inner = times[times > t0]
     try:
         machine.time = t0
@@ -92,7 +95,10 @@ def flow(
             elif outcome.name != "time_limit":
                 trouble = "collapsed"
             if progress is not None:
-                progress((machine.time - t0) / (end - t0))
+                try:
+                    progress((machine.time - t0) / (end - t0))
+                except Exception as error:
+                    trouble, fault = "told to stop", error
     except KeyboardInterrupt:
         trouble = "interrupted"
     last = float(machine.time)
@@ -101,7 +107,7 @@ def flow(
     def curve() -> Curve:
         return _curve(mechanism, code, reference, start, (t0, last), rtol, options)
 
-    return Flow(last, np.concatenate(states) if states else np.empty((0, len(start))), steps, curve, trouble)
+    return Flow(last, np.concatenate(states) if states else np.empty((0, len(start))), steps, curve, trouble, fault)
 
 
 def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:

@@ -16,7 +16,7 @@ from mecanique.errors import InputError, IntegrationError, MecaniqueError, Unkno
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.closing import Closing
 from mecanique.motion.dense import Curve, State
-from mecanique.motion.ends import chart_ends, refuse_end
+from mecanique.motion.ends import chart_ends, refuse_end, tell_end
 from mecanique.motion.events import Event, Occurrence
 from mecanique.motion.methods import METHODS, Outcome, Task, advance
 from mecanique.motion.motion import Motion, Statistics
@@ -164,8 +164,7 @@ def simulate(
     if trouble is not None:
         raise _error(trouble, task, steps, mechanism, motion)
     refuse_end(motion)
-    if progress is not None:
-        progress(1.0)
+    tell_end(progress, motion)
     return motion
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from mecanique.errors import DerivationError, InputError, IntegrationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compiled import compiled
+from mecanique.motion.ends import tell_end
 from mecanique.motion.events import Event
 from mecanique.motion.flow import flow
 from mecanique.motion.generated import owning
@@ -242,16 +243,16 @@ def flowed(
                 "; raise max_steps, shorten the duration or loosen rtol",
             ),
             "collapsed": ("the step size collapsed", ": a force or the mass matrix becomes singular there"),
+            "told to stop": (f"progress raised {found.fault!r}", ""),
         }[found.trouble]
         error = IntegrationError(
             f"{advice[0]} at t = {found.last:.6g} s{advice[1]}; the motion until then is in the error's .motion",
             time=found.last,
             motion=motion,
         )
-        error.__cause__ = KeyboardInterrupt() if found.trouble == "interrupted" else None
+        error.__cause__ = KeyboardInterrupt() if found.trouble == "interrupted" else found.fault
         raise error
-    if progress is not None:
-        progress(1.0)
+    tell_end(progress, motion)
     return motion
 
 

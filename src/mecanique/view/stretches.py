@@ -89,10 +89,10 @@ def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Any:
 
     latest = time.monotonic() + PATIENCE
 
-    def progress(fraction: float) -> None:
+    def progress(_: float) -> None:
         if check is not None:
             check()
-        if fraction < 1.0 and time.monotonic() > latest:  # at the end there is nothing to cut short
+        if time.monotonic() > latest:
             raise _EnoughError
 
     try:
