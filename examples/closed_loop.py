@@ -12,7 +12,11 @@ def main() -> None:
     start = mq.textbook.entry("four_bar_linkage").start
     print(mq.degrees_of_freedom(linkage, start))
     q = mq.assemble(linkage, start)
-    print(", ".join(f"{name} = {value:.4f}" for name, value in zip(linkage.coordinates, q, strict=True)))
+    print(
+        ", ".join(
+            f"{name} = {value:.4f}" for name, value in zip(linkage.coordinates, q, strict=True)
+        )
+    )
     motion = mq.simulate(linkage, q=dict(zip(linkage.coordinates, q, strict=True)), duration=2.0)
     for joint in linkage.joints:
         force = np.linalg.norm(motion.reactions(joint.name).force, axis=1)

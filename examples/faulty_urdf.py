@@ -27,7 +27,8 @@ FAULTY = """<robot>
 
 def main() -> None:
     path = Path("arm.urdf")
-    # no body has such moments: izz is more than ixx + iyy, a slip of the decimal point that only its author can mend
+    # no body has such moments: izz is more than ixx + iyy, a slip of the decimal point that only
+    # its author can mend
     mended = mend(FAULTY, name="arm")
     for text in (FAULTY, mended, mended.replace('izz="0.2"', 'izz="0.02"')):
         path.write_text(text, encoding="utf-8")

@@ -6,12 +6,19 @@ import mecanique as mq
 
 
 def block(m: float = 2.0, k: float = 50.0, c: float = 0.8) -> mq.Mechanism:
-    mass, stiffness, damping = mq.Parameter("m", m, "kg"), mq.Parameter("k", k, "N/m"), mq.Parameter("c", c, "N·s/m")
+    mass, stiffness, damping = (
+        mq.Parameter("m", m, "kg"),
+        mq.Parameter("k", k, "N/m"),
+        mq.Parameter("c", c, "N·s/m"),
+    )
     return mq.Mechanism(
         name="block",
         bodies=(mq.Body("ground"), mq.Body("block", mq.box(mass, (0.3, 0.3, 0.3)))),
         joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(mq.JointSpring("spring", "slide", stiffness), mq.JointDamper("damper", "slide", damping)),
+        forces=(
+            mq.JointSpring("spring", "slide", stiffness),
+            mq.JointDamper("damper", "slide", damping),
+        ),
         parameters=(mass, stiffness, damping),
     )
 

@@ -18,7 +18,9 @@ def main() -> None:
         across = force @ [np.cos(q), 0, np.sin(q)]
         assert np.isclose(along, weight * (5 * np.cos(q) - 3 * np.cos(start)) / 2, atol=1e-6)
         assert np.isclose(across, weight * np.sin(q) / 4, atol=1e-6)
-        print(f"t = {t:.2f} s  q = {q:+.3f}  along the rod {along:+8.3f} N  across {across:+8.3f} N")
+        print(
+            f"t = {t:.2f} s  q = {q:+.3f}  along the rod {along:+8.3f} N  across {across:+8.3f} N"
+        )
 
 
 if __name__ == "__main__":

@@ -13,7 +13,9 @@ def pendulum(inertia: float) -> mq.Mechanism:
     """A rod of 2 kg and 1.2 m on a hinge, with a moment of inertia about its center."""
     rod = mq.Shape(2.0, (0, 0, -0.6), (inertia, inertia, 0, 0, 0, 0))
     hinge = mq.Revolute("hinge", "ground", "rod", axis=(0, -1, 0), coordinate="q")
-    return mq.Mechanism("rod", (mq.Body("ground"), mq.Body("rod", rod)), (hinge,), gravity=(0, 0, -9.81))
+    return mq.Mechanism(
+        "rod", (mq.Body("ground"), mq.Body("rod", rod)), (hinge,), gravity=(0, 0, -9.81)
+    )
 
 
 def main() -> None:
@@ -24,7 +26,9 @@ def main() -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder, "samples.csv")
         with path.open("w", newline="") as stream:
-            csv.writer(stream).writerows([["q", "q'", "q''", "tau_q"], *np.hstack([q, v, a, tau]).tolist()])
+            csv.writer(stream).writerows(
+                [["q", "q'", "q''", "tau_q"], *np.hstack([q, v, a, tau]).tolist()]
+            )
         print(mq.verify(true, against=path))
         print(mq.verify(wrong, against=path))
 

@@ -13,7 +13,16 @@ import pytest
 import mecanique as mq
 from mecanique import errors, model
 
-HEAVY = ("sympy", "scipy", "pinocchio", "meshcat", "rich", "typer", "matplotlib", "example_robot_data")
+HEAVY = (
+    "sympy",
+    "scipy",
+    "pinocchio",
+    "meshcat",
+    "rich",
+    "typer",
+    "matplotlib",
+    "example_robot_data",
+)
 ROOMS = {"derive", "verify", "view"}
 """Rooms whose name is a function's too."""
 
@@ -50,15 +59,20 @@ def test_functions_document_every_argument(name: str) -> None:
 @pytest.mark.parametrize("name", [name for name in mq.__all__ if inspect.isclass(public(name))])
 def test_methods_are_documented(name: str) -> None:
     for word, member in vars(public(name)).items():
-        if not word.startswith("_") and (callable(member) or isinstance(member, (property, classmethod))):
+        if not word.startswith("_") and (
+            callable(member) or isinstance(member, (property, classmethod))
+        ):
             assert (inspect.getdoc(member) or "").strip(), f"{name}.{word}"
 
 
 @pytest.mark.parametrize(
-    "name", [n for n in mq.__all__ if inspect.isclass(public(n)) and not issubclass(public(n), Exception)]
+    "name",
+    [n for n in mq.__all__ if inspect.isclass(public(n)) and not issubclass(public(n), Exception)],
 )
 def test_classes_are_final_unless_they_are_errors(name: str) -> None:
-    assert getattr(public(name), "__final__", False) or getattr(public(name), "_is_protocol", False), name
+    assert getattr(public(name), "__final__", False) or getattr(
+        public(name), "_is_protocol", False
+    ), name
 
 
 def test_names_that_do_not_exist_are_refused() -> None:
@@ -70,7 +84,7 @@ def test_functions_win_over_rooms_of_the_same_name() -> None:
     for name in ROOMS & set(mq.__all__):
         assert inspect.isfunction(public(name)), name
     script = """
-        import mecanique.derive.recursion, mecanique.verify.compare, mecanique.reference
+        import mecanique.derivation.numeric.recursion, mecanique.verification.compare, mecanique.reference
         import mecanique as mq
         mq.verify(mq.textbook.load("rigid_bar_pendulum"), samples=2)
         assert callable(mq.derive) and callable(mq.verify), (mq.derive, mq.verify)
@@ -139,5 +153,10 @@ def test_looking_at_the_names_loads_nothing_heavy() -> None:
 
 def run(script: str) -> None:
     """Run a script in a process of its own."""
-    done = subprocess.run([sys.executable, "-c", inspect.cleandoc(script)], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-c", inspect.cleandoc(script)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr

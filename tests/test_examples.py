@@ -76,7 +76,9 @@ def test_the_ensemble_is_run_by_processes_of_dask(tmp_path: Path) -> None:
 
 def test_the_ensemble_says_what_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(SystemExit, match=r"needs Dask; install it with: pip install 'mecanique\[cluster\]'"):
+    with pytest.raises(
+        SystemExit, match=r"needs Dask; install it with: pip install 'mecanique\[cluster\]'"
+    ):
         runpy.run_path(str(ON_PROCESSES), run_name="__main__")
 
 
@@ -87,7 +89,11 @@ def test_a_notebook_is_of_format_4_short_and_without_outputs(path: Path) -> None
     assert (notebook["nbformat"], notebook["nbformat_minor"]) == (4, 5)
     common = {"cell_type", "id", "metadata", "source"}
     code, words = cells(path, "code"), cells(path, "markdown")
-    assert len(code) + len(words) == len(notebook["cells"]) == len({cell["id"] for cell in notebook["cells"]})
+    assert (
+        len(code) + len(words)
+        == len(notebook["cells"])
+        == len({cell["id"] for cell in notebook["cells"]})
+    )
     assert all(set(cell) == common for cell in words)
     assert all(set(cell) == common | {"execution_count", "outputs"} for cell in code)
     assert all(cell["execution_count"] is None and cell["outputs"] == [] for cell in code)

@@ -37,13 +37,19 @@ def test_the_two_commands_of_the_set_up_are_there() -> None:
     assert "pip install '.[test]' && pytest" in lines
 
 
-def test_the_python_tour_runs_from_top_to_bottom(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_python_tour_runs_from_top_to_bottom(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for number, (kind, text) in enumerate(BLOCKS):
         if kind == "python":
             exec(compile(text, f"README.md, block {number}", "exec"), names)
-    assert {path.name for path in tmp_path.iterdir()} == {"motion.npz", "page.html", "cart_pole.urdf"}
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "motion.npz",
+        "page.html",
+        "cart_pole.urdf",
+    }
 
 
 def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mecanique import textbook
-from mecanique.derive import derive
+from mecanique.derivation import derive
 from mecanique.errors import (
     ClosureError,
     DerivationError,
@@ -68,11 +68,11 @@ from mecanique.model import (
     time,
     velocity,
 )
-from mecanique.verify import Verdict, verify
-from mecanique.view import export, picture, view
+from mecanique.verification import Verdict, verify
+from mecanique.viewing import export, picture, view
 
 if TYPE_CHECKING:
-    from mecanique.derive.equations import Equations
+    from mecanique.derivation.equations import Equations
     from mecanique.motion import (
         Audit,
         Equilibrium,
@@ -88,7 +88,14 @@ if TYPE_CHECKING:
         simulate,
         simulate_many,
     )
-    from mecanique.reference import Freedom, Reference, Wrench, assemble, assembly_branches, degrees_of_freedom
+    from mecanique.reference import (
+        Freedom,
+        Reference,
+        Wrench,
+        assemble,
+        assembly_branches,
+        degrees_of_freedom,
+    )
     from mecanique.urdf import read_urdf, write_urdf
     from mecanique.urdf.lint import lint
     from mecanique.urdf.robots import robot, robots
@@ -187,7 +194,7 @@ __all__ = [
 
 _HOMES = {
     "Audit": "mecanique.motion",
-    "Equations": "mecanique.derive.equations",
+    "Equations": "mecanique.derivation.equations",
     "Equilibrium": "mecanique.motion",
     "Event": "mecanique.motion",
     "Freedom": "mecanique.reference",

@@ -23,7 +23,8 @@ class MecaniqueError(Exception):
     """Root of all errors mecanique raises on purpose."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # an exception is otherwise copied by calling its class with the message, which loses the data on it
+        # an exception is otherwise copied by calling its class with the message, which loses the
+        # data on it
         return _rebuilt, (type(self), self.args, self.__dict__)
 
 
@@ -45,7 +46,11 @@ class UnknownNameError(InputError):
         self.name = str(name)
         self.known = tuple(known)
         self.near = tuple(get_close_matches(self.name, self.known, n=3, cutoff=0.5))
-        hint = f"did you mean {' or '.join(map(repr, self.near))}?" if self.near else f"known: {_list(self.known)}"
+        hint = (
+            f"did you mean {' or '.join(map(repr, self.near))}?"
+            if self.near
+            else f"known: {_list(self.known)}"
+        )
         super().__init__(f"unknown {kind} {self.name!r}; {hint}")
 
 
@@ -103,14 +108,18 @@ class IntegrationError(MecaniqueError):
         motion: the `Motion` up to there, if there is one.
     """
 
-    def __init__(self, message: str, *, time: float | None = None, state: Any = None, motion: Any = None) -> None:
+    def __init__(
+        self, message: str, *, time: float | None = None, state: Any = None, motion: Any = None
+    ) -> None:
         self.time = time
         self.state = state
         self.motion = motion
         super().__init__(message)
 
 
-def _rebuilt(kind: type[MecaniqueError], args: tuple[Any, ...], data: dict[str, Any]) -> MecaniqueError:
+def _rebuilt(
+    kind: type[MecaniqueError], args: tuple[Any, ...], data: dict[str, Any]
+) -> MecaniqueError:
     error = kind.__new__(kind, *args)
     error.__dict__.update(data)
     return error

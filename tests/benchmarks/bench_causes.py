@@ -2,10 +2,10 @@
 
     python tests/benchmarks/bench_causes.py [NUMBER [SEED]]
 
-Each kind of mistake is put into textbook systems and robots in turn, 200 times in all; the states and amounts are
-random with fixed seeds (NUMBER SEED to choose others). "first" counts mistakes whose kind and place are ranked first,
-"alike" those that are named among what cannot be told apart from the first.
-"""
+Each kind of mistake is put into textbook systems and robots in turn, 200 times in all; the states
+and amounts are random with fixed seeds (NUMBER SEED to choose others). "first" counts mistakes
+whose kind and place are ranked first, "alike" those that are named among what cannot be told apart
+from the first."""
 
 from __future__ import annotations
 
@@ -18,13 +18,21 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "verify"))
 
-from verify_injections import INJECTIONS, Injection, seen
+from verification_injections import INJECTIONS, Injection, seen
 
 import mecanique as mq
-from mecanique.verify.cause import Cause
-from mecanique.verify.causes import causes_of
+from mecanique.verification.causes.cause import Cause
+from mecanique.verification.causes.search import causes_of
 
-SYSTEMS = ("double_pendulum", "cart_pole", "two_link_arm", "furuta_pendulum", "crane", "acrobot", "coupled_pendulums")
+SYSTEMS = (
+    "double_pendulum",
+    "cart_pole",
+    "two_link_arm",
+    "furuta_pendulum",
+    "crane",
+    "acrobot",
+    "coupled_pendulums",
+)
 ROBOTS = (
     ("panda", "fixed"),
     ("ur5_robot", "fixed"),
@@ -43,7 +51,10 @@ ROBOTS = (
 
 def models() -> list[mq.Mechanism]:
     """The sound models."""
-    robots = [mq.read_urdf(mq.robot(name), root="floating" if root == "floating" else "fixed") for name, root in ROBOTS]
+    robots = [
+        mq.read_urdf(mq.robot(name), root="floating" if root == "floating" else "fixed")
+        for name, root in ROBOTS
+    ]
     systems = [*map(mq.textbook.load, SYSTEMS), *robots[: len(robots) - len(SYSTEMS)]]
     return [mechanism for pair in zip(robots, systems, strict=True) for mechanism in pair]
 
@@ -80,7 +91,9 @@ def main(number: int = 200, seed: int = 1000) -> None:
             first[kind] += 1
         elif causes and any(is_named(cause, injection) for cause in causes[0].alike):
             alike[kind] += 1
-            print(f"alike: {kind}, {injection.where} of {model.name}: {causes[0].kind}: {causes[0].text}")
+            print(
+                f"alike: {kind}, {injection.where} of {model.name}: {causes[0].kind}: {causes[0].text}"
+            )
         else:
             said = str(causes[0]) if causes else "no cause"
             print(f"missed: {kind}, {injection.where} of {model.name}: {said}", flush=True)

@@ -25,18 +25,38 @@ SPAN = 10.0
 FEW = 100
 TURNS = 3
 ERROR = 1e-6
-SWEEPS: tuple[tuple[str, float], ...] = (("batch", 6e-8), ("batch", 3e-8), ("taylor", 1e-7), ("taylor", 1e-8))
+SWEEPS: tuple[tuple[str, float], ...] = (
+    ("batch", 6e-8),
+    ("batch", 3e-8),
+    ("taylor", 1e-7),
+    ("taylor", 1e-8),
+)
 
 
 def double() -> mq.Mechanism:
     """Two uniform rods m = 1, l = 1 by relative angles."""
-    m, length, g = mq.Parameter("m", 1.0, "kg"), mq.Parameter("l", 1.0, "m"), mq.Parameter("g", 9.81, "m/s²")
+    m, length, g = (
+        mq.Parameter("m", 1.0, "kg"),
+        mq.Parameter("l", 1.0, "m"),
+        mq.Parameter("g", 9.81, "m/s²"),
+    )
     return mq.Mechanism(
         name="double",
-        bodies=(mq.Body("ground"), mq.Body("rod1", mq.rod(m, length)), mq.Body("rod2", mq.rod(m, length))),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("rod1", mq.rod(m, length)),
+            mq.Body("rod2", mq.rod(m, length)),
+        ),
         joints=(
             mq.Revolute("pin1", "ground", "rod1", axis=(0, -1, 0), coordinate="q1"),
-            mq.Revolute("pin2", "rod1", "rod2", axis=(0, -1, 0), origin=mq.Placement((0, 0, -length)), coordinate="q2"),
+            mq.Revolute(
+                "pin2",
+                "rod1",
+                "rod2",
+                axis=(0, -1, 0),
+                origin=mq.Placement((0, 0, -length)),
+                coordinate="q2",
+            ),
         ),
         parameters=(m, length, g),
         gravity=(0, 0, -g),
@@ -80,8 +100,14 @@ def main(count: int) -> None:
     mechanism, random = double(), np.random.default_rng(0)
     q, v = random.uniform(-0.8, 0.8, (count, 2)), random.uniform(-0.5, 0.5, (count, 2))
     fast, few = bool(find_spec("heyoka")), min(FEW, count)
-    goal = final(mq.simulate_many(mechanism, q, v, duration=SPAN, rtol=1e-13, method="taylor" if fast else "batch"))
-    print(f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}; {count} runs")
+    goal = final(
+        mq.simulate_many(
+            mechanism, q, v, duration=SPAN, rtol=1e-13, method="taylor" if fast else "batch"
+        )
+    )
+    print(
+        f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}; {count} runs"
+    )
     for title, module in (("heyoka", "heyoka"), ("MuJoCo", "mujoco")):
         if not find_spec(module):
             print(f"left out, not installed: {title}")
@@ -101,14 +127,24 @@ def main(count: int) -> None:
                 key = "MuJoCo rollout RK4", level
                 times.setdefault(key, []).append(tuple(s * count / few for s in seconds))
                 errors[key] = float(np.abs(end - goal[:few]).max())
-    accurate = [np.array(times[key]) for key in times if key[0].startswith("MuJoCo") and errors[key] <= ERROR]
-    rival = min(accurate, key=lambda rows: float(np.median(rows[:, 0])), default=np.full((TURNS, 2), np.nan))
-    print(f"{'engine':<22}{'level':>10}{'time [s]':>12}{'processors [s]':>16}{'worst error':>14}{'MuJoCo over it':>18}")
+    accurate = [
+        np.array(times[key])
+        for key in times
+        if key[0].startswith("MuJoCo") and errors[key] <= ERROR
+    ]
+    rival = min(
+        accurate, key=lambda rows: float(np.median(rows[:, 0])), default=np.full((TURNS, 2), np.nan)
+    )
+    print(
+        f"{'engine':<22}{'level':>10}{'time [s]':>12}{'processors [s]':>16}{'worst error':>14}{'MuJoCo over it':>18}"
+    )
     for key, rows in times.items():
         clock, processors = np.median(rows, axis=0)
         ratios = "{:.1f}, {:.1f}".format(*np.median(rival / np.array(rows), axis=0))
         told = ratios if errors[key] <= ERROR else "not accurate"
-        print(f"{key[0]:<22}{key[1]:>10}{clock:>12.2f}{processors:>16.2f}{errors[key]:>14.1e}{told:>18}")
+        print(
+            f"{key[0]:<22}{key[1]:>10}{clock:>12.2f}{processors:>16.2f}{errors[key]:>14.1e}{told:>18}"
+        )
 
 
 if __name__ == "__main__":

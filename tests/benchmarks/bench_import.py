@@ -30,7 +30,9 @@ def main() -> None:
     print(f"python alone                {bare:.3f} s")
     print(f"import numpy                {numpy - bare:.3f} s on top of python")
     print(f"import mecanique            {whole - numpy:.3f} s on top of numpy (limit 0.15 s)")
-    print(f"mecanique --help            {best('-m', 'mecanique', '--help'):.3f} s in all (limit 0.5 s)")
+    print(
+        f"mecanique --help            {best('-m', 'mecanique', '--help'):.3f} s in all (limit 0.5 s)"
+    )
 
 
 if __name__ == "__main__":

@@ -2,10 +2,10 @@
 
     python tests/benchmarks/bench_live.py [bodies]
 
-Frames of bodies with two arrows each are sent, first as fast as they can be, then paced at 60 a second for ten seconds,
-to no page, to one that shows every frame at once, and to four of which one is slow. Given: frames sent a second, frames
-that arrived a second at the fastest and the slowest page, and how much of one core the sending program used (the pages
-run in a process of their own).
+Frames of bodies with two arrows each are sent, first as fast as they can be, then paced at 60 a
+second for ten seconds, to no page, to one that shows every frame at once, and to four of which one
+is slow. Given: frames sent a second, frames that arrived a second at the fastest and the slowest
+page, and how much of one core the sending program used (the pages run in a process of their own).
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from pathlib import Path
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
-from view_scenes import swarm
-from view_watcher import Watcher
+from viewing_scenes import swarm
+from viewing_watcher import Watcher
 
-from mecanique.view.live import LiveView
+from mecanique.viewing.live.live import LiveView
 
 SECONDS = 10.0
 
@@ -56,7 +56,9 @@ def main() -> None:
             pages = []
             for pause in pauses:
                 ready = spawn.Event()
-                pages.append(spawn.Process(target=watch, args=(view.url, pause, ready, done, counts)))
+                pages.append(
+                    spawn.Process(target=watch, args=(view.url, pause, ready, done, counts))
+                )
                 pages[-1].start()
                 ready.wait(20)
             before, wall, cpu = view._server._number, time.perf_counter(), time.process_time()

@@ -1,7 +1,7 @@
 """Measure closed mechanisms: agreement of the three derivations, time per acceleration, drift and energy over 100 s.
 
-Run it by hand: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_loops.py
-With more threads, decompositions of matrices from about 60 rows on wait for each other, a hundredfold on busy cores.
+Run it by hand: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_loops.py With more threads,
+decompositions of matrices from about 60 rows on wait for each other, a hundredfold on busy cores.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from mecanique import textbook
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion import simulate
 from mecanique.reference import Reference, assemble
-from mecanique.verify import verify
+from mecanique.verification import verify
 
 CLOSED = [name for name in textbook.names() if textbook.load(name).loops]
 CONSERVATIVE = (
@@ -57,17 +57,27 @@ def cost() -> None:
     for name in CLOSED:
         mechanism = textbook.load(name)
         q = assemble(mechanism, textbook.entry(name).start)
-        heavy = all(mechanism.evaluate(b.mass) for b in mechanism.bodies if b.name != mechanism.ground)
-        text = f"tree {per_call(replace(mechanism, loops=()), q) * 1e6:.0f} µs" if heavy else "tree is massless"
+        heavy = all(
+            mechanism.evaluate(b.mass) for b in mechanism.bodies if b.name != mechanism.ground
+        )
+        text = (
+            f"tree {per_call(replace(mechanism, loops=()), q) * 1e6:.0f} µs"
+            if heavy
+            else "tree is massless"
+        )
         print(f"{name:24} closed {per_call(mechanism, q) * 1e6:.0f} µs, {text}")
     found = []
     for n in WINDOWS:
         mechanism = textbook.load("chained_four_bars", n=n)
-        start = {f"theta{k}": 1.0 for k in range(n + 1)} | {f"phi{k}": -1.0 for k in range(1, n + 1)}
+        start = {f"theta{k}": 1.0 for k in range(n + 1)} | {
+            f"phi{k}": -1.0 for k in range(1, n + 1)
+        }
         q = assemble(mechanism, start)
         found.append(per_call(mechanism, q))
         alone = per_call(replace(mechanism, loops=()), q)
-        print(f"{n:3} windows: {found[-1] * 1e3:.3f} ms per acceleration, {alone * 1e3:.3f} ms for the tree")
+        print(
+            f"{n:3} windows: {found[-1] * 1e3:.3f} ms per acceleration, {alone * 1e3:.3f} ms for the tree"
+        )
     for low, high in ((0, 2), (2, 6)):
         slope = np.polyfit(np.log(WINDOWS[low : high + 1]), np.log(found[low : high + 1]), 1)[0]
         print(f"exponent from {WINDOWS[low]} to {WINDOWS[high]} windows: {slope:.2f}")

@@ -2,17 +2,17 @@
 
     python tests/benchmarks/bench_motion.py [system or table …]
 
-Systems: pendulum double cart_pole five twenty panda. Tables: growth ensemble energy. All of them by default, in some
-minutes.
+Systems: pendulum double cart_pole five twenty panda. Tables: growth ensemble energy. All of them by
+default, in some minutes.
 
-Of each system, every engine integrates 10 s (Panda: 1 s) from the same start, at a ladder of tolerances or steps. The
-first level counts whose final error (the largest of all coordinates and velocities, against Taylor series in long
-doubles, or dop853 at the least tolerance) is at most 1e-10 (Panda: 1e-9). These levels then run in turns. Times are
-medians of the processor's time, which other work on the machine disturbs less, without building, which is listed beside
-them; ratios are medians over the turns, to the package's default path: what method "auto" does when it is called again
-without heyoka. Peers that are not installed are left out and named: pip install mujoco exudyn pydy drake heyoka.
-Set OPENBLAS_NUM_THREADS=1 where other work disturbs.
-"""
+Of each system, every engine integrates 10 s (Panda: 1 s) from the same start, at a ladder of
+tolerances or steps. The first level counts whose final error (the largest of all coordinates and
+velocities, against Taylor series in long doubles, or dop853 at the least tolerance) is at most
+1e-10 (Panda: 1e-9). These levels then run in turns. Times are medians of the processor's time,
+which other work on the machine disturbs less, without building, which is listed beside them; ratios
+are medians over the turns, to the package's default path: what method "auto" does when it is called
+again without heyoka. Peers that are not installed are left out and named: pip install mujoco exudyn
+pydy drake heyoka. Set OPENBLAS_NUM_THREADS=1 where other work disturbs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from motion_peers import PEERS, SCIPY, TOLERANCES, Level
 from motion_systems import Case, cases, chain, exact
 
 import mecanique as mq
-from mecanique.motion.plan import SMALL
+from mecanique.motion.simulation.choice import SMALL
 
 TURNS = 9
 LONGEST = 4.0
@@ -63,7 +63,14 @@ def built(case: Case, method: str, rtol: float) -> tuple[float, Callable[[], np.
         heyoka.llvm_state.set_diskcache_enabled(False)
     begin = process_time()
     mechanism = case.mechanism.replace()
-    again = partial(mq.simulate, mechanism, q=case.q, rtol=rtol, method=method, reference=mq.Reference(mechanism))
+    again = partial(
+        mq.simulate,
+        mechanism,
+        q=case.q,
+        rtol=rtol,
+        method=method,
+        reference=mq.Reference(mechanism),
+    )
     again(duration=1e-3, samples=2)
     build = process_time() - begin
 
@@ -78,12 +85,18 @@ def accurate(case: Case, goal: np.ndarray) -> dict[str, tuple[float, Level]]:
     """Of each engine the first level that is accurate enough, with its error; the most accurate if none is."""
     best: dict[str, tuple[float, Level]] = {}
     given_up: set[str] = set()
-    for title, (module, engine) in {"mecanique": ("mecanique", mecanique), **SCIPY, **PEERS}.items():
+    for title, (module, engine) in {
+        "mecanique": ("mecanique", mecanique),
+        **SCIPY,
+        **PEERS,
+    }.items():
         if not find_spec(module):
             continue
         try:
             for level in engine(case):
-                if level.engine in given_up or (level.engine in best and best[level.engine][0] <= case.error):
+                if level.engine in given_up or (
+                    level.engine in best and best[level.engine][0] <= case.error
+                ):
                     continue
                 begin = process_time()
                 error = float(np.abs(level.run() - goal).max())
@@ -101,7 +114,10 @@ def in_turns(runs: Sequence[Callable[[], object]]) -> np.ndarray:
     once = [seconds(run) for run in runs]
     rows = [
         # what takes a second is measured well enough by one run
-        [took if took > 1 else seconds(run, 1 + int(AT_ONCE / took)) for run, took in zip(runs, once, strict=True)]
+        [
+            took if took > 1 else seconds(run, 1 + int(AT_ONCE / took))
+            for run, took in zip(runs, once, strict=True)
+        ]
         for _ in range(TURNS)
     ]
     return np.array(rows)
@@ -118,7 +134,9 @@ def seconds(run: Callable[[], object], repeats: int = 1) -> float:
 def compare(case: Case) -> None:
     """Print the table of one system."""
     print(f"\n{case.name}, {case.span:g} s, error at most {case.error:g}")
-    print(f"{'engine':<26}{'level':>12}{'time [ms]':>12}{'error':>10}{'build [ms]':>12}{'ratio':>10}")
+    print(
+        f"{'engine':<26}{'level':>12}{'time [ms]':>12}{'error':>10}{'build [ms]':>12}{'ratio':>10}"
+    )
     best = accurate(case, exact(case))
     reached = [name for name, (error, _) in best.items() if error <= case.error]
     warming = optimize(best[TAYLOR][1].run) if TAYLOR in reached else (0.0, 0, 0.0)
@@ -126,10 +144,14 @@ def compare(case: Case) -> None:
     for k, name in enumerate(reached):
         error, level = best[name]
         to_first, middle = np.median(times[:, k] / times[:, 0]), np.median(times[:, k]) * 1e3
-        print(f"{name:<26}{level.level:>12}{middle:>12.3f}{error:>10.1e}{level.build * 1e3:>12.1f}{to_first:>10.3f}")
+        print(
+            f"{name:<26}{level.level:>12}{middle:>12.3f}{error:>10.1e}{level.build * 1e3:>12.1f}{to_first:>10.3f}"
+        )
     for name, (error, level) in best.items():
         if name not in reached:
-            print(f"{name:<26}{level.level:>12}{'not reached':>12}{error:>10.1e}{level.build * 1e3:>12.1f}")
+            print(
+                f"{name:<26}{level.level:>12}{'not reached':>12}{error:>10.1e}{level.build * 1e3:>12.1f}"
+            )
 
     def ratio(one: str, other: str) -> str:
         k, j = reached.index(one), reached.index(other)
@@ -138,7 +160,11 @@ def compare(case: Case) -> None:
     if not reached or not reached[0].startswith("mecanique"):
         return
     default, fast = reached[0], TAYLOR
-    bare = [name for name in reached if " + dop853" in name or (" + odeint" in name and "PyDy" not in name)]
+    bare = [
+        name
+        for name in reached
+        if " + dop853" in name or (" + odeint" in name and "PyDy" not in name)
+    ]
     others = [name for name in reached if not name.startswith("mecanique") and name not in bare]
     if bare:
         first = min(bare, key=lambda name: float(np.median(times[:, reached.index(name)])))
@@ -151,9 +177,13 @@ def compare(case: Case) -> None:
     if fast in reached:
         told = f"build and one run: taylor {(best[fast][1].build + warming[0]) * 1e3:.1f} ms"
         if "MuJoCo RK4" in reached:
-            rival = best["MuJoCo RK4"][1].build + float(np.median(times[:, reached.index("MuJoCo RK4")]))
+            rival = best["MuJoCo RK4"][1].build + float(
+                np.median(times[:, reached.index("MuJoCo RK4")])
+            )
             told += f", MuJoCo {rival * 1e3:.1f} ms"
-        print(f"{told}; taylor is optimized after {warming[1]} runs, which takes {warming[2] * 1e3:.0f} ms")
+        print(
+            f"{told}; taylor is optimized after {warming[1]} runs, which takes {warming[2] * 1e3:.0f} ms"
+        )
 
 
 def optimize(run: Callable[[], object]) -> tuple[float, int, float]:
@@ -169,7 +199,10 @@ def growth() -> None:
     """Print what 10 s of chains of n rods cost, and the exponents of n."""
     gc.collect()
     gc.freeze()  # what other engines left behind would be looked through again and again
-    print(f"\ngrowth with the length of a chain, 10 s at rtol 1e-10\n{'n':>4}{'default [ms]':>14}{'steps':>8}", end="")
+    print(
+        f"\ngrowth with the length of a chain, 10 s at rtol 1e-10\n{'n':>4}{'default [ms]':>14}{'steps':>8}",
+        end="",
+    )
     print(f"{'µs a step':>11}{'fast [ms]':>12}{'steps':>8}{'µs a step':>11}{'build [ms]':>12}")
     rows: list[tuple[float, ...]] = []
     for n in (1, 2, 3, 4, 5, 6, 8, 12, 20, 40):
@@ -180,7 +213,9 @@ def growth() -> None:
         def default(
             mechanism: mq.Mechanism = mechanism, q: np.ndarray = case.q, engine: object = reference
         ) -> mq.Motion:
-            return mq.simulate(mechanism, q=q, rtol=1e-10, method="dop853", samples=2, reference=engine)
+            return mq.simulate(
+                mechanism, q=q, rtol=1e-10, method="dop853", samples=2, reference=engine
+            )
 
         if run is not None:
             optimize(run)
@@ -189,11 +224,16 @@ def growth() -> None:
         quick = np.nan if run is None else times[1]
         fewer = np.nan
         if run is not None:
-            fewer = mq.simulate(mechanism, q=case.q, rtol=1e-10, method="taylor", samples=2).statistics.steps
+            fewer = mq.simulate(
+                mechanism, q=case.q, rtol=1e-10, method="taylor", samples=2
+            ).statistics.steps
         rows.append((n, times[0], steps, times[0] / steps, quick, fewer, quick / fewer, build))
         print(f"{n:>4}{times[0] * 1e3:>14.2f}{steps:>8}{times[0] / steps * 1e6:>11.1f}", end="")
         if run is not None:
-            print(f"{quick * 1e3:>12.3f}{fewer:>8}{quick / fewer * 1e6:>11.2f}{build * 1e3:>12.1f}", end="")
+            print(
+                f"{quick * 1e3:>12.3f}{fewer:>8}{quick / fewer * 1e6:>11.2f}{build * 1e3:>12.1f}",
+                end="",
+            )
         print(flush=True)
     table = np.array(rows)
     parts = {"1…8": table[:, 0] <= 8, "5…40": table[:, 0] >= 5}
@@ -208,7 +248,9 @@ def growth() -> None:
     ):
         some = table[parts[part]]
         if np.isfinite(some[:, column]).all():
-            print(f"exponent of n for n = {part}, {name}: {exponent(some[:, 0], some[:, column]):.2f}")
+            print(
+                f"exponent of n for n = {part}, {name}: {exponent(some[:, 0], some[:, column]):.2f}"
+            )
 
 
 def ensemble() -> None:
@@ -222,14 +264,22 @@ def ensemble() -> None:
         for method in methods:
             mq.simulate_many(mechanism, q[:1], duration=0.01, rtol=3e-8, method=method)
         times = [
-            np.median([seconds(partial(mq.simulate_many, mechanism, q, rtol=3e-8, method=m)) for _ in range(3)])
+            np.median(
+                [
+                    seconds(partial(mq.simulate_many, mechanism, q, rtol=3e-8, method=m))
+                    for _ in range(3)
+                ]
+            )
             for m in methods
         ]
         rows.append((count, *times))
         print(f"{count:>8}" + "".join(f"{took:>14.3f}" for took in times), flush=True)
     table = np.array(rows)
     for k, method in enumerate(methods, 1):
-        print(f"exponent of the number of runs, {method}: {exponent(table[:, 0], table[:, k]):.2f}", end="")
+        print(
+            f"exponent of the number of runs, {method}: {exponent(table[:, 0], table[:, k]):.2f}",
+            end="",
+        )
         print(f"; from 1000 on: {exponent(table[2:, 0], table[2:, k]):.2f}")
 
 
@@ -248,7 +298,8 @@ def energy() -> None:
             total = np.concatenate([motion.energy().total, motion.energy(motion.curve.t).total])
             drift, s = np.abs(total / total[0] - 1).max(), motion.statistics
             print(
-                f"{method:<14}{rtol:>8.0e}{drift:>10.1e}{s.steps:>8}{s.evaluations:>13}{s.seconds:>10.2f}", flush=True
+                f"{method:<14}{rtol:>8.0e}{drift:>10.1e}{s.steps:>8}{s.evaluations:>13}{s.seconds:>10.2f}",
+                flush=True,
             )
 
 
@@ -256,9 +307,13 @@ def main(wanted: list[str]) -> None:
     """Print the tables."""
     unknown = set(wanted) - {case.name for case in cases()} - set(TABLES)
     if unknown:
-        sys.exit(f"expected systems or tables ({', '.join([*(c.name for c in cases()), *TABLES])}), got {unknown}")
+        sys.exit(
+            f"expected systems or tables ({', '.join([*(c.name for c in cases()), *TABLES])}), got {unknown}"
+        )
     begin = perf_counter()
-    print(f"{platform.processor() or platform.machine()}, {os.cpu_count()} processors, {versions()}")
+    print(
+        f"{platform.processor() or platform.machine()}, {os.cpu_count()} processors, {versions()}"
+    )
     engines = {**SCIPY, **PEERS, "heyoka": ("heyoka", None)}
     for title in [title for title, (module, _) in engines.items() if not find_spec(module)]:
         print(f"left out, not installed: {title}")
@@ -274,7 +329,18 @@ def main(wanted: list[str]) -> None:
 def versions() -> str:
     """Versions of Python and of what is compared."""
     found = [f"Python {platform.python_version()}"]
-    for name in ("mecanique", "numpy", "scipy", "sympy", "pin", "heyoka", "pydy", "mujoco", "exudyn", "drake"):
+    for name in (
+        "mecanique",
+        "numpy",
+        "scipy",
+        "sympy",
+        "pin",
+        "heyoka",
+        "pydy",
+        "mujoco",
+        "exudyn",
+        "drake",
+    ):
         try:
             found.append(f"{name} {version(name)}")
         except PackageNotFoundError:

@@ -2,11 +2,11 @@
 
     python tests/benchmarks/bench_recursion.py
 
-Chains of N rods, each on a hinge about another axis, fixed to the ground. Times are per state, the least of several
-turns: the bias and the mass matrix of the recursion for 100 states at once (fewer where they would fill the memory), of
-Pinocchio (rnea and crba, one state after the other) up to the size it is given, and the bias by the jets up to 40
-hinges. Exponents are slopes between the last two sizes, and over all of them.
-"""
+Chains of N rods, each on a hinge about another axis, fixed to the ground. Times are per state, the
+least of several turns: the bias and the mass matrix of the recursion for 100 states at once (fewer
+where they would fill the memory), of Pinocchio (rnea and crba, one state after the other) up to the
+size it is given, and the bias by the jets up to 40 hinges. Exponents are slopes between the last
+two sizes, and over all of them."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ import numpy as np
 import pinocchio as pin
 
 import mecanique as mq
-from mecanique.derive.definition import Definition
-from mecanique.derive.recursion import Recursion
-from mecanique.derive.states import States
-from mecanique.reference.engine import MOST_VELOCITIES, load
+from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.states import States
+from mecanique.reference.engine.load import MOST_VELOCITIES, load
 
 SIZES = (10, 20, 40, 80, 150, 200, 300, 600, 1000)
 JETS = 40
@@ -69,7 +69,12 @@ def engine(mechanism: mq.Mechanism) -> tuple[Callable[[], object], Callable[[], 
     """Pinocchio's bias and mass matrix at the random states."""
     model = load(mechanism).model
     data, rest = model.createData(), np.zeros(model.nv)
-    q = np.array([pin.randomConfiguration(model, -np.ones(model.nq), np.ones(model.nq)) for _ in range(STATES)])
+    q = np.array(
+        [
+            pin.randomConfiguration(model, -np.ones(model.nq), np.ones(model.nq))
+            for _ in range(STATES)
+        ]
+    )
     v = np.random.default_rng(0).uniform(-1, 1, (STATES, model.nv))
     return (
         lambda: [pin.rnea(model, data, one, rate, rest) for one, rate in zip(q, v, strict=True)],
@@ -82,14 +87,18 @@ def slope(times: dict[int, float]) -> str:
     if len(times) < 2:
         return "-"
     n, t = (np.log(list(x)) for x in (times.keys(), times.values()))
-    return f"{(t[-1] - t[-2]) / (n[-1] - n[-2]):.2f} at the end, {np.polyfit(n, t, 1)[0]:.2f} over all"
+    return (
+        f"{(t[-1] - t[-2]) / (n[-1] - n[-2]):.2f} at the end, {np.polyfit(n, t, 1)[0]:.2f} over all"
+    )
 
 
 def main() -> None:
     """Measure and print the table."""
     columns = ("bias", "mass matrix", "bias, jets", "bias, Pinocchio", "mass matrix, Pinocchio")
     found: dict[str, dict[int, float]] = {name: {} for name in columns}
-    print(f"Python {platform.python_version()}, numpy {np.__version__}, Pinocchio {pin.__version__}; µs per state")
+    print(
+        f"Python {platform.python_version()}, numpy {np.__version__}, Pinocchio {pin.__version__}; µs per state"
+    )
     print(f"{'N':>5} " + " ".join(f"{name:>22}" for name in columns), flush=True)
     for n in SIZES:
         mechanism = chain(n)
@@ -107,7 +116,10 @@ def main() -> None:
                 least(bias) / STATES,
                 least(mass) / STATES,
             )
-        cells = (f"{1e6 * found[name][n]:>22.1f}" if n in found[name] else f"{'-':>22}" for name in columns)
+        cells = (
+            f"{1e6 * found[name][n]:>22.1f}" if n in found[name] else f"{'-':>22}"
+            for name in columns
+        )
         print(f"{n:>5} {' '.join(cells)}", flush=True)
     for name, times in found.items():
         print(f"{name}: N to the power {slope(times)}")

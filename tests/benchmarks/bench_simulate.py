@@ -2,11 +2,11 @@
 
     python tests/benchmarks/bench_simulate.py
 
-All integrate 10 s at rtol = atol = 1e-10 in one run, in turns, by the processor's time: Pinocchio bare; the same loop
-on the right-hand side of `Reference`, which maps coordinates and adds forces (the double pendulum's angles are
-absolute, the cart has a damper); `simulate`, which adds 601 samples, dense output and checks; and `simulate` with the
-reference's construction. Ratios are medians over the turns, to the bare loop.
-"""
+All integrate 10 s at rtol = atol = 1e-10 in one run, in turns, by the processor's time: Pinocchio
+bare; the same loop on the right-hand side of `Reference`, which maps coordinates and adds forces
+(the double pendulum's angles are absolute, the cart has a damper); `simulate`, which adds 601
+samples, dense output and checks; and `simulate` with the reference's construction. Ratios are
+medians over the turns, to the bare loop."""
 
 from __future__ import annotations
 
@@ -38,7 +38,10 @@ def bare(mechanism: mq.Mechanism, start: np.ndarray) -> Callable[[], np.ndarray]
     model.gravity.linear = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
     at = {mechanism.ground: 0}
     for joint in mechanism.tree:
-        kinds = {Revolute: pin.JointModelRevoluteUnaligned, Prismatic: pin.JointModelPrismaticUnaligned}
+        kinds = {
+            Revolute: pin.JointModelRevoluteUnaligned,
+            Prismatic: pin.JointModelPrismaticUnaligned,
+        }
         assert isinstance(joint, (Revolute, Prismatic))
         origin = np.array([mechanism.evaluate(x) for x in joint.origin.xyz])
         axis = np.array(joint.axis)
@@ -50,7 +53,9 @@ def bare(mechanism: mq.Mechanism, start: np.ndarray) -> Callable[[], np.ndarray]
         inertia = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         center = np.array([mechanism.evaluate(x) for x in body.center])
         model.appendBodyToJoint(
-            at[joint.child], pin.Inertia(mechanism.evaluate(body.mass), center, inertia), pin.SE3.Identity()
+            at[joint.child],
+            pin.Inertia(mechanism.evaluate(body.mass), center, inertia),
+            pin.SE3.Identity(),
         )
     data, tau, nv, aba = model.createData(), np.zeros(model.nv), model.nv, pin.aba
 
@@ -63,7 +68,9 @@ def bare(mechanism: mq.Mechanism, start: np.ndarray) -> Callable[[], np.ndarray]
     return loop(rhs, np.concatenate([start, np.zeros(nv)]))
 
 
-def loop(rhs: Callable[[float, np.ndarray], np.ndarray], start: np.ndarray) -> Callable[[], np.ndarray]:
+def loop(
+    rhs: Callable[[float, np.ndarray], np.ndarray], start: np.ndarray
+) -> Callable[[], np.ndarray]:
     """SciPy's compiled integrator on a right-hand side, and nothing else."""
 
     def run() -> np.ndarray:
@@ -86,7 +93,11 @@ def main() -> None:
     versions = f"Python {platform.python_version()}, SciPy {scipy.__version__}, Pinocchio {pin.__version__}"
     print(f"{platform.machine()}, {versions}")
     titles = ("bare", "reference", "simulate", "with set-up")
-    print(f"{'system':<20}" + "".join(f"{title + ' [ms]':>17}{'ratio':>7}" for title in titles) + "  difference")
+    print(
+        f"{'system':<20}"
+        + "".join(f"{title + ' [ms]':>17}{'ratio':>7}" for title in titles)
+        + "  difference"
+    )
     for name, parameters, start in CASES:
         mechanism = mq.textbook.load(name, **parameters)
         reference = mq.Reference(mechanism)
@@ -104,7 +115,9 @@ def main() -> None:
         times = np.array([[seconds(run) for run in runs] for _ in range(TURNS)])
         middle = np.median(times, axis=0) * 1e3
         ratios = np.median(times / times[:, :1], axis=0)
-        cells = "".join(f"{ms:>17.2f}{ratio:>7.2f}" for ms, ratio in zip(middle, ratios, strict=True))
+        cells = "".join(
+            f"{ms:>17.2f}{ratio:>7.2f}" for ms, ratio in zip(middle, ratios, strict=True)
+        )
         print(f"{name:<20}{cells}  {np.abs(motion.q[-1] - end[: mechanism.nq]).max():.1e}")
 
 

@@ -2,9 +2,8 @@
 
     python tests/benchmarks/check_drake.py
 
-Coordinate maps, loads and inputs are no part of URDF: systems that have some are compared where the rest is the same,
-that is, on the tree and without loads. Prints a row per system.
-"""
+Coordinate maps, loads and inputs are no part of URDF: systems that have some are compared where the
+rest is the same, that is, on the tree and without loads. Prints a row per system."""
 
 from __future__ import annotations
 
@@ -33,7 +32,9 @@ def worst(name: str, samples: int = 20) -> float:
     reference = mq.Reference(mechanism)
     plant = MultibodyPlant(0.0)
     Parser(plant).AddModelsFromString(mq.write_urdf(mechanism), "urdf")
-    plant.mutable_gravity_field().set_gravity_vector([mechanism.evaluate(g) for g in mechanism.gravity])
+    plant.mutable_gravity_field().set_gravity_vector(
+        [mechanism.evaluate(g) for g in mechanism.gravity]
+    )
     plant.Finalize()
     context = plant.CreateDefaultContext()
     names = [joint.name for joint in mechanism.joints if joint.coordinates]
@@ -59,7 +60,9 @@ def main() -> int:
     disagreed = 0
     for name in mq.textbook.names():
         mechanism = mq.textbook.load(name)
-        if any(len(joint.coordinates) > 1 for joint in mechanism.joints):  # Drake orders theirs in its own way
+        if any(
+            len(joint.coordinates) > 1 for joint in mechanism.joints
+        ):  # Drake orders theirs in its own way
             print(f"{name:28} not compared: a joint of several coordinates")
             continue
         try:

@@ -2,9 +2,9 @@
 
 python tests/benchmarks/fuzz_urdf.py --cases 20000 --seed 1
 
-Each case damages the text of the dialect sample or of a robot of example-robot-data in one to eight places. It counts
-as a failure if anything but a sound mechanism or a refusal comes of it, or if it takes longer than ten seconds.
-"""
+Each case damages the text of the dialect sample or of a robot of example-robot-data in one to eight
+places. It counts as a failure if anything but a sound mechanism or a refusal comes of it, or if it
+takes longer than ten seconds."""
 
 from __future__ import annotations
 
@@ -28,9 +28,15 @@ def main() -> int:
     words = argparse.ArgumentParser(description=main.__doc__)
     words.add_argument("--cases", type=int, default=20_000)
     words.add_argument("--seed", type=int, default=1)
-    words.add_argument("--robots", type=float, default=0.05, help="share of cases that damage a robot's file")
+    words.add_argument(
+        "--robots", type=float, default=0.05, help="share of cases that damage a robot's file"
+    )
     given = words.parse_args()
-    texts = [text for text in (robot(name).read_text(encoding="utf-8") for name in robots()) if len(text) < 60_000]
+    texts = [
+        text
+        for text in (robot(name).read_text(encoding="utf-8") for name in robots())
+        if len(text) < 60_000
+    ]
     counts: Counter[str] = Counter()
     slowest = 0.0
     begin = time.perf_counter()
@@ -43,7 +49,10 @@ def main() -> int:
             result = outcome(text)
         except Exception:
             result = "failed"
-            print(f"case {case} of seed {given.seed}:\n{traceback.format_exc(limit=-3)}", file=sys.stderr)
+            print(
+                f"case {case} of seed {given.seed}:\n{traceback.format_exc(limit=-3)}",
+                file=sys.stderr,
+            )
         seconds = time.perf_counter() - start
         if seconds > 10:
             result = "failed"
@@ -51,7 +60,9 @@ def main() -> int:
         slowest = max(slowest, seconds)
         counts[result] += 1
     told = ", ".join(f"{counts[result]:,} {result}" for result in ("read", "refused", "failed"))
-    print(f"{given.cases:,} cases: {told}; slowest {slowest * 1e3:.0f} ms, {time.perf_counter() - begin:.0f} s in all")
+    print(
+        f"{given.cases:,} cases: {told}; slowest {slowest * 1e3:.0f} ms, {time.perf_counter() - begin:.0f} s in all"
+    )
     return 1 if counts["failed"] else 0
 
 

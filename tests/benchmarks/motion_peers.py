@@ -38,7 +38,10 @@ def pinocchio(case: Case) -> Iterator[Level]:
     # a hinge without limits has two coordinates in Pinocchio, one with limits has its angle
     limits = '<limit lower="-1e9" upper="1e9" effort="1e9" velocity="1e9"/></joint>'
     text = re.sub(
-        r'type="continuous"(.*?)</joint>', rf'type="revolute"\1{limits}', mq.write_urdf(case.mechanism), flags=re.DOTALL
+        r'type="continuous"(.*?)</joint>',
+        rf'type="revolute"\1{limits}',
+        mq.write_urdf(case.mechanism),
+        flags=re.DOTALL,
     )
     model = pin.buildModelFromXML(text)
     model.gravity.linear = np.array([case.mechanism.evaluate(g) for g in case.mechanism.gravity])
@@ -94,7 +97,9 @@ def sympy(case: Case) -> Iterator[Level]:
     yield from _scipy("sympy math", rhs, case, build)
 
 
-def _scipy(name: str, rhs: Callable[[float, np.ndarray], Any], case: Case, build: float) -> Iterator[Level]:
+def _scipy(
+    name: str, rhs: Callable[[float, np.ndarray], Any], case: Case, build: float
+) -> Iterator[Level]:
     for rtol in TOLERANCES:
 
         def explicit(rtol: float = rtol) -> np.ndarray:
@@ -106,7 +111,9 @@ def _scipy(name: str, rhs: Callable[[float, np.ndarray], Any], case: Case, build
     for rtol in TOLERANCES:
 
         def multistep(rtol: float = rtol) -> np.ndarray:
-            found = odeint(rhs, case.start, [0.0, case.span], rtol=rtol, atol=rtol, mxstep=10**6, tfirst=True)
+            found = odeint(
+                rhs, case.start, [0.0, case.span], rtol=rtol, atol=rtol, mxstep=10**6, tfirst=True
+            )
             return np.asarray(found[-1])
 
         yield Level(f"{name} + odeint", f"{rtol:.0e}", build, multistep)
@@ -147,10 +154,16 @@ def pydy(case: Case) -> Iterator[Level]:
         center.v2pt_theory(joint, N, turned)
         tip = joint.locatenew(f"P{k}", -turned.z)
         tip.v2pt_theory(joint, N, turned)
-        bodies.append(RigidBody(f"B{k}", center, turned, 1.0, (inertia(turned, 0, sp.Rational(1, 12), 0), center)))
+        bodies.append(
+            RigidBody(
+                f"B{k}", center, turned, 1.0, (inertia(turned, 0, sp.Rational(1, 12), 0), center)
+            )
+        )
         loads.append((center, -g * N.z))
         frame, joint = turned, tip
-    kane = KanesMethod(N, q_ind=q, u_ind=u, kd_eqs=[x.diff(t) - y for x, y in zip(q, u, strict=True)])
+    kane = KanesMethod(
+        N, q_ind=q, u_ind=u, kd_eqs=[x.diff(t) - y for x, y in zip(q, u, strict=True)]
+    )
     kane.kanes_equations(bodies, loads)
     generator = LambdifyODEFunctionGenerator(
         kane.forcing_full, q, u, [g], mass_matrix=kane.mass_matrix_full, linear_sys_solver="numpy"
@@ -160,7 +173,15 @@ def pydy(case: Case) -> Iterator[Level]:
     for rtol in TOLERANCES:
 
         def run(rtol: float = rtol) -> np.ndarray:
-            found = odeint(rhs, case.start, [0.0, case.span], rtol=rtol, atol=rtol, mxstep=10**6, args=({g: 9.81},))
+            found = odeint(
+                rhs,
+                case.start,
+                [0.0, case.span],
+                rtol=rtol,
+                atol=rtol,
+                mxstep=10**6,
+                args=({g: 9.81},),
+            )
             return np.asarray(found[-1])
 
         yield Level("PyDy lambdify + odeint", f"{rtol:.0e}", build, run)
@@ -194,7 +215,9 @@ def mujoco(case: Case) -> Iterator[Level]:
 
 def bare_urdf(case: Case) -> str:
     """The mechanism's URDF without shapes to be seen or touched."""
-    return re.sub(r"<(visual|collision)\b.*?</\1>", "", mq.write_urdf(case.mechanism), flags=re.DOTALL)
+    return re.sub(
+        r"<(visual|collision)\b.*?</\1>", "", mq.write_urdf(case.mechanism), flags=re.DOTALL
+    )
 
 
 def _mjcf(case: Case) -> str:
@@ -205,7 +228,9 @@ def _mjcf(case: Case) -> str:
         place = "0 0 0" if k == 1 else "0 0 -1"
         text = f'<body pos="{place}"><joint type="hinge" axis="0 -1 0"/>{inertia}{text}</body>'
     if case.name == "cart_pole":
-        cart = '<inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/><joint type="slide" axis="1 0 0"/>'
+        cart = (
+            '<inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/><joint type="slide" axis="1 0 0"/>'
+        )
         text = f"<body>{cart}{text}</body>"
     return f'<mujoco><option gravity="0 0 -9.81"/><worldbody>{text}</worldbody></mujoco>'
 
@@ -231,7 +256,13 @@ def exudyn(case: Case) -> Iterator[Level]:
             )
         )
         hinge = exu.JointType.RevoluteY
-        types, masses, coms, inertias, places = [], [], exu.Vector3DList(), exu.Matrix3DList(), exu.Vector3DList()
+        types, masses, coms, inertias, places = (
+            [],
+            [],
+            exu.Vector3DList(),
+            exu.Matrix3DList(),
+            exu.Vector3DList(),
+        )
         turns = exu.Matrix3DList()
         if case.name == "cart_pole":
             types.append(exu.JointType.PrismaticX)
@@ -273,7 +304,9 @@ def exudyn(case: Case) -> Iterator[Level]:
         build = process_time() - begin
         initial = np.concatenate([case.q, np.zeros(n)])
 
-        def run(mbs: Any = mbs, settings: Any = settings, initial: np.ndarray = initial) -> np.ndarray:
+        def run(
+            mbs: Any = mbs, settings: Any = settings, initial: np.ndarray = initial
+        ) -> np.ndarray:
             mbs.systemData.SetODE2Coordinates(initial[:n], exu.ConfigurationType.Initial)
             mbs.systemData.SetODE2Coordinates_t(initial[n:], exu.ConfigurationType.Initial)
             mbs.SolveDynamic(settings, solverType=exu.DynamicSolverType.RK67)

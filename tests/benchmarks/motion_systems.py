@@ -38,7 +38,11 @@ class Case(NamedTuple):
 
 def chain(n: int) -> mq.Mechanism:
     """Uniform rods m = 1, l = 1, one hanging from the other, by relative angles."""
-    m, length, g = mq.Parameter("m", 1.0, "kg"), mq.Parameter("l", 1.0, "m"), mq.Parameter("g", 9.81, "m/s²")
+    m, length, g = (
+        mq.Parameter("m", 1.0, "kg"),
+        mq.Parameter("l", 1.0, "m"),
+        mq.Parameter("g", 9.81, "m/s²"),
+    )
     links = range(1, n + 1)
     return mq.Mechanism(
         name=f"chain{n}",
@@ -64,7 +68,11 @@ def cart() -> mq.Mechanism:
     M, m, length, g = (mq.Parameter(*p) for p in (("M", 2.0), ("m", 1.0), ("l", 1.0), ("g", 9.81)))
     return mq.Mechanism(
         name="cart_pole",
-        bodies=(mq.Body("ground"), mq.Body("cart", mq.particle(M)), mq.Body("rod", mq.rod(m, length))),
+        bodies=(
+            mq.Body("ground"),
+            mq.Body("cart", mq.particle(M)),
+            mq.Body("rod", mq.rod(m, length)),
+        ),
         joints=(
             mq.Prismatic("rail", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
             mq.Revolute("pin", "cart", "rod", axis=(0, -1, 0), coordinate="q"),
@@ -96,8 +104,8 @@ def exact(case: Case) -> np.ndarray:
     if find_spec("heyoka") and case.mechanism.nv <= 5:
         import heyoka
 
-        from mecanique.motion.program import program_of
-        from mecanique.motion.taylor import system
+        from mecanique.motion.compile.heyoka import system
+        from mecanique.motion.compile.program import program_of
 
         machine = heyoka.taylor_adaptive(
             system(program_of(case.mechanism), heyoka),
@@ -107,6 +115,8 @@ def exact(case: Case) -> np.ndarray:
         )
         machine.propagate_until(np.longdouble(case.span))
         return np.asarray(machine.state, dtype=float)
-    solver = ode(mq.Reference(case.mechanism).rhs()).set_integrator("dop853", rtol=1e-15, atol=1e-15, nsteps=10**6)
+    solver = ode(mq.Reference(case.mechanism).rhs()).set_integrator(
+        "dop853", rtol=1e-15, atol=1e-15, nsteps=10**6
+    )
     result: np.ndarray = solver.set_initial_value(case.start, 0.0).integrate(case.span)
     return result

@@ -2,11 +2,11 @@
 
     python tests/benchmarks/watch_live_memory.py [seconds] [system]
 
-A double pendulum is shown by `mecanique view`, as a user would, for five minutes, to headless Chromium with the plots
-open. Every 20 seconds: the time shown, frames taken by the page since the last line, the program's resident memory, and
-of the page, after a garbage collection, the JavaScript heap, the number of DOM nodes and of three.js objects. What is
-kept of a stream fills up over the first minute (the last 3600 frames, the traces); the verdict is on what follows.
-"""
+A double pendulum is shown by `mecanique view`, as a user would, for five minutes, to headless
+Chromium with the plots open. Every 20 seconds: the time shown, frames taken by the page since the
+last line, the program's resident memory, and of the page, after a garbage collection, the
+JavaScript heap, the number of DOM nodes and of three.js objects. What is kept of a stream fills up
+over the first minute (the last 3600 frames, the traces); the verdict is on what follows."""
 
 from __future__ import annotations
 
@@ -57,7 +57,11 @@ def main() -> None:
     words = [sys.executable, "-m", "mecanique", "view", system, "--no-browser"]
     run = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     assert run.stdout is not None
-    chromium = os.environ.get("MECANIQUE_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    chromium = (
+        os.environ.get("MECANIQUE_CHROMIUM")
+        or shutil.which("chromium")
+        or shutil.which("chromium-browser")
+    )
     lines = []
     try:
         address = run.stdout.readline().strip()
@@ -76,7 +80,9 @@ def main() -> None:
                 clock.tick = now => { const came = tick(now); mecanique.taken += came; return came; }; }"""
             )
             start, before = time.monotonic(), 0
-            print(f"{'s':>5} {'t':>8} {'frames':>7} {'program MB':>11} {'heap MB':>8} {'nodes':>6} {'objects':>8}")
+            print(
+                f"{'s':>5} {'t':>8} {'frames':>7} {'program MB':>11} {'heap MB':>8} {'nodes':>6} {'objects':>8}"
+            )
             while True:
                 passed = time.monotonic() - start
                 t, number, heap, nodes, objects = look(page)

@@ -9,11 +9,13 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from mecanique.cli import app
-from mecanique.verify import survey as survey_module
-from mecanique.verify.survey import Survey
+from mecanique.verification import survey as survey_module
+from mecanique.verification.survey import Survey
 
 TEXT = '<robot name="arm"><link name="a"/><link name="b"><inertial><mass value="1"/><origin xyz="1 0 0"/>{}</inertial>'
-TEXT += '</link><joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 {}"/>'
+TEXT += (
+    '</link><joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 {}"/>'
+)
 TEXT += '<limit effort="1" velocity="1"/></joint></robot>'
 INERTIA = '<inertia ixx="{}" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
 

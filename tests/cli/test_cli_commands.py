@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verify import sources
+from mecanique.verification import forms as sources
 
 IN_HOUSE = sources.in_house
 
@@ -66,7 +66,9 @@ def test_verify_prints_the_verdict_and_ends_with_zero() -> None:
 
 
 @pytest.mark.parametrize("words", [(), ("--json",)])
-def test_verify_ends_with_one_if_the_two_disagree(words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verify_ends_with_one_if_the_two_disagree(
+    words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mechanism.replace(l=1.1)))
     result = call("verify", "cart_pole", "--samples", "5", *words)
     assert result.exit_code == 1
@@ -82,10 +84,25 @@ def test_urdf_prints_or_writes_a_file_that_reads_back() -> None:
 
 
 def test_simulate_prints_a_summary_and_writes_the_motion() -> None:
-    words = ("simulate", "cart_pole", "-q", "q=0.5", "-v", "x=0.25", "-v", "q'=1", "--duration", "0.5")
+    words = (
+        "simulate",
+        "cart_pole",
+        "-q",
+        "q=0.5",
+        "-v",
+        "x=0.25",
+        "-v",
+        "q'=1",
+        "--duration",
+        "0.5",
+    )
     assert "cart_pole" in fine(*words)
-    data = json.loads(fine(*words, "--json", "--csv", "cart.csv", "--npz", "cart.npz", "--rtol", "1e-9"))
-    motion = mq.simulate(mq.textbook.load("cart_pole"), q={"q": 0.5}, v={"x": 0.25, "q": 1}, duration=0.5, rtol=1e-9)
+    data = json.loads(
+        fine(*words, "--json", "--csv", "cart.csv", "--npz", "cart.npz", "--rtol", "1e-9")
+    )
+    motion = mq.simulate(
+        mq.textbook.load("cart_pole"), q={"q": 0.5}, v={"x": 0.25, "q": 1}, duration=0.5, rtol=1e-9
+    )
     assert data["end"] == {name: motion[name][-1] for name in ("x", "q", "x'", "q'")}
     assert all(row["ok"] for row in data["audit"].values())
     saved = mq.Motion.load("cart.npz")
@@ -101,15 +118,23 @@ def test_simulate_starts_as_the_catalogue_says() -> None:
 
 
 def test_export_writes_one_page() -> None:
-    assert fine("export", "rigid_bar_pendulum", "--duration", "0.2") == "Wrote rigid_bar_pendulum.html\n"
+    assert (
+        fine("export", "rigid_bar_pendulum", "--duration", "0.2")
+        == "Wrote rigid_bar_pendulum.html\n"
+    )
     page = Path("rigid_bar_pendulum.html").read_text(encoding="utf-8")
     assert page.lower().startswith("<!doctype html>")
-    assert fine("export", "rigid_bar_pendulum", "--duration", "0.2", "-o", "other.html") == "Wrote other.html\n"
+    assert (
+        fine("export", "rigid_bar_pendulum", "--duration", "0.2", "-o", "other.html")
+        == "Wrote other.html\n"
+    )
     assert Path("other.html").is_file()
 
 
 def test_run_does_everything() -> None:
-    text = fine("run", "rigid_bar_pendulum", "--duration", "0.5", "--samples", "5", "-p", "l=2", "-q", "q=1")
+    text = fine(
+        "run", "rigid_bar_pendulum", "--duration", "0.5", "--samples", "5", "-p", "l=2", "-q", "q=1"
+    )
     assert "q'' + 3 g sin(q)/(2 l) = 0" in text
     assert "rigid_bar_pendulum: agrees at 5 random states" in text
     assert "mass matrix" in text
@@ -118,11 +143,26 @@ def test_run_does_everything() -> None:
     assert Path("rigid_bar_pendulum.html").is_file()
 
 
-def test_run_takes_a_urdf_file_and_ends_with_one_on_disagreement(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_run_takes_a_urdf_file_and_ends_with_one_on_disagreement(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
-    words = ("run", "cart.urdf", "--duration", "0.2", "--samples", "5", "-q", "pin=1", "-o", "page.html")
+    words = (
+        "run",
+        "cart.urdf",
+        "--duration",
+        "0.2",
+        "--samples",
+        "5",
+        "-q",
+        "pin=1",
+        "-o",
+        "page.html",
+    )
     assert "agrees" in fine(*words)
-    monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5)))
+    monkeypatch.setattr(
+        sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
+    )
     result = call(*words)
     assert result.exit_code == 1
     assert "DISAGREES" in result.stdout
@@ -137,8 +177,23 @@ def viewed(monkeypatch: pytest.MonkeyPatch) -> list[tuple[mq.Mechanism, dict[str
     return shown
 
 
-def test_view_shows_a_system_without_end_unless_told(viewed: list[tuple[mq.Mechanism, dict[str, Any]]]) -> None:
-    fine("view", "rigid_bar_pendulum", "--duration", "0.5", "-q", "q=1", "-v", "q'=2", "-p", "l=2", "--speed", "0.5")
+def test_view_shows_a_system_without_end_unless_told(
+    viewed: list[tuple[mq.Mechanism, dict[str, Any]]],
+) -> None:
+    fine(
+        "view",
+        "rigid_bar_pendulum",
+        "--duration",
+        "0.5",
+        "-q",
+        "q=1",
+        "-v",
+        "q'=2",
+        "-p",
+        "l=2",
+        "--speed",
+        "0.5",
+    )
     fine("view", "cart_pole", "--no-browser", "--port", "8123")
     fine("view", "squeezer")
     (pendulum, options), (_, defaults), (_, brief) = viewed
@@ -153,7 +208,11 @@ def test_view_shows_a_system_without_end_unless_told(viewed: list[tuple[mq.Mecha
 
 def test_derive_prints_all_methods_in_textbook_order_with_every_step() -> None:
     out = fine("derive", "rigid_bar_pendulum", "--method", "all")
-    titles = ("Newton and Euler's equations", "d'Alembert's principle and virtual work", "Lagrange's equations")
+    titles = (
+        "Newton and Euler's equations",
+        "d'Alembert's principle and virtual work",
+        "Lagrange's equations",
+    )
     places = [out.index(f"Rigid bar pendulum: {title}") for title in titles]
     assert places == sorted(places)
     assert out.count("q'' + 3 g sin(q)/(2 l) = 0") == 3
@@ -171,7 +230,9 @@ def test_list_shows_degrees_of_freedom_and_takes_tags() -> None:
     four_bar = next(line for line in lines if line.startswith("four_bar_linkage "))
     assert "Crank, coupler and rocker" in four_bar
     assert "N = 1" in four_bar
-    data = {row["name"]: row["N"] for row in json.loads(fine("list", "--json", "--tag", "pendulum"))}
+    data = {
+        row["name"]: row["N"] for row in json.loads(fine("list", "--json", "--tag", "pendulum"))
+    }
     assert data["double_pendulum"] == 2
     result = call("list", "--tag", "pendulun")
     assert result.exit_code == 2
@@ -182,7 +243,18 @@ def test_picture_draws_a_figure_and_a_body_cut_free() -> None:
     assert fine("picture", "cart_pole", "-p", "l=0.5") == "Wrote cart_pole.svg\n"
     whole = Path("cart_pole.svg").read_text(encoding="utf-8")
     assert whole.startswith("<svg")
-    fine("picture", "cart_pole", "-o", "cart.svg", "--free-body", "cart", "--time", "0.2", "-q", "q=0.5")
+    fine(
+        "picture",
+        "cart_pole",
+        "-o",
+        "cart.svg",
+        "--free-body",
+        "cart",
+        "--time",
+        "0.2",
+        "-q",
+        "q=0.5",
+    )
     assert "forces on cart" in Path("cart.svg").read_text(encoding="utf-8")
     assert call("picture", "cart_pole", "-o", "cart.gif").exit_code == 2
 
@@ -190,12 +262,20 @@ def test_picture_draws_a_figure_and_a_body_cut_free() -> None:
 def test_gallery_writes_pages_and_pictures() -> None:
     words = ("gallery", "pages", "--only", "two_blocks", "--duration", "0.1")
     assert fine(*words) == f"Wrote {Path('pages') / 'index.html'}: 1 of 1 systems\n"
-    assert sorted(path.name for path in Path("pages").iterdir()) == ["index.html", "two_blocks.html"]
-    assert fine("gallery", "drawn", "--only", "two_blocks", "--pictures") == "Wrote 1 pictures to drawn\n"
+    assert sorted(path.name for path in Path("pages").iterdir()) == [
+        "index.html",
+        "two_blocks.html",
+    ]
+    assert (
+        fine("gallery", "drawn", "--only", "two_blocks", "--pictures")
+        == "Wrote 1 pictures to drawn\n"
+    )
     assert [path.name for path in Path("drawn").iterdir()] == ["two_blocks.svg"]
 
 
-def test_view_frees_the_root_of_a_robot_or_a_file(viewed: list[tuple[mq.Mechanism, dict[str, Any]]]) -> None:
+def test_view_frees_the_root_of_a_robot_or_a_file(
+    viewed: list[tuple[mq.Mechanism, dict[str, Any]]],
+) -> None:
     mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
     fine("view", "ur5_robot", "--floating")
     fine("view", "cart.urdf", "--floating")

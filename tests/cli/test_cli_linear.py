@@ -39,7 +39,9 @@ def test_json_has_every_figure() -> None:
     assert told["equations"] == ["(M + m) x'' - l m q'' + c x' = F", "x'' - l q'' + g q = 0"]
     assert told["damping_ratios"][0] is None
     assert np.shape(told["modes"]["q"]) == (2, 2)
-    assert told["frequencies_hz"] == pytest.approx([w / (2 * np.pi) for w in told["frequencies_rad_per_s"]])
+    assert told["frequencies_hz"] == pytest.approx(
+        [w / (2 * np.pi) for w in told["frequencies_rad_per_s"]]
+    )
 
 
 def test_what_has_no_letters_says_why() -> None:
@@ -58,7 +60,9 @@ def test_the_response_is_a_table_for_other_programs() -> None:
 
 def test_a_mode_becomes_a_page(tmp_path: Path) -> None:
     page = tmp_path / "mode.html"
-    assert f"Wrote {page}" in run("two_blocks", "--mode", "2", "--page", str(page)).replace("\n", " ")
+    assert f"Wrote {page}" in run("two_blocks", "--mode", "2", "--page", str(page)).replace(
+        "\n", " "
+    )
     assert "mode 2 of the linear equations, 1.00658 Hz" in page.read_text(encoding="utf-8")
 
 

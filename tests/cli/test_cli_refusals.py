@@ -30,15 +30,24 @@ def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        ("derive rigid_bar_pendulm", "unknown system 'rigid_bar_pendulm'; did you mean 'rigid_bar_pendulum'"),
+        (
+            "derive rigid_bar_pendulm",
+            "unknown system 'rigid_bar_pendulm'; did you mean 'rigid_bar_pendulum'",
+        ),
         ("derive rigid_bar_pendulum --method newton", "unknown method 'newton'; "),
         ("verify cart_pole -p L=1", "unknown parameter 'L'; "),
-        ("verify cart_pole -p l", "expected NAME=VALUE with a finite number after -p, e.g. l=2.0, got 'l'"),
+        (
+            "verify cart_pole -p l",
+            "expected NAME=VALUE with a finite number after -p, e.g. l=2.0, got 'l'",
+        ),
         ("verify cart_pole -p l=long", "got 'l=long'"),
         ("verify cart_pole -p l=nan", "got 'l=nan'"),
         ("verify cart_pole -p =3", "got '=3'"),
         ("verify cart_pole -p m=-1", "body 'pole': its mass is negative (-1 kg)"),
-        ("verify cart_pole --samples 0", "expected a whole number of at least 1 for samples, got 0"),
+        (
+            "verify cart_pole --samples 0",
+            "expected a whole number of at least 1 for samples, got 0",
+        ),
         ("verify cart_pole --seed -1", "expected a whole number of at least 0 for seed, got -1"),
         ("verify nowhere.urdf", "expected a URDF file, but there is no file 'nowhere.urdf'"),
         ("verify ./folder/robot", "expected a URDF file, but there is no file './folder/robot'"),
@@ -81,7 +90,9 @@ def test_every_command_explains_itself_with_an_example(command: str) -> None:
 
 
 def test_the_commands_are_those_of_the_design() -> None:
-    assert {"derive", "export", "list", "run", "simulate", "urdf", "verify", "view"} <= set(COMMANDS)
+    assert {"derive", "export", "list", "run", "simulate", "urdf", "verify", "view"} <= set(
+        COMMANDS
+    )
 
 
 def test_help_and_version() -> None:
@@ -94,7 +105,10 @@ def test_help_and_version() -> None:
 
 def test_the_entry_point_runs_as_a_program() -> None:
     done = subprocess.run(
-        [sys.executable, "-m", "mecanique", "verify", "nothing"], capture_output=True, text=True, check=False
+        [sys.executable, "-m", "mecanique", "verify", "nothing"],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 2
     assert done.stderr.startswith("error: unknown system 'nothing'")
@@ -114,7 +128,9 @@ def interruptible() -> Iterator[None]:
 def test_ctrl_c_ends_with_130(interruptible: None) -> None:
     words = [sys.executable, "-m", "mecanique", "simulate", "double_pendulum", "--duration", "3000"]
     for patience in (2.0, 10.0, 30.0):
-        with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        with subprocess.Popen(
+            words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as process:
             time.sleep(patience)
             process.send_signal(signal.SIGINT)
             _, errors = process.communicate(timeout=60)

@@ -66,7 +66,9 @@ def test_arithmetic_of_parameters_is_exact(made: Any, expected: Any) -> None:
 )
 @settings(deadline=None)
 @given(a=NUMBERS, b=NUMBERS)
-def test_every_way_of_evaluating_gives_what_sympy_gives(expression: Any, a: float, b: float) -> None:
+def test_every_way_of_evaluating_gives_what_sympy_gives(
+    expression: Any, a: float, b: float
+) -> None:
     exact = float(expression.subs({M: a, K: b}))
     assert evaluate(expression, {"m": a, "k": b}) == pytest.approx(exact, rel=1e-12, abs=1e-12)
     assert compiled([expression], ["m", "k"])(a, b)[0] == pytest.approx(exact, rel=1e-12, abs=1e-12)
@@ -151,10 +153,17 @@ def test_a_parameter_changes_its_value_only_in_a_copy() -> None:
 def test_inputs_are_numbers_expressions_functions_or_records() -> None:
     values = {"m": 2.0}
     assert Input("F", 3).function({})(1.7) == 3.0
-    assert Input("F", m * sympy.cos(time())).function(values)(0.5) == pytest.approx(2 * math.cos(0.5))
+    assert Input("F", m * sympy.cos(time())).function(values)(0.5) == pytest.approx(
+        2 * math.cos(0.5)
+    )
     assert Input("F", math.sin).function({})(0.5) == math.sin(0.5)
     record = Record(np.array([0.0, 1.0, 3.0]), np.array([0.0, 2.0, -2.0]))
-    assert [Input("F", record).function({})(t) for t in (-1.0, 0.5, 2.0, 9.0)] == [0.0, 1.0, 0.0, -2.0]
+    assert [Input("F", record).function({})(t) for t in (-1.0, 0.5, 2.0, 9.0)] == [
+        0.0,
+        1.0,
+        0.0,
+        -2.0,
+    ]
     assert Input("F", m * time()).symbols == {"m", "t"}
     assert Input("F", math.sin).symbols == frozenset()
     assert Input("F", 1.0) * 2 == 2 * sympy.Symbol("F")

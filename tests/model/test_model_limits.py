@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.verify.states import random_states
+from mecanique.verification.states.random import random_states
 
 SENTENCE = (
     r"x must stay within \(-R, R\) = \(-1, 1\), got {}: the chart x of 'particle_on_circle_x' ends there; "
@@ -36,7 +36,11 @@ def test_a_position_beyond_its_chart_is_refused_in_words_everywhere(x: float) ->
     pattern = SENTENCE.format(f"{x:g}")
     with pytest.raises(mq.InputError, match=pattern):
         mechanism.position([x])
-    several: tuple[dict[str, float] | np.ndarray, ...] = ({"x": x}, np.array([x]), np.array([[0.0], [x]]))
+    several: tuple[dict[str, float] | np.ndarray, ...] = (
+        {"x": x},
+        np.array([x]),
+        np.array([[0.0], [x]]),
+    )
     for q in several:
         with pytest.raises(mq.InputError, match=pattern):
             equations.mass_matrix(q)
@@ -73,11 +77,20 @@ def test_verdicts_keep_inside() -> None:
 
 
 def test_limits_that_make_no_sense_are_faults() -> None:
-    with pytest.raises(mq.MechanismError, match=r"coordinate 'x': its lower limit 1 is not below its upper -1"):
+    with pytest.raises(
+        mq.MechanismError, match=r"coordinate 'x': its lower limit 1 is not below its upper -1"
+    ):
         on_circle({"x": (1.0, -1.0)})
-    with pytest.raises(mq.MechanismError, match="the limits of 'y', which is no generalized coordinate"):
+    with pytest.raises(
+        mq.MechanismError, match="the limits of 'y', which is no generalized coordinate"
+    ):
         on_circle({"y": (0.0, 1.0)})
-    with pytest.raises(mq.MechanismError, match="the limits of coordinate 'x' depends on 'S', which is not declared"):
+    with pytest.raises(
+        mq.MechanismError,
+        match="the limits of coordinate 'x' depends on 'S', which is not declared",
+    ):
         on_circle({"x": (0.0, mq.Parameter("S", 1.0))})
-    with pytest.raises(mq.InputError, match=r"expected \(lower, upper\) for each coordinate in limits"):
+    with pytest.raises(
+        mq.InputError, match=r"expected \(lower, upper\) for each coordinate in limits"
+    ):
         mq.Coordinates(("x",), {}, limits={"x": 1.0})  # type: ignore[dict-item]  # what is refused

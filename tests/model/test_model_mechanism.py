@@ -105,7 +105,11 @@ def test_velocities_by_array_or_by_name_of_coordinate_or_velocity() -> None:
         ({"q1": 1.0}, UnknownNameError, "unknown coordinate 'q1'"),
         ({"q": math.nan}, InputError, "expected a finite number for coordinate q, got nan"),
         ({"q": "x"}, InputError, "expected a finite number for coordinate q, got 'x'"),
-        ([0.0, 1.0], InputError, r"expected shape \(18,\) for the coordinate values \(u1, .*, got \(2,\)"),
+        (
+            [0.0, 1.0],
+            InputError,
+            r"expected shape \(18,\) for the coordinate values \(u1, .*, got \(2,\)",
+        ),
         (np.full(18, np.inf), InputError, "expected finite coordinate values"),
         (np.zeros(18), InputError, "expected a unit quaternion for joint 'f'"),
         (["x"] * 18, InputError, "expected 18 numbers for the coordinate values"),
@@ -146,7 +150,9 @@ def test_bodies_and_joints_by_name() -> None:
         ALL.joint("hinge")
 
 
-@pytest.mark.parametrize("name", [name for name in textbook.names() if not textbook.load(name).inputs])
+@pytest.mark.parametrize(
+    "name", [name for name in textbook.names() if not textbook.load(name).inputs]
+)
 def test_pickling_keeps_a_mechanism(name: str) -> None:
     mechanism = textbook.load(name)
     assert mechanism.velocities
@@ -181,7 +187,9 @@ def test_axes_are_stored_with_unit_length() -> None:
         Revolute("r", "a", "b", axis=(Parameter("m", 1.0), 0, 0))  # type: ignore[arg-type]  # that is the point
 
 
-@pytest.mark.parametrize("axis", [(0, 0, 1), (0, -1, 0), (1, 0, 0), (0, 0, -1), (1, 2, 3), (-1, 1, -5), (0, 1e-9, -1)])
+@pytest.mark.parametrize(
+    "axis", [(0, 0, 1), (0, -1, 0), (1, 0, 0), (0, 0, -1), (1, 2, 3), (-1, 1, -5), (0, 1e-9, -1)]
+)
 def test_the_axes_of_a_plane_come_from_the_smallest_turn(axis: tuple[float, float, float]) -> None:
     joint = Planar("p", "a", "b", axis=axis)
     x, y = (np.array(direction) for direction in joint.directions)
@@ -197,7 +205,9 @@ def test_the_axes_of_a_plane_come_from_the_smallest_turn(axis: tuple[float, floa
 
 def test_placements_turn_as_urdf_says() -> None:
     rpy = (0.4, -1.1, 2.5)
-    np.testing.assert_allclose(Placement(rpy=rpy).rotation, Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15)
+    np.testing.assert_allclose(
+        Placement(rpy=rpy).rotation, Rotation.from_euler("xyz", rpy).as_matrix(), atol=1e-15
+    )
     quarter = Placement(rpy=(math.pi / 2, 0, 0)).rotation
     assert quarter == ((1, 0, 0), (0, 0, -1), (0, 1, 0))
     with pytest.raises(InputError, match="expected three components for position xyz"):
@@ -207,7 +217,9 @@ def test_placements_turn_as_urdf_says() -> None:
 def test_joints_name_their_coordinates_or_refuse() -> None:
     assert Revolute("r", "a", "b").coordinates == ("r",)
     assert Planar("p", "a", "b", names=("x", "y", "t")).velocities == ("x'", "y'", "t'")
-    with pytest.raises(InputError, match=r"joint 'p': expected 3 names \(x, y, theta\), got \('x',\)"):
+    with pytest.raises(
+        InputError, match=r"joint 'p': expected 3 names \(x, y, theta\), got \('x',\)"
+    ):
         Planar("p", "a", "b", names=("x",))
 
 

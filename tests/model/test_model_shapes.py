@@ -63,10 +63,14 @@ def collect(points: list[tuple[float, float, float, float]]) -> Points:
     return array[:, :3], array[:, 3] / array[:, 3].sum()
 
 
-def of_rod(length: float, direction: tuple[float, float, float], start: tuple[float, float, float]) -> Points:
+def of_rod(
+    length: float, direction: tuple[float, float, float], start: tuple[float, float, float]
+) -> Points:
     unit = np.array(direction) / np.linalg.norm(direction)
     places = along(0, length)
-    return np.array([start + s * unit for s, _ in places]), np.array([w for _, w in places]) / length
+    return np.array([start + s * unit for s, _ in places]), np.array(
+        [w for _, w in places]
+    ) / length
 
 
 def of_box(a: float, b: float, c: float) -> Points:
@@ -97,7 +101,12 @@ def of_ball(radius: float) -> Points:
     grid = product(along(0, radius), along(-1, 1), CIRCLE)
     return collect(
         [
-            (r * math.sqrt(1 - c * c) * math.cos(f), r * math.sqrt(1 - c * c) * math.sin(f), r * c, w * u * r * r)
+            (
+                r * math.sqrt(1 - c * c) * math.cos(f),
+                r * math.sqrt(1 - c * c) * math.sin(f),
+                r * c,
+                w * u * r * r,
+            )
             for (r, w), (c, u), f in grid
         ]
     )
@@ -107,7 +116,12 @@ def of_shell(radius: float) -> Points:
     grid = product(along(-1, 1), CIRCLE)
     return collect(
         [
-            (radius * math.sqrt(1 - c * c) * math.cos(f), radius * math.sqrt(1 - c * c) * math.sin(f), radius * c, w)
+            (
+                radius * math.sqrt(1 - c * c) * math.cos(f),
+                radius * math.sqrt(1 - c * c) * math.sin(f),
+                radius * c,
+                w,
+            )
             for (c, w), f in grid
         ]
     )
@@ -155,7 +169,9 @@ SHAPES: dict[str, tuple[Callable[..., Shape], Callable[..., Points]]] = {
 @pytest.mark.parametrize("name", SHAPES)
 @settings(deadline=None)
 @given(mass=SIDES, a=SIDES, b=SIDES, c=SIDES)
-def test_center_and_inertia_are_those_of_the_points(name: str, mass: float, a: float, b: float, c: float) -> None:
+def test_center_and_inertia_are_those_of_the_points(
+    name: str, mass: float, a: float, b: float, c: float
+) -> None:
     make, points_of = SHAPES[name]
     shape = make(mass, a, b, c)
     center, tensor = moments(mass, points_of(a, b, c))
@@ -182,7 +198,12 @@ def test_a_moved_shape_has_moved_points(
 
 def test_pieces_of_a_body_add_up_about_the_common_center() -> None:
     turn = (0.3, -0.8, 1.2)
-    body = Body("whole", ball(2, 0.3).at((1, 0, 0)), box(1, (0.2, 0.4, 0.6)).at((0, -1, 0.5), turn), bar(4.0))
+    body = Body(
+        "whole",
+        ball(2, 0.3).at((1, 0, 0)),
+        box(1, (0.2, 0.4, 0.6)).at((0, -1, 0.5), turn),
+        bar(4.0),
+    )
     ball_places, ball_parts = of_ball(0.3)
     box_places, box_parts = of_box(0.2, 0.4, 0.6)
     turned = Rotation.from_euler("xyz", turn).apply(box_places)

@@ -75,7 +75,10 @@ def with_slide(**fields: Any) -> dict[str, Any]:
 CASES: dict[str, tuple[dict[str, Any], str]] = {
     "no name": ({"name": " "}, "the mechanism has no name"),
     "nameless body": ({"bodies": (GROUND, BLOCK, Body(""))}, "a body has no name"),
-    "unprintable": ({"bodies": (GROUND, BLOCK, Body("a\x00"))}, r"body 'a\x00' has unprintable characters in its name"),
+    "unprintable": (
+        {"bodies": (GROUND, BLOCK, Body("a\x00"))},
+        r"body 'a\x00' has unprintable characters in its name",
+    ),
     "two bodies": ({"bodies": (GROUND, BLOCK, BLOCK)}, "body 'block' is there 2 times"),
     "two parameters": (
         {"parameters": (ZERO,), "inputs": (Input("zero"),)},
@@ -88,13 +91,19 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         },
         "coordinate 'x' belongs to 2 joints",
     ),
-    "clash": ({"parameters": (Parameter("x", 1.0),)}, "'x' is both a coordinate and a parameter, an input or time"),
+    "clash": (
+        {"parameters": (Parameter("x", 1.0),)},
+        "'x' is both a coordinate and a parameter, an input or time",
+    ),
     "map of nothing": (
         {"coordinates": Coordinates((), {"y": 1.0})},
         "the coordinate map sets 'y', which is no joint coordinate",
     ),
     "mapped quaternion": (
-        {"joints": (Spherical("s", "ground", "block"),), "coordinates": Coordinates((), {"s_qx": 0.0})},
+        {
+            "joints": (Spherical("s", "ground", "block"),),
+            "coordinates": Coordinates((), {"s_qx": 0.0}),
+        },
         "the coordinate map sets 's_qx', but a quaternion's joint cannot be driven",
     ),
     "idle coordinate": (
@@ -121,7 +130,10 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         with_body(box(Parameter("M", 1.0), (1, 1, 1))),
         "body 'block' depends on 'M', which is not declared (known: zero)",
     ),
-    "time in a body": (with_body(particle(time())), "body 'block' depends on 't', which is not declared (known: zero)"),
+    "time in a body": (
+        with_body(particle(time())),
+        "body 'block' depends on 't', which is not declared (known: zero)",
+    ),
     "undeclared in a joint": (
         with_slide(origin=Placement((Parameter("a", 1.0), 0, 0))),
         "joint 'slide' depends on 'a', which is not declared (known: none)",
@@ -160,8 +172,14 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         {"joints": (Fixed("w", "wall", "block"),)},
         "joint 'w': its parent 'wall' is no body",
     ),
-    "no child": ({"joints": (SLIDE, Fixed("w", "block", "wall"))}, "joint 'w': its child 'wall' is no body"),
-    "itself": ({"joints": (SLIDE, Fixed("w", "block", "block"))}, "joint 'w' joins body 'block' to itself"),
+    "no child": (
+        {"joints": (SLIDE, Fixed("w", "block", "wall"))},
+        "joint 'w': its child 'wall' is no body",
+    ),
+    "itself": (
+        {"joints": (SLIDE, Fixed("w", "block", "block"))},
+        "joint 'w' joins body 'block' to itself",
+    ),
     "moving ground": (
         {"joints": (SLIDE, Fixed("w", "block", "ground"))},
         "the ground 'ground' is the child of a joint",
@@ -192,11 +210,23 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         "joint 'slide': its limits of effort and velocity must not be negative",
     ),
     "armature": (with_slide(armature=-1.0), "joint 'slide': its armature is negative"),
-    "origin": (with_slide(origin=Placement((NOT, 0, 0))), "joint 'slide': its origin is not finite"),
-    "spring to nothing": (with_force(Spring("s", "ground", A, "wall", A, 1.0)), "force 's': 'wall' is no body"),
-    "damper to nothing": (with_force(Damper("d", "wall", A, "block", A, 1.0)), "force 'd': 'wall' is no body"),
+    "origin": (
+        with_slide(origin=Placement((NOT, 0, 0))),
+        "joint 'slide': its origin is not finite",
+    ),
+    "spring to nothing": (
+        with_force(Spring("s", "ground", A, "wall", A, 1.0)),
+        "force 's': 'wall' is no body",
+    ),
+    "damper to nothing": (
+        with_force(Damper("d", "wall", A, "block", A, 1.0)),
+        "force 'd': 'wall' is no body",
+    ),
     "force on nothing": (with_force(Force("f", "wall", A, A)), "force 'f': 'wall' is no body"),
-    "axes of nothing": (with_force(Torque("f", "block", A, axes="wall")), "force 'f': 'wall' is no body"),
+    "axes of nothing": (
+        with_force(Torque("f", "block", A, axes="wall")),
+        "force 'f': 'wall' is no body",
+    ),
     "drive of nothing": (
         with_force(JointForce("f", "hinge", 1.0)),
         "force 'f': 'hinge' is no joint with one coordinate",
@@ -205,8 +235,14 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         {"joints": (Spherical("s", "ground", "block"),), "forces": (JointDamper("d", "s", 1.0),)},
         "force 'd': 's' is no joint with one coordinate",
     ),
-    "loop to nothing": ({"loops": (Loop.ball("l", "ground", A, "wall", A),)}, "loop 'l': 'wall' is no body"),
-    "loop to itself": ({"loops": (Loop.ball("l", "block", A, "block", B),)}, "loop 'l' joins body 'block' to itself"),
+    "loop to nothing": (
+        {"loops": (Loop.ball("l", "ground", A, "wall", A),)},
+        "loop 'l': 'wall' is no body",
+    ),
+    "loop to itself": (
+        {"loops": (Loop.ball("l", "block", A, "block", B),)},
+        "loop 'l' joins body 'block' to itself",
+    ),
     "loop of no length": (
         {"loops": (Loop.distance("l", "ground", A, "block", A, 0.0),)},
         "loop 'l': expected a length above 0, got 0",
@@ -215,9 +251,18 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         {"loops": (Loop.ball("l", "ground", (NOT, 0, 0), "block", A),)},
         "loop 'l': its frame is not finite",
     ),
-    "negative mass": (with_body(box(-2.0, (1, 1, 1))), "body 'block': its mass is negative (-2 kg)"),
-    "infinite mass": (with_body(box(math.inf, (1, 1, 1))), "body 'block': its mass or inertia is not finite"),
-    "nan center": (with_body(particle(1.0, (NOT, 0, 0))), "body 'block': its center of mass is not finite"),
+    "negative mass": (
+        with_body(box(-2.0, (1, 1, 1))),
+        "body 'block': its mass is negative (-2 kg)",
+    ),
+    "infinite mass": (
+        with_body(box(math.inf, (1, 1, 1))),
+        "body 'block': its mass or inertia is not finite",
+    ),
+    "nan center": (
+        with_body(particle(1.0, (NOT, 0, 0))),
+        "body 'block': its center of mass is not finite",
+    ),
     "negative inertia": (
         with_body(Shape(1.0, inertia=(1.0, 1.0, -1.0, 0.0, 0.0, 0.0))),
         "body 'block': its inertia has a negative principal moment (-1 kg·m²)",
@@ -232,18 +277,36 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
         "body 'block': its mass cannot be computed (0.0 cannot be raised to a negative power)",
     ),
     "nan gravity": ({"gravity": (0, 0, NOT)}, "gravity is not finite"),
-    "stiffness": (with_force(JointSpring("s", "slide", -1.0)), "force 's': expected a stiffness of at least 0, got -1"),
+    "stiffness": (
+        with_force(JointSpring("s", "slide", -1.0)),
+        "force 's': expected a stiffness of at least 0, got -1",
+    ),
     "free length": (
         with_force(Spring("s", "ground", A, "block", A, 1.0, -2.0)),
         "force 's': expected a free length of at least 0, got -2",
     ),
-    "damping": (with_force(JointDamper("d", "slide", NOT)), "force 'd': expected a damping of at least 0, got nan"),
-    "reference": (with_force(JointSpring("s", "slide", 1.0, NOT)), "force 's': its reference is not finite"),
-    "point": (with_force(Spring("s", "ground", (NOT, 0, 0), "block", A, 1.0)), "force 's': its point a is not finite"),
+    "damping": (
+        with_force(JointDamper("d", "slide", NOT)),
+        "force 'd': expected a damping of at least 0, got nan",
+    ),
+    "reference": (
+        with_force(JointSpring("s", "slide", 1.0, NOT)),
+        "force 's': its reference is not finite",
+    ),
+    "point": (
+        with_force(Spring("s", "ground", (NOT, 0, 0), "block", A, 1.0)),
+        "force 's': its point a is not finite",
+    ),
     "load": (with_force(Force("f", "block", A, (0, NOT, 0))), "force 'f': its force is not finite"),
-    "torque": (with_force(Torque("f", "block", (0, math.inf, 0))), "force 'f': its torque is not finite"),
+    "torque": (
+        with_force(Torque("f", "block", (0, math.inf, 0))),
+        "force 'f': its torque is not finite",
+    ),
     "drive": (with_force(JointForce("f", "slide", 1 / ZERO)), "force 'f': its force is not finite"),
-    "imaginary": (with_force(JointForce("f", "slide", sympy.sqrt(ZERO - 1))), "force 'f': its force is not finite"),
+    "imaginary": (
+        with_force(JointForce("f", "slide", sympy.sqrt(ZERO - 1))),
+        "force 'f': its force is not finite",
+    ),
 }
 
 
@@ -284,7 +347,9 @@ def test_values_are_judged_together_too() -> None:
 
 
 def test_one_fault_is_one_fault() -> None:
-    with pytest.raises(MechanismError, match=r"^mechanism 'm' has 1 fault:\n  gravity is not finite$"):
+    with pytest.raises(
+        MechanismError, match=r"^mechanism 'm' has 1 fault:\n  gravity is not finite$"
+    ):
         Mechanism("m", (GROUND, BLOCK), (SLIDE,), gravity=(NOT, 0, 0))
 
 
@@ -292,7 +357,11 @@ def test_sound_descriptions_pass() -> None:
     mechanism = Mechanism(
         "sound",
         (GROUND, BLOCK),
-        (Prismatic("slide", "ground", "block", coordinate="x", limits=Limits(-1.0, 1.0), armature=0.5),),
+        (
+            Prismatic(
+                "slide", "ground", "block", coordinate="x", limits=Limits(-1.0, 1.0), armature=0.5
+            ),
+        ),
         forces=(
             JointForce("drive", "slide", coordinate("x") * velocity("x") * time() + ZERO),
             Force("push", "block", A, (Input("F") * 2, 0, 0), axes="block"),
@@ -316,7 +385,9 @@ def test_sound_descriptions_pass() -> None:
         (1.0, (math.nan, 1.0, 1.0, 0.0, 0.0, 0.0), "not finite"),
     ],
 )
-def test_what_is_wrong_with_an_inertia(mass: float, inertia: tuple[float, ...], expected: str | None) -> None:
+def test_what_is_wrong_with_an_inertia(
+    mass: float, inertia: tuple[float, ...], expected: str | None
+) -> None:
     found = inertia_fault(mass, inertia)
     assert (found is None) if expected is None else (found is not None and expected in found)
 
@@ -324,10 +395,19 @@ def test_what_is_wrong_with_an_inertia(mass: float, inertia: tuple[float, ...], 
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: Spring("s", "a", untyped((0, 0)), "b", A, 1.0), "expected three components for point_a of 's'"),
+        (
+            lambda: Spring("s", "a", untyped((0, 0)), "b", A, 1.0),
+            "expected three components for point_a of 's'",
+        ),
         (lambda: Force("f", "a", A, untyped((1, 2))), "expected three components for force of 'f'"),
-        (lambda: JointForce("f", "j", "1"), "expected a number, a parameter or an expression, got '1'"),
-        (lambda: Loop.hinge("l", "a", A, "b", A, (0, 0, 0)), "expected an axis with a finite length for a loop"),
+        (
+            lambda: JointForce("f", "j", "1"),
+            "expected a number, a parameter or an expression, got '1'",
+        ),
+        (
+            lambda: Loop.hinge("l", "a", A, "b", A, (0, 0, 0)),
+            "expected an axis with a finite length for a loop",
+        ),
         (
             lambda: Loop("l", untyped("glue"), "a", Placement(), "b", Placement()),
             "loop 'l': expected a kind among ball",

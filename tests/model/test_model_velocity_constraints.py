@@ -59,7 +59,9 @@ def rolling() -> tuple[VelocityConstraint, VelocityConstraint]:
 def test_the_sleigh_and_the_rolling_disk_are_declined() -> None:
     with pytest.raises(MechanismError, match=f"velocity constraint 'blade' {NOT_HOLONOMIC}"):
         vehicle(blade())
-    with pytest.raises(MechanismError, match=f"velocity constraint 'roll_x', 'roll_y' {NOT_HOLONOMIC}"):
+    with pytest.raises(
+        MechanismError, match=f"velocity constraint 'roll_x', 'roll_y' {NOT_HOLONOMIC}"
+    ):
         vehicle(*rolling())
 
 
@@ -68,7 +70,9 @@ def test_a_bicycle_is_declined() -> None:
     from sympy import cos, sin
 
     theta, steer = coordinate("theta"), coordinate("phi")
-    front = VelocityConstraint("front", {"x": sin(theta + steer), "y": -cos(theta + steer), "theta": -cos(steer)})
+    front = VelocityConstraint(
+        "front", {"x": sin(theta + steer), "y": -cos(theta + steer), "theta": -cos(steer)}
+    )
     with pytest.raises(MechanismError, match=NOT_HOLONOMIC):
         vehicle(blade(), front)
 
@@ -78,7 +82,10 @@ def test_rolling_along_a_line_is_holonomic_and_told_so() -> None:
         Mechanism(
             "wheel",
             (Body("ground"), Body("hub"), Body("wheel", disk(1.0, 0.3))),
-            (Prismatic("s", "ground", "hub", coordinate="x"), Revolute("axle", "hub", "wheel", coordinate="phi")),
+            (
+                Prismatic("s", "ground", "hub", coordinate="x"),
+                Revolute("axle", "hub", "wheel", coordinate="phi"),
+            ),
             parameters=(r,),
             velocity_constraints=(VelocityConstraint("roll", {"x": 1.0, "phi": -r}),),
         )
@@ -89,7 +96,10 @@ def test_an_integrating_factor_does_not_hide_what_is_holonomic() -> None:
         vehicle(
             VelocityConstraint(
                 "circle",
-                {"x": coordinate("x") * (1 + coordinate("y") ** 2), "y": coordinate("y") * (1 + coordinate("y") ** 2)},
+                {
+                    "x": coordinate("x") * (1 + coordinate("y") ** 2),
+                    "y": coordinate("y") * (1 + coordinate("y") ** 2),
+                },
             )
         )
 
@@ -100,7 +110,9 @@ def test_a_blade_that_cannot_turn_is_holonomic() -> None:
 
 
 def test_faults_of_the_description_are_told_first() -> None:
-    with pytest.raises(MechanismError, match="velocity constraint 'v' depends on 'w', no coordinate or parameter"):
+    with pytest.raises(
+        MechanismError, match="velocity constraint 'v' depends on 'w', no coordinate or parameter"
+    ):
         vehicle(VelocityConstraint("v", {"w": 1.0}))
     with pytest.raises(MechanismError, match="velocity constraint 'v' is empty"):
         vehicle(VelocityConstraint("v", {}))

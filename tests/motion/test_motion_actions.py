@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.actions import Actions
-from mecanique.verify.states import random_states
+from mecanique.motion.analysis.forces import Actions
+from mecanique.verification.states.random import random_states
 
 SYSTEMS = mq.textbook.names()
 
@@ -25,8 +25,11 @@ def test_forces_and_moments_on_each_body_sum_to_zero(name: str) -> None:
     a = reference.acceleration(q, v, t)
     acting = Actions(mechanism, reference)
     every = [*acting.applied(t, q, v), *acting.reactions(t, q, v), *acting.inertia(t, q, v, a)]
-    # a free body turns without any force: its energy is then the size that moments are compared with
-    sizes = [float(np.abs(part).max()) for action in every for part in (action.force, action.moment)]
+    # a free body turns without any force: its energy is then the size that moments are compared
+    # with
+    sizes = [
+        float(np.abs(part).max()) for action in every for part in (action.force, action.moment)
+    ]
     scale = max(*sizes, float(np.max(reference.energy(q, v, t).kinetic)))
     for body in mechanism.bodies:
         if body.name == mechanism.ground:
@@ -38,7 +41,9 @@ def test_forces_and_moments_on_each_body_sum_to_zero(name: str) -> None:
         np.testing.assert_allclose(moment, np.zeros((5, 3)), atol=1e-11 * scale)
 
 
-@pytest.mark.parametrize("name", ["two_blocks", "double_pendulum", "bars_and_springs", "shear_building"])
+@pytest.mark.parametrize(
+    "name", ["two_blocks", "double_pendulum", "bars_and_springs", "shear_building"]
+)
 def test_what_one_body_does_to_another_is_done_back(name: str) -> None:
     mechanism = mq.textbook.load(name)
     acting = Actions(mechanism, mq.Reference(mechanism))

@@ -5,7 +5,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion import Audit, Event
-from mecanique.motion.motion import Motion
+from mecanique.motion.record.motion import Motion
 
 BALANCES = (
     "energy",
@@ -22,7 +22,9 @@ def oscillator(damping: float) -> mq.Mechanism:
         (mq.Body("ground"), mq.Body("block", mq.particle(2.0))),
         (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
         forces=(
-            mq.Spring("spring", "ground", (-1, 0, 0), "block", (0, 0, 0), stiffness=50.0, free_length=1.0),
+            mq.Spring(
+                "spring", "ground", (-1, 0, 0), "block", (0, 0, 0), stiffness=50.0, free_length=1.0
+            ),
             mq.Damper("damper", "block", (0, 0, 0), "ground", (3, 0, 0), damping=damping),
         ),
     )
@@ -47,7 +49,9 @@ def test_the_work_of_a_damper_is_the_energy_lost() -> None:
 
 
 def test_without_losses_energy_stays() -> None:
-    motion = mq.simulate(mq.textbook.load("double_pendulum"), q=[0.9, 1.4], duration=5.0, rtol=1e-12)
+    motion = mq.simulate(
+        mq.textbook.load("double_pendulum"), q=[0.9, 1.4], duration=5.0, rtol=1e-12
+    )
     energy = motion.energy()
     assert (energy.work == 0).all()
     assert np.ptp(energy.total) < 1e-10 * energy.scale
@@ -56,19 +60,33 @@ def test_without_losses_energy_stays() -> None:
 @pytest.mark.parametrize("name", ["base_excited_mass", "kapitza_pendulum", "bead_on_hoop"])
 def test_the_work_of_prescribed_motion_is_in_the_balance(name: str) -> None:
     system = mq.textbook.entry(name)
-    motion = mq.simulate(mq.textbook.load(name), q=system.start, v=system.start_velocity, duration=0.5)
+    motion = mq.simulate(
+        mq.textbook.load(name), q=system.start, v=system.start_velocity, duration=0.5
+    )
     energy = motion.energy()
-    assert np.abs(energy.total - energy.total[0]).max() > 1e-4 * energy.scale  # there is something to balance
+    assert (
+        np.abs(energy.total - energy.total[0]).max() > 1e-4 * energy.scale
+    )  # there is something to balance
     assert np.abs(energy.balance).max() < 3e-9 * energy.scale
 
 
 @pytest.mark.parametrize(
     "name",
-    ["double_pendulum", "cart_pole", "two_blocks", "free_rigid_body", "heavy_top", "furuta_pendulum", "shear_building"],
+    [
+        "double_pendulum",
+        "cart_pole",
+        "two_blocks",
+        "free_rigid_body",
+        "heavy_top",
+        "furuta_pendulum",
+        "shear_building",
+    ],
 )
 def test_energy_and_momentum_balance_along_textbook_motions(name: str) -> None:
     system = mq.textbook.entry(name)
-    motion = mq.simulate(mq.textbook.load(name), q=system.start, v=system.start_velocity, duration=1.0)
+    motion = mq.simulate(
+        mq.textbook.load(name), q=system.start, v=system.start_velocity, duration=1.0
+    )
     audit = motion.audit()
     assert tuple(row.name for row in audit.rows) == BALANCES
     assert audit.ok, audit
@@ -89,9 +107,21 @@ def loaded() -> mq.Mechanism:
         ),
         (
             mq.Prismatic(
-                "slide", "ground", "cart", axis=(1, 0, 0.2), coordinate="x", origin=mq.Placement((0.1, 0.2, 0.3))
+                "slide",
+                "ground",
+                "cart",
+                axis=(1, 0, 0.2),
+                coordinate="x",
+                origin=mq.Placement((0.1, 0.2, 0.3)),
             ),
-            mq.Revolute("pin", "cart", "arm", axis=(0.1, -1, 0.3), coordinate="q", origin=mq.Placement((0, 0.1, 0.1))),
+            mq.Revolute(
+                "pin",
+                "cart",
+                "arm",
+                axis=(0.1, -1, 0.3),
+                coordinate="q",
+                origin=mq.Placement((0, 0.1, 0.1)),
+            ),
         ),
         forces=(
             mq.JointSpring("s1", "slide", 30.0, 0.2),
@@ -122,7 +152,11 @@ def test_dampers_in_driven_ground_joints_are_in_the_balances() -> None:
     q = mq.coordinate("q")
     mechanism = mq.Mechanism(
         "geared",
-        (mq.Body("ground"), mq.Body("wheel", mq.disk(2.0, 0.5)), mq.Body("rack", mq.box(1.0, (0.1, 0.1, 0.1)))),
+        (
+            mq.Body("ground"),
+            mq.Body("wheel", mq.disk(2.0, 0.5)),
+            mq.Body("rack", mq.box(1.0, (0.1, 0.1, 0.1))),
+        ),
         (
             mq.Revolute("axle", "ground", "wheel", axis=(0, 1, 0), coordinate="a"),
             mq.Prismatic("rail", "ground", "rack", axis=(1, 0, 0), coordinate="b"),
@@ -143,7 +177,9 @@ def test_a_falsified_motion_breaks_the_balances() -> None:
     mechanism = mq.textbook.load("double_pendulum")
     motion = mq.simulate(mechanism, q=[0.9, 1.4], duration=1.0)
     other = mechanism.replace(m2=1.001)
-    false = Motion(other, motion.t, motion.q, motion.v, motion.curve, motion.method, motion.statistics)
+    false = Motion(
+        other, motion.t, motion.q, motion.v, motion.curve, motion.method, motion.statistics
+    )
     audit = false.audit()
     assert not audit.ok
     assert not audit["linear momentum"].ok
@@ -158,12 +194,16 @@ def test_an_audit_reads_as_a_table() -> None:
         assert name in text
     assert "of the speed of light" in text
     assert audit["energy"].unit == "J"
-    with pytest.raises(mq.UnknownNameError, match="unknown balance 'energi'; did you mean 'energy'"):
+    with pytest.raises(
+        mq.UnknownNameError, match="unknown balance 'energi'; did you mean 'energy'"
+    ):
         audit["energi"]
 
 
 def test_a_chaotic_motion_is_trusted_only_so_far() -> None:
-    motion = mq.simulate(mq.textbook.load("double_pendulum"), q=[2.0, 1.5], duration=12.0, rtol=1e-8)
+    motion = mq.simulate(
+        mq.textbook.load("double_pendulum"), q=[2.0, 1.5], duration=12.0, rtol=1e-8
+    )
     audit = motion.audit(refine=True)
     trust = audit.trust
     assert trust.lyapunov > 0.5
@@ -190,7 +230,10 @@ def test_a_regular_motion_is_trusted_to_its_end() -> None:
 
 def test_an_audit_stays_right_across_events() -> None:
     mechanism = mq.textbook.load("cart_pole")
-    events = [Event("wall", mq.coordinate("x") - 0.3, direction=1, restitution=0.5), Event("low", "q")]
+    events = [
+        Event("wall", mq.coordinate("x") - 0.3, direction=1, restitution=0.5),
+        Event("low", "q"),
+    ]
     motion = mq.simulate(mechanism, q={"q": 2.0}, duration=3.0, events=events)
     assert len(motion.times("wall")) >= 1
     assert len(motion.times("low")) >= 1

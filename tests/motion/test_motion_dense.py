@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mecanique as mq
-from mecanique.motion.dense import Curve
-from mecanique.motion.quadrature import integral
-from mecanique.motion.rates import Rates
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.quadrature import integral
+from mecanique.motion.record.rates import Rates
 
 PLAIN = Rates(((0,), (0,)), (), ())
 
@@ -33,7 +33,8 @@ def test_a_curve_through_uneven_steps_is_the_function(gaps: list[float]) -> None
     c = curve(t)
     x = np.linspace(0, t[-1], 500)
     state = c(x)
-    # where short steps surround a long one its two ends alone may be usable: degree 5, (3 h)⁶ / 46080 at h = 0.2
+    # where short steps surround a long one its two ends alone may be usable: degree 5, (3 h)⁶ /
+    # 46080 at h = 0.2
     np.testing.assert_allclose(state.q[:, 0], np.sin(3 * x), atol=2e-6)
     np.testing.assert_allclose(state.v[:, 0], 3 * np.cos(3 * x), atol=6e-5)
 
@@ -67,7 +68,11 @@ def test_steps_can_be_added_inside() -> None:
     c = curve(np.linspace(0, 2, 6), breaks=(0, 3))
     t = np.array([0.2, 1.4])
     finer = c.with_steps(
-        np.array([0, 3]), t, np.sin(3 * t)[:, None], 3 * np.cos(3 * t)[:, None], -9 * np.sin(3 * t)[:, None]
+        np.array([0, 3]),
+        t,
+        np.sin(3 * t)[:, None],
+        3 * np.cos(3 * t)[:, None],
+        -9 * np.sin(3 * t)[:, None],
     )
     assert finer.t.tolist() == sorted([*c.t.tolist(), 0.2, 1.4])
     assert finer.breaks.tolist() == [0, 4]
@@ -100,7 +105,9 @@ def free() -> tuple[mq.Mechanism, Rates]:
     return mechanism, Rates.of(mechanism)
 
 
-def test_rates_and_velocities_are_inverse_and_agree_with_the_engine(free: tuple[mq.Mechanism, Rates]) -> None:
+def test_rates_and_velocities_are_inverse_and_agree_with_the_engine(
+    free: tuple[mq.Mechanism, Rates],
+) -> None:
     mechanism, rates = free
     rng = np.random.default_rng(1)
     q = rates.normalized(rng.normal(size=(5, mechanism.nq)))

@@ -47,5 +47,7 @@ def test_of_many_motions_those_that_leave_the_chart_have_no_end() -> None:
     assert np.isnan(runs["x"][0, -1])
     # theta' = 1/6 brings it from acos(0.8) on by 4/6
     assert runs["x"][1, -1] == pytest.approx(np.cos(np.arccos(0.8) + 4 / 6), abs=1e-6)
-    with pytest.raises(mq.InputError, match="method 'batch' does not watch the limits of x; expected 'single' or"):
+    with pytest.raises(
+        mq.InputError, match="method 'batch' does not watch the limits of x; expected 'single' or"
+    ):
         mq.simulate_many(mechanism, q={"x": [0.8]}, method="batch")

@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.chunks import Part, run_part
-from mecanique.motion.taylor import installed
+from mecanique.motion.compile.heyoka import installed
+from mecanique.motion.ensemble.chunks import Part, run_part
 
 needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
 METHODS = ["batch", "single", pytest.param("taylor", marks=needs_heyoka)]
@@ -30,7 +30,14 @@ def test_every_run_is_the_motion_of_its_own(method: str) -> None:
     mechanism, n = mq.textbook.load("double_pendulum"), 5
     sweep: dict[str, Any] = {"l1": np.linspace(0.6, 1.4, n), "m2": 2.0}
     runs = mq.simulate_many(
-        mechanism, starts(n), {"q1'": 0.3}, sweep, duration=2.0, samples=5, method=method, rtol=1e-11
+        mechanism,
+        starts(n),
+        {"q1'": 0.3},
+        sweep,
+        duration=2.0,
+        samples=5,
+        method=method,
+        rtol=1e-11,
     )
     assert len(runs) == runs.done == n
     assert runs.q.shape == runs.v.shape == (n, 5, 2)
@@ -49,17 +56,23 @@ def test_small_swings_keep_the_period_of_each_length(method: str) -> None:
     mechanism = mq.textbook.load("simple_pendulum")
     (length,) = (p.symbol for p in mechanism.parameters if p.unit == "m")
     omega = np.sqrt(mechanism.values["g"] / lengths)
-    runs = mq.simulate_many(mechanism, [1e-5], parameters={length: lengths}, duration=3.0, method=method, rtol=1e-12)
+    runs = mq.simulate_many(
+        mechanism, [1e-5], parameters={length: lengths}, duration=3.0, method=method, rtol=1e-12
+    )
     np.testing.assert_allclose(runs.q[:, -1, 0], 1e-5 * np.cos(3 * omega), atol=1e-9)
 
 
 def test_quaternions_stay_of_unit_length() -> None:
     mechanism = mq.textbook.load("free_rigid_body")
     spin = {name: np.array([0.3, 2.0]) for name in mechanism.velocities[-3:]}
-    runs = mq.simulate_many(mechanism, None, spin, duration=2.0, method="batch", rtol=1e-10, samples=3)
+    runs = mq.simulate_many(
+        mechanism, None, spin, duration=2.0, method="batch", rtol=1e-10, samples=3
+    )
     np.testing.assert_allclose(np.linalg.norm(runs.q[:, :, -4:], axis=2), 1.0, atol=1e-14)
     for k in range(2):
-        motion = mq.simulate(mechanism, v=runs.start[k, mechanism.nq :], duration=2.0, samples=3, rtol=1e-12)
+        motion = mq.simulate(
+            mechanism, v=runs.start[k, mechanism.nq :], duration=2.0, samples=3, rtol=1e-12
+        )
         np.testing.assert_allclose(runs.q[k], motion.q, atol=1e-8)
 
 
@@ -79,11 +92,15 @@ def wave(t: float) -> float:
     return float(np.sin(3 * t))
 
 
-@pytest.mark.parametrize("signal", [mq.Record(np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0, -3.0])), wave])
+@pytest.mark.parametrize(
+    "signal", [mq.Record(np.array([0.0, 0.5, 2.0]), np.array([0.0, 1.0, -3.0])), wave]
+)
 def test_records_and_functions_drive_the_runs(signal: Any) -> None:
     motion = mq.simulate(pushed(signal), duration=2.0, samples=4, rtol=1e-12)
     start = {"x": [0.0, 1.0]}
-    runs = mq.simulate_many(pushed(signal), start, duration=2.0, samples=4, method="batch", rtol=1e-11)
+    runs = mq.simulate_many(
+        pushed(signal), start, duration=2.0, samples=4, method="batch", rtol=1e-11
+    )
     np.testing.assert_allclose(runs["x"], motion["x"] + np.array([[0.0], [1.0]]), atol=1e-9)
 
 
@@ -115,7 +132,12 @@ def test_closed_mechanisms_run_one_by_one() -> None:
 def test_a_run_that_fails_leaves_the_others_alone() -> None:
     mechanism = mq.textbook.load("kepler_orbit", mu=1.0)
     runs = mq.simulate_many(
-        mechanism, {"r": [1.0, 1.0, 2.0]}, {"phi": [1.0, 0.0, 8**-0.5]}, duration=1.2, method="batch", max_steps=3000
+        mechanism,
+        {"r": [1.0, 1.0, 2.0]},
+        {"phi": [1.0, 0.0, 8**-0.5]},
+        duration=1.2,
+        method="batch",
+        max_steps=3000,
     )  # two circles; the second planet falls into the center
     assert runs.failed.tolist() == [1]
     assert np.isnan(runs.q[1, -1]).all()
@@ -171,9 +193,11 @@ def fatal(part: Part) -> Any:
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no signals")
-def test_a_killed_worker_loses_nothing_that_is_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_killed_worker_loses_nothing_that_is_done(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setenv("MECANIQUE_TEST_MARK", str(tmp_path / "mark"))
-    monkeypatch.setattr("mecanique.motion.ensemble.run_part", fatal)
+    monkeypatch.setattr("mecanique.motion.ensemble.simulate_many.run_part", fatal)
     with (
         ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor,
         pytest.raises(mq.IntegrationError, match="the executor broke") as info,
@@ -215,7 +239,15 @@ def test_threads_share_the_runs_of_a_chunk() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     q, lengths = np.linspace(0.1, 1.0, 1200), np.linspace(0.5, 1.5, 1200)
     start = np.column_stack([q, np.zeros(1200)])
-    given = (0, pickle.dumps(mechanism), start[:, :1], start[:, 1:], {"l": lengths}, np.array([0.0, 0.5]), "batch")
+    given = (
+        0,
+        pickle.dumps(mechanism),
+        start[:, :1],
+        start[:, 1:],
+        {"l": lengths},
+        np.array([0.0, 0.5]),
+        "batch",
+    )
     one, two = (run_part(Part(*given, 1e-10, 1e-10, 1000, threads)) for threads in (1, 2))
     assert two.q.shape == (1200, 2, 1)
     np.testing.assert_allclose(one.q, two.q, atol=1e-9)
@@ -224,7 +256,9 @@ def test_threads_share_the_runs_of_a_chunk() -> None:
 
 def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:
     sweep_of_pendulums(directory=tmp_path)
-    with pytest.raises(mq.InputError, match=r"holds other runs \(other settings\); choose another directory"):
+    with pytest.raises(
+        mq.InputError, match=r"holds other runs \(other settings\); choose another directory"
+    ):
         sweep_of_pendulums(directory=tmp_path, rtol=1e-5)
     (tmp_path / "runs_000000000.npz").write_bytes(b"PK")
     with pytest.raises(mq.InputError, match=r"cannot be read .*; delete it and run again"):
@@ -242,7 +276,10 @@ def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:
             {"q": np.zeros((2, 3))},
             r"expected shape \(2,\) or \(n, 2\) for the coordinate values \(q1, q2\), got \(2, 3\)",
         ),
-        ({"q": {"q1": np.zeros((2, 2))}}, r"expected a number or shape \(n,\) for coordinate q1, got shape \(2, 2\)"),
+        (
+            {"q": {"q1": np.zeros((2, 2))}},
+            r"expected a number or shape \(n,\) for coordinate q1, got shape \(2, 2\)",
+        ),
         ({"q": {"q1": [np.nan]}}, "expected finite numbers for coordinate q1"),
         ({"q": {"q1": []}}, "expected at least one run"),
         ({"q": {"q1": "much"}}, "expected numbers for coordinate q1, got 'much'"),
@@ -264,9 +301,15 @@ def test_a_dask_cluster_with_a_killed_worker_completes_the_runs(tmp_path: Path) 
     import dask
 
     with (
-        dask.config.set({"distributed.comm.timeouts.connect": "300s", "distributed.comm.timeouts.tcp": "300s"}),
+        dask.config.set(
+            {"distributed.comm.timeouts.connect": "300s", "distributed.comm.timeouts.tcp": "300s"}
+        ),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, local_directory=str(tmp_path)
+            n_workers=2,
+            threads_per_worker=1,
+            processes=True,
+            dashboard_address=None,
+            local_directory=str(tmp_path),
         ) as cluster,
         distributed.Client(cluster) as client,
     ):

@@ -22,7 +22,9 @@ def ball() -> mq.Mechanism:
 
 def test_the_period_is_the_elliptic_integral() -> None:
     events = [Event("down", "q", 1), Event("turn", "q'")]
-    motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, events=events)
+    motion = mq.simulate(
+        mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, events=events
+    )
     period = 4 * np.sqrt(2 / (3 * G)) * ellipk(np.sin(1.0) ** 2)
     assert len(motion.times("down")) == 4
     np.testing.assert_allclose(np.diff(motion.times("down")), period, atol=2e-10)
@@ -54,7 +56,9 @@ def test_a_function_and_an_expression_can_be_watched(ball: mq.Mechanism) -> None
 
 def test_a_ball_bounces_with_its_restitution(ball: mq.Mechanism) -> None:
     e = 0.8
-    motion = mq.simulate(ball, q=[1.0], duration=3.0, events=[Event("floor", "z", -1, restitution=e)])
+    motion = mq.simulate(
+        ball, q=[1.0], duration=3.0, events=[Event("floor", "z", -1, restitution=e)]
+    )
     flights = DROP * np.concatenate([[1.0], 2 * e ** np.arange(1, 6)])
     np.testing.assert_allclose(motion.times("floor"), np.cumsum(flights), atol=1e-13)
     for occurrence in motion.events:
@@ -69,7 +73,9 @@ def test_a_ball_bounces_with_its_restitution(ball: mq.Mechanism) -> None:
 
 
 def test_contact_that_lasts_is_refused(ball: mq.Mechanism) -> None:
-    with pytest.raises(mq.IntegrationError, match=r"'floor' comes to rest at t = 4\.06.* lasting contact") as caught:
+    with pytest.raises(
+        mq.IntegrationError, match=r"'floor' comes to rest at t = 4\.06.* lasting contact"
+    ) as caught:
         mq.simulate(ball, q=[1.0], duration=6.0, events=[Event("floor", "z", -1, restitution=0.8)])
     assert caught.value.motion.t[-1] == pytest.approx(DROP + 2 * DROP * 0.8 / 0.2, abs=1e-6)
     with pytest.raises(mq.IntegrationError, match="lasting contact"):
@@ -106,7 +112,9 @@ def test_an_event_inside_one_step_is_seen() -> None:
         (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
     )
     x = mq.coordinate("x")
-    motion = mq.simulate(slide, v=[1.0], duration=10.0, events=[Event("gate", (x - 5.01) * (x - 5.09))], max_step=0.3)
+    motion = mq.simulate(
+        slide, v=[1.0], duration=10.0, events=[Event("gate", (x - 5.01) * (x - 5.09))], max_step=0.3
+    )
     np.testing.assert_allclose(motion.times("gate"), [5.01, 5.09], atol=1e-12)
 
 
@@ -115,8 +123,14 @@ def test_an_event_inside_one_step_is_seen() -> None:
     [
         (lambda: Event("e", "z", direction=2), "expected direction -1, 0 or 1, got 2"),
         (lambda: Event("e", "z", restitution=1.5), r"expected a restitution in 0…1, got 1\.5"),
-        (lambda: Event("e", "z", stop=True, restitution=0.5), "expected stop or restitution, not both"),
-        (lambda: Event("e", lambda t, q, v: t, restitution=0.5), "expected an expression for an impact"),
+        (
+            lambda: Event("e", "z", stop=True, restitution=0.5),
+            "expected stop or restitution, not both",
+        ),
+        (
+            lambda: Event("e", lambda t, q, v: t, restitution=0.5),
+            "expected an expression for an impact",
+        ),
         (lambda: Event("e", [1, 2]), "expected a number, a parameter or an expression"),
     ],
 )
@@ -127,7 +141,9 @@ def test_bad_events_are_refused(make: object, message: str) -> None:
 
 
 def test_events_of_another_mechanism_are_refused(ball: mq.Mechanism) -> None:
-    with pytest.raises(mq.UnknownNameError, match="unknown coordinate or velocity 'x'; known: z, z'"):
+    with pytest.raises(
+        mq.UnknownNameError, match="unknown coordinate or velocity 'x'; known: z, z'"
+    ):
         mq.simulate(ball, events=[Event("e", "x")])
     with pytest.raises(mq.UnknownNameError, match="unknown symbol 'x'"):
         mq.simulate(ball, events=[Event("e", mq.coordinate("x"))])
@@ -142,6 +158,13 @@ def test_implicit_methods_see_the_same_events(ball: mq.Mechanism, method: str) -
     flights = DROP * np.array([1.0, 1.6])
     np.testing.assert_allclose(motion.times("floor"), np.cumsum(flights), atol=1e-6)
     assert len(motion.times("half")) == 4
-    early = mq.simulate(ball, q=[1.0], duration=1.5, rtol=1e-8, method=method, events=[Event("floor", "z", stop=True)])
+    early = mq.simulate(
+        ball,
+        q=[1.0],
+        duration=1.5,
+        rtol=1e-8,
+        method=method,
+        events=[Event("floor", "z", stop=True)],
+    )
     assert early.t[-1] == pytest.approx(DROP, abs=1e-7)
     np.testing.assert_allclose(early["z"], 1 - G * early.t**2 / 2, atol=1e-6)

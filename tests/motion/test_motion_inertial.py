@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.inertial import EARTH_RATE, on_turning_earth
+from mecanique.motion.analysis.inertial import EARTH_RATE, on_turning_earth
 
 LATITUDE = np.radians(48.0)
 G = 9.81
 
 
-def fallen(facing: Literal["south", "east", "north", "west"], rate: float = EARTH_RATE) -> np.ndarray:
+def fallen(
+    facing: Literal["south", "east", "north", "west"], rate: float = EARTH_RATE
+) -> np.ndarray:
     stone = mq.textbook.load("free_particle")
     check = mq.inertial_check(
         stone, mq.simulate(stone, duration=5.0), LATITUDE, facing=facing, rate=rate, tolerance=1e-3
@@ -29,9 +31,12 @@ def exact_fall(t: float, rate: float) -> np.ndarray:
     along = axis * (axis @ [0, 0, -G])
     across, side = np.array([0, 0, -G]) - along, np.cross(axis, [0, 0, -G])
     w = rate * t
-    # in axes at rest g is along + across cos Ωt + side sin Ωt; integrated twice from rest on the axis
+    # in axes at rest g is along + across cos Ωt + side sin Ωt; integrated twice from rest on the
+    # axis
     r = along * t**2 / 2 + (across * (1 - np.cos(w)) + side * (w - np.sin(w))) / rate**2
-    turned: np.ndarray = axis * (axis @ r) + (r - axis * (axis @ r)) * np.cos(w) - np.cross(axis, r) * np.sin(w)
+    turned: np.ndarray = (
+        axis * (axis @ r) + (r - axis * (axis @ r)) * np.cos(w) - np.cross(axis, r) * np.sin(w)
+    )
     return turned
 
 
@@ -90,7 +95,8 @@ def test_the_table_tells_what_changes_and_what_g_contains() -> None:
     assert "latitude 48°, x south, z up, over 4 s" in text
     assert "The ground may be taken as inertial within 0.001" in text
     assert "g contains the centrifugal acceleration" in text
-    # the pin's reaction against the Coriolis force, m l/2 Ω sin(latitude) … stays below that of the largest speed
+    # the pin's reaction against the Coriolis force, m l/2 Ω sin(latitude) … stays below that of the
+    # largest speed
     speed = float(np.abs(check.still["q'"]).max())
     assert 0 < check["force in pin"].change < 2 * EARTH_RATE * speed * 0.5 * 1.0 + 1e-9
     with pytest.raises(mq.UnknownNameError, match="unknown row 'p'"):
@@ -105,7 +111,10 @@ def test_world_forces_springs_and_loops_keep_their_place_on_the_ground() -> None
         "pushed",
         (mq.Body("world"), mq.Body("block", mq.particle(2.0))),
         (mq.Prismatic("slide", "world", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(mq.Force("push", "block", (0, 0, 0), (3.0, 0, 0)), mq.JointSpring("s", "slide", 8.0)),
+        forces=(
+            mq.Force("push", "block", (0, 0, 0), (3.0, 0, 0)),
+            mq.JointSpring("s", "slide", 8.0),
+        ),
         ground="world",
     )
     turned = on_turning_earth(pushed, 0.4, rate=0.3)
@@ -118,9 +127,13 @@ def test_world_forces_springs_and_loops_keep_their_place_on_the_ground() -> None
 def test_what_is_no_latitude_is_refused() -> None:
     stone = mq.textbook.load("free_particle")
     motion = mq.simulate(stone, duration=1.0)
-    with pytest.raises(mq.InputError, match=r"expected a latitude within ±π/2 rad, got 48; of degrees"):
+    with pytest.raises(
+        mq.InputError, match=r"expected a latitude within ±π/2 rad, got 48; of degrees"
+    ):
         mq.inertial_check(stone, motion, 48.0)
-    with pytest.raises(mq.InputError, match="expected facing among south, east, north, west, got 'up'"):
+    with pytest.raises(
+        mq.InputError, match="expected facing among south, east, north, west, got 'up'"
+    ):
         on_turning_earth(stone, 0.1, facing="up")  # type: ignore[arg-type]  # what is refused
     with pytest.raises(mq.InputError, match="expected a positive tolerance, got 0"):
         mq.inertial_check(stone, motion, 0.1, tolerance=0.0)
@@ -134,7 +147,9 @@ def test_what_is_no_latitude_is_refused() -> None:
 def test_the_deflection_is_that_of_coriolis_at_any_latitude(latitude: float) -> None:
     """g Ω cos(φ) t³/3 to the first order in Ω (G. G. Coriolis 1835; Goldstein, Classical Mechanics, sect. 4-10)."""
     stone = mq.textbook.load("free_particle")
-    check = mq.inertial_check(stone, mq.simulate(stone, q={"z": 20.0}, duration=2.0), latitude, facing="east")
+    check = mq.inertial_check(
+        stone, mq.simulate(stone, q={"z": 20.0}, duration=2.0), latitude, facing="east"
+    )
     east = check.turning["x"][-1]
     assert east == pytest.approx(G * EARTH_RATE * np.cos(latitude) * 8 / 3, rel=1e-6)
     assert check["x"].change == pytest.approx(east)
@@ -155,7 +170,9 @@ def test_the_period_without_rotation_is_the_elliptic_integral() -> None:
     pendulum = mq.textbook.load("rigid_bar_pendulum")
     check = mq.inertial_check(pendulum, mq.simulate(pendulum, q=[1.0], duration=6.0), 0.7)
     period = check["period of q"]
-    assert period.size == pytest.approx(4 * np.sqrt(2 / (3 * G)) * ellipk(np.sin(0.5) ** 2), rel=1e-9)
+    assert period.size == pytest.approx(
+        4 * np.sqrt(2 / (3 * G)) * ellipk(np.sin(0.5) ** 2), rel=1e-9
+    )
     assert period.relative < 1e-9
     # across the plane the pin bears the Coriolis force
     assert 1e-5 < check["force in pin"].change < 1e-3

@@ -16,7 +16,9 @@ def test_two_blocks_are_the_closed_form() -> None:
     small = linearize(mechanism)
     np.testing.assert_allclose(small.q, 0.0, atol=1e-14)
     np.testing.assert_allclose(small.M, np.diag([p["m1"], p["m2"]]), rtol=1e-14)
-    np.testing.assert_allclose(small.K, [[p["k1"] + p["k2"], -p["k2"]], [-p["k2"], p["k2"]]], rtol=1e-12)
+    np.testing.assert_allclose(
+        small.K, [[p["k1"] + p["k2"], -p["k2"]], [-p["k2"], p["k2"]]], rtol=1e-12
+    )
     np.testing.assert_allclose(small.C, 0.0, atol=1e-12)
     squares = eigh(small.K, small.M, eigvals_only=True)
     np.testing.assert_allclose(small.frequencies, np.sqrt(squares), rtol=1e-12)
@@ -34,7 +36,11 @@ def test_the_rod_pendulum_swings_at_the_root_of_three_g_over_two_l() -> None:
         assert small.frequencies[0] == pytest.approx(np.sqrt(1.5 * G / length), rel=1e-12)
     # small swings have that period
     motion = mq.simulate(
-        mq.textbook.load("rigid_bar_pendulum"), q=[1e-4], duration=5.0, events=[mq.Event("down", "q", 1)], rtol=1e-13
+        mq.textbook.load("rigid_bar_pendulum"),
+        q=[1e-4],
+        duration=5.0,
+        events=[mq.Event("down", "q", 1)],
+        rtol=1e-13,
     )
     assert np.diff(motion.times("down"))[0] == pytest.approx(2 * np.pi / np.sqrt(1.5 * G), rel=1e-8)
 
@@ -43,7 +49,9 @@ def test_the_inverted_pendulum_is_unstable() -> None:
     small = linearize(mq.textbook.load("rigid_bar_pendulum"), at={"q": np.pi})
     assert not small.stable
     assert small.frequencies.tolist() == [0.0]
-    np.testing.assert_allclose(sorted(small.eigenvalues.real), np.sqrt(1.5 * G) * np.array([-1, 1]), rtol=1e-12)
+    np.testing.assert_allclose(
+        sorted(small.eigenvalues.real), np.sqrt(1.5 * G) * np.array([-1, 1]), rtol=1e-12
+    )
     assert "unstable" in str(small)
 
 
@@ -105,7 +113,9 @@ def test_a_free_body_is_linearized_along_its_velocities() -> None:
     small = linearize(mechanism)
     inertia = 2.0 * 1.5**2 / 3 + 0.4 * 0.3 * 0.2**2
     np.testing.assert_allclose(small.K, np.diag([2.0 * G * 0.75, 2.0 * G * 0.75, 0.0]), atol=1e-11)
-    np.testing.assert_allclose(small.frequencies, np.sqrt([0, 1.5 * G / inertia, 1.5 * G / inertia]), atol=1e-7)
+    np.testing.assert_allclose(
+        small.frequencies, np.sqrt([0, 1.5 * G / inertia, 1.5 * G / inertia]), atol=1e-7
+    )
     spun = linearize(mechanism, v=[0, 0, 3.0])
     # about a spin n the gyroscopic part of C is skew
     np.testing.assert_allclose(spun.C + spun.C.T, 0.0, atol=1e-10)
@@ -143,7 +153,9 @@ def test_where_nothing_can_rest_it_is_said() -> None:
         (mq.Prismatic("fall", "ground", "stone", coordinate="z"),),
     )
     assert equilibria(falling, starts=3) == ()
-    with pytest.raises(mq.InputError, match="no equilibrium of 'stone' was found from the neutral position"):
+    with pytest.raises(
+        mq.InputError, match="no equilibrium of 'stone' was found from the neutral position"
+    ):
         linearize(falling)
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.derive.evaluation import evaluate
-from mecanique.derive.poisson import Series
+from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.series import Series
 from mecanique.motion import equilibria, linearize
 
 RESTING = (
@@ -34,7 +34,9 @@ RESTING = (
 
 
 def lines(name: str, **parameters: float) -> list[str]:
-    return [equation.text() for equation in linearize(mq.textbook.load(name, **parameters)).equations]
+    return [
+        equation.text() for equation in linearize(mq.textbook.load(name, **parameters)).equations
+    ]
 
 
 def test_the_rod_pendulum_is_equation_1_20() -> None:
@@ -63,7 +65,9 @@ def test_the_inverted_pendulum_has_no_frequency() -> None:
 
 def test_the_two_blocks_are_equations_of_the_chapter() -> None:
     small = linearize(mq.textbook.load("two_blocks"))
-    np.testing.assert_allclose(small.q, 0.0, atol=1e-14)  # the harmonic force is no part of an equilibrium
+    np.testing.assert_allclose(
+        small.q, 0.0, atol=1e-14
+    )  # the harmonic force is no part of an equilibrium
     text = small.text()
     assert "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0" in text
     assert "m2 q2'' - k2 q1 + k2 q2 = F" in text
@@ -72,12 +76,16 @@ def test_the_two_blocks_are_equations_of_the_chapter() -> None:
 
 def test_the_bars_and_springs_have_the_equation_of_example_1_2() -> None:
     # (17/4) m q'' + 9 k q = 0
-    assert lines("bars_and_springs") == lines("bars_and_springs_small") == ["q'' + 36 k q/(17 m) = 0"]
+    assert (
+        lines("bars_and_springs") == lines("bars_and_springs_small") == ["q'' + 36 k q/(17 m) = 0"]
+    )
 
 
 def test_damping_and_a_force_are_shown() -> None:
     small = linearize(mq.textbook.load("base_excited_mass"), at={"u": 0.0})
-    assert [equation.text() for equation in small.equations] == ["u'' + c u'/m + k u/m = W^2 X sin(W t)"]
+    assert [equation.text() for equation in small.equations] == [
+        "u'' + c u'/m + k u/m = W^2 X sin(W t)"
+    ]
     assert small.text().splitlines()[-2:] == ["omega = sqrt(k/m)", "zeta = c/(2 sqrt(k m))"]
     square = evaluate(small.symbolic.square, small.mechanism.values)
     assert np.sqrt(square) == pytest.approx(small.frequencies[0], rel=1e-12)
@@ -86,7 +94,10 @@ def test_damping_and_a_force_are_shown() -> None:
 def test_coordinates_that_are_no_multiple_of_pi_stay_letters() -> None:
     small = linearize(mq.textbook.load("elastic_pendulum"))
     assert "r = r_0, r_0 = 1.33333333" in small.text()
-    assert [equation.text() for equation in small.equations] == ["m r'' + k r = 0", "r_0 theta'' + g theta = 0"]
+    assert [equation.text() for equation in small.equations] == [
+        "m r'' + k r = 0",
+        "r_0 theta'' + g theta = 0",
+    ]
 
 
 def test_a_rotating_hoop_lifts_the_bead_where_its_letter_says() -> None:
@@ -105,7 +116,9 @@ def test_a_rotating_hoop_lifts_the_bead_where_its_letter_says() -> None:
         assert rest.linearization.frequencies[0] == pytest.approx(p["W"] * np.sin(angle), rel=1e-9)
         symbolic = rest.linearization.symbolic
         values = {**p, **symbolic.letters}
-        assert np.sqrt(evaluate(symbolic.square, values)) == pytest.approx(p["W"] * np.sin(angle), rel=1e-9)
+        assert np.sqrt(evaluate(symbolic.square, values)) == pytest.approx(
+            p["W"] * np.sin(angle), rel=1e-9
+        )
 
 
 @pytest.mark.parametrize("name", RESTING)
@@ -131,7 +144,9 @@ def _numbers(rows: Sequence[Sequence[Series]], values: dict[str, float]) -> np.n
 
 def test_what_is_no_equilibrium_is_refused() -> None:
     pendulum = mq.textbook.load("rigid_bar_pendulum")
-    with pytest.raises(mq.DerivationError, match=r"do not balance there: .* is left over; expected an equilibrium"):
+    with pytest.raises(
+        mq.DerivationError, match=r"do not balance there: .* is left over; expected an equilibrium"
+    ):
         _ = linearize(pendulum, at={"q": 0.5}).equations
     with pytest.raises(mq.DerivationError, match="not about a state in motion"):
         linearize(pendulum, v={"q": 0.5}).text()

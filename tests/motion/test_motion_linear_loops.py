@@ -7,14 +7,15 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion import equilibria, linearize
-from mecanique.reference.assembly import closed_velocity
+from mecanique.reference.loops.assembly import closed_velocity
 
 
 def test_the_closed_bars_and_springs_have_the_equation_of_example_1_2() -> None:
     mechanism = mq.textbook.load("bars_and_springs_loop")
     small = linearize(mechanism)
     p = mechanism.values
-    # (17/4) m q'' + 9 k q = 0 for the displacement q, here over the angle: both sides by the same length squared
+    # (17/4) m q'' + 9 k q = 0 for the displacement q, here over the angle: both sides by the same
+    # length squared
     assert small.K[0, 0] / small.M[0, 0] == pytest.approx(9 * p["k"] / (17 / 4 * p["m"]), rel=1e-11)
     assert small.tangent.shape == (3, 1)
     assert small.at_equilibrium
@@ -37,7 +38,12 @@ def four_bar() -> mq.Mechanism:
     """Two equal cranks of length 1 and a coupler of length 1, hanging from pivots 1 m apart: a swinging bar."""
     return mq.Mechanism(
         "swing",
-        (mq.Body("ground"), mq.Body("left"), mq.Body("right"), mq.Body("seat", mq.rod(3.0, 1.0, (1, 0, 0)))),
+        (
+            mq.Body("ground"),
+            mq.Body("left"),
+            mq.Body("right"),
+            mq.Body("seat", mq.rod(3.0, 1.0, (1, 0, 0))),
+        ),
         (
             mq.Revolute("a", "ground", "left", axis=(0, -1, 0)),
             mq.Revolute("b", "ground", "right", origin=mq.Placement((1, 0, 0)), axis=(0, -1, 0)),
@@ -52,7 +58,9 @@ def test_a_swing_on_parallel_ropes_is_a_simple_pendulum() -> None:
     np.testing.assert_allclose(small.q, 0.0, atol=1e-9)
     assert small.frequencies[0] == pytest.approx(np.sqrt(9.81), rel=1e-8)
     assert small.stable
-    with pytest.raises(mq.DerivationError, match="has loops, and M, C and K with loops have no closed form here"):
+    with pytest.raises(
+        mq.DerivationError, match="has loops, and M, C and K with loops have no closed form here"
+    ):
         small.text()
 
 
@@ -106,7 +114,9 @@ def test_a_mode_in_motion_keeps_its_loops_closed() -> None:
     gaps = [np.abs(closures.residual(q, 0.0)).max() for q in motion.q]
     assert max(gaps) < 1e-9
     # to the first order it is the mode's shape times a cosine
-    np.testing.assert_allclose(motion["alpha"], 0.3 * np.cos(small.frequencies[0] * motion.t), atol=0.03)
+    np.testing.assert_allclose(
+        motion["alpha"], 0.3 * np.cos(small.frequencies[0] * motion.t), atol=0.03
+    )
     np.testing.assert_allclose(motion(0.1).q, _near(motion, 0.1), atol=1e-3)
 
 

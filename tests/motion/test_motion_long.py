@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.dense import Curve
-from mecanique.motion.rates import Rates
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.rates import Rates
 
 ADDED = "because the errors of so many add up"
 
@@ -42,7 +42,9 @@ def test_few_steps_are_refused() -> None:
 
 def test_states_between_late_steps_are_as_accurate_as_the_steps() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
-    motion = mq.simulate(mechanism, q=[2.0], t0=1e4, duration=10.0, rtol=1e-13, method="dop853", samples=2)
+    motion = mq.simulate(
+        mechanism, q=[2.0], t0=1e4, duration=10.0, rtol=1e-13, method="dop853", samples=2
+    )
     times = np.linspace(1e4, 1e4 + 10, 2000)[1:]
     total = motion.energy(times).total
     assert np.abs(total / total[0] - 1).max() < 3e-11  # the times themselves are rounded to 2e-12 s

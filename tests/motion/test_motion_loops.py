@@ -9,12 +9,21 @@ import pytest
 
 from mecanique import assemble, textbook
 from mecanique.errors import ClosureError, InputError
-from mecanique.model import Body, JointDamper, JointSpring, Mechanism, Prismatic, box, coordinate, time
+from mecanique.model import (
+    Body,
+    JointDamper,
+    JointSpring,
+    Mechanism,
+    Prismatic,
+    box,
+    coordinate,
+    time,
+)
 from mecanique.motion import Motion, simulate
-from mecanique.motion.actions import Actions
-from mecanique.motion.events import Event
+from mecanique.motion.analysis.forces import Actions
+from mecanique.motion.record.events import Event
 from mecanique.reference import Reference
-from mecanique.reference.assembly import limit_rank
+from mecanique.reference.loops.assembly import limit_rank
 
 PUBLISHED = {
     "beta": 15.81077119629904,
@@ -44,13 +53,20 @@ def energy_error(motion: Motion) -> float:
 
 @pytest.fixture(scope="module")
 def linkage() -> Motion:
-    return simulate(textbook.load("four_bar_linkage"), q={"phi": 1.1, "theta": -0.8, "psi": 1.2}, duration=5.0, fps=20)
+    return simulate(
+        textbook.load("four_bar_linkage"),
+        q={"phi": 1.1, "theta": -0.8, "psi": 1.2},
+        duration=5.0,
+        fps=20,
+    )
 
 
 def test_the_start_is_closed_and_the_motion_says_so(linkage: Motion) -> None:
     assert "; loops closed at the start (positions changed by up to" in linkage.method
     assert drift(linkage) < 1e-13
-    exact = simulate(textbook.load("four_bar_linkage"), q={"phi": 1.1}, v={"phi": 1.5}, duration=0.1)
+    exact = simulate(
+        textbook.load("four_bar_linkage"), q={"phi": 1.1}, v={"phi": 1.5}, duration=0.1
+    )
     assert (exact.q[0, 0], exact.v[0, 0]) == (1.1, pytest.approx(1.5, abs=1e-12))
 
 
@@ -84,7 +100,9 @@ def test_loop_forces_are_there_along_the_motion(linkage: Motion) -> None:
     assert found.force.shape == (len(linkage), 3)
     named = {
         action.name
-        for action in Actions(linkage.mechanism, linkage.reference).reactions(linkage.t, linkage.q, linkage.v)
+        for action in Actions(linkage.mechanism, linkage.reference).reactions(
+            linkage.t, linkage.q, linkage.v
+        )
     }
     assert named == {"A", "B", "C", "D"}
     later = linkage.reactions("C", t=[1.0, 2.0])
@@ -103,14 +121,18 @@ def test_the_squeezer_arrives_where_it_is_published_to() -> None:
 def test_chained_four_bars_pass_their_singular_position_as_parallelograms(n: int) -> None:
     """Falling from upright at 1 rad/s the posts turn like one pendulum, through the flat singular position."""
     mechanism = textbook.load("chained_four_bars", n=n)
-    start = {f"theta{k}": np.pi / 2 for k in range(n + 1)} | {f"phi{k}": -np.pi / 2 for k in range(1, n + 1)}
+    start = {f"theta{k}": np.pi / 2 for k in range(n + 1)} | {
+        f"phi{k}": -np.pi / 2 for k in range(1, n + 1)
+    }
     speeds = {f"theta{k}": -1.0 for k in range(n + 1)} | {f"phi{k}": 1.0 for k in range(1, n + 1)}
     motion = simulate(mechanism, q=start, v=speeds, duration=3.0, fps=20)
     posts = np.stack([motion[f"theta{k}"] for k in range(n + 1)])
     assert posts.min() < -np.pi  # it went through
     length = ((n + 1) / 3 + n) / ((n + 1) / 2 + n)
     rate = motion["theta0'"]
-    np.testing.assert_allclose(rate**2, 1 + 2 * 9.81 / length * (1 - np.sin(motion["theta0"])), rtol=1e-9, atol=2e-8)
+    np.testing.assert_allclose(
+        rate**2, 1 + 2 * 9.81 / length * (1 - np.sin(motion["theta0"])), rtol=1e-9, atol=2e-8
+    )
     np.testing.assert_allclose(posts, posts[:1].repeat(n + 1, axis=0), atol=1e-10)
     assert energy_error(motion) < 1e-9
     assert drift(motion) < 1e-10
@@ -126,7 +148,9 @@ def test_an_antiparallelogram_passes_its_flat_positions_along_a_curve() -> None:
     assert motion["phi"][-1] > 4 * np.pi  # two turns
     half = motion["phi"] / 2, motion["psi"] / 2
     np.testing.assert_allclose(
-        np.sin(half[0]) * np.cos(half[1]), -(d - a) / (d + a) * np.sin(half[1]) * np.cos(half[0]), atol=1e-10
+        np.sin(half[0]) * np.cos(half[1]),
+        -(d - a) / (d + a) * np.sin(half[1]) * np.cos(half[0]),
+        atol=1e-10,
     )
     assert energy_error(motion) < 1e-9
     assert drift(motion) < 1e-10
@@ -151,7 +175,9 @@ def test_a_bar_next_to_a_singular_position_accelerates_as_anywhere_else() -> Non
     assert reference.closed is not None
     limit_rank(
         reference.closed,
-        mechanism.position({"theta0": 1.0, "theta1": 1.0, "theta2": 1.0, "phi1": -1.0, "phi2": -1.0}),
+        mechanism.position(
+            {"theta0": 1.0, "theta1": 1.0, "theta2": 1.0, "phi1": -1.0, "phi2": -1.0}
+        ),
         0.0,
     )
     turn = np.array([1.0] * (n + 1) + [-1.0] * n)
@@ -159,8 +185,12 @@ def test_a_bar_next_to_a_singular_position_accelerates_as_anywhere_else() -> Non
     rhs = reference.rhs()
     for angle in (0.0, 1e-6, 1e-3, 0.02, 0.2):
         for off, tolerance in ((0.0, 1e-8), (1e-9, 1e-7)):
-            y = np.concatenate([flat + angle * turn, rate * turn]) + off * random.standard_normal(2 * len(turn))
-            np.testing.assert_allclose(rhs(0.0, y)[len(turn) :], -9.81 / length * np.cos(angle) * turn, atol=tolerance)
+            y = np.concatenate([flat + angle * turn, rate * turn]) + off * random.standard_normal(
+                2 * len(turn)
+            )
+            np.testing.assert_allclose(
+                rhs(0.0, y)[len(turn) :], -9.81 / length * np.cos(angle) * turn, atol=tolerance
+            )
 
 
 def test_the_governor_turns_steadily_where_porter_says() -> None:
@@ -184,7 +214,14 @@ def test_bricard_moves_on_its_curve() -> None:
 
 
 def test_an_implicit_method_stays_on_the_loops_too() -> None:
-    motion = simulate(textbook.load("slider_crank"), q={"theta": 0.7}, duration=0.3, rtol=1e-6, method="radau", fps=20)
+    motion = simulate(
+        textbook.load("slider_crank"),
+        q={"theta": 0.7},
+        duration=0.3,
+        rtol=1e-6,
+        method="radau",
+        fps=20,
+    )
     assert drift(motion) < 1e-13
     assert motion.method.startswith("radau")
     assert energy_error(motion) < 1e-4
@@ -213,7 +250,9 @@ def test_an_impulse_leaves_loops_closed_and_is_felt_by_what_it_pushes() -> None:
     push = np.array([1.0, 0.0, 0.0, 0.0, 0.0])
     change = reference.response(q, 0.0, push)
     assert reference.closed is not None
-    np.testing.assert_allclose(reference.closed.closures.at(q, change, 0.0).jacobian @ change, 0.0, atol=1e-14)
+    np.testing.assert_allclose(
+        reference.closed.closures.at(q, change, 0.0).jacobian @ change, 0.0, atol=1e-14
+    )
     # one pendulum: the work of the impulse is the kinetic energy it leaves
     assert push @ change == pytest.approx(change @ reference.mass_matrix(q) @ change, rel=1e-12)
 
@@ -242,7 +281,9 @@ def test_stiff_loops_are_left_to_an_implicit_method() -> None:
     assert auto.method.startswith("radau")
     assert "chosen for stiff equations, found by dop853 at" in auto.method
     asked = simulate(mechanism, q=start, v={"theta": 3.0}, duration=0.1, rtol=1e-8, method="radau")
-    tight = simulate(mechanism, q=start, v={"theta": 3.0}, duration=0.1, rtol=1e-11, method="dop853")
+    tight = simulate(
+        mechanism, q=start, v={"theta": 3.0}, duration=0.1, rtol=1e-11, method="dop853"
+    )
     assert tight.method.startswith("dop853")
     for motion in (auto, asked):
         assert motion.statistics.steps < tight.statistics.steps / 3
@@ -253,6 +294,8 @@ def test_stiff_loops_are_left_to_an_implicit_method() -> None:
 
 
 def test_a_loop_that_is_not_stiff_is_left_to_the_explicit_method() -> None:
-    motion = simulate(textbook.load("slider_crank"), q=dict(textbook.entry("slider_crank").start), duration=8.0)
+    motion = simulate(
+        textbook.load("slider_crank"), q=dict(textbook.entry("slider_crank").start), duration=8.0
+    )
     assert motion.statistics.steps > 200
     assert motion.method.startswith("dop853")

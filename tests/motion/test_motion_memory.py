@@ -7,7 +7,7 @@ import gc
 import pytest
 
 import mecanique as mq
-from mecanique.motion.methods import Task
+from mecanique.motion.simulation.methods import Task
 
 
 def tasks() -> int:
@@ -20,5 +20,7 @@ def test_motion_after_motion_keeps_no_integrator_alive(method: str) -> None:
     mechanism = mq.textbook.load("double_pendulum")
     before = tasks()
     for _ in range(5):
-        mq.simulate(mechanism, q=dict.fromkeys(mechanism.coordinates, 1.0), duration=0.2, method=method)
+        mq.simulate(
+            mechanism, q=dict.fromkeys(mechanism.coordinates, 1.0), duration=0.2, method=method
+        )
     assert tasks() <= before

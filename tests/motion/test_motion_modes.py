@@ -33,7 +33,9 @@ def test_both_motions_are_there_side_by_side() -> None:
     side = small.compare()
     assert side.amplitude == side.limit
     assert side.difference == pytest.approx(0.01, rel=1e-6)
-    np.testing.assert_allclose(side.linear[:, 0], side.limit * np.cos(small.frequencies[0] * side.t), atol=1e-12)
+    np.testing.assert_allclose(
+        side.linear[:, 0], side.limit * np.cos(small.frequencies[0] * side.t), atol=1e-12
+    )
     assert side.exact.shape == side.linear.shape
     assert side.t[-1] == pytest.approx(2 * side.linear_period)
     assert np.abs(side.exact - side.linear).max() > 0.01 * side.limit
@@ -134,7 +136,9 @@ def test_the_response_of_an_oscillator_is_the_closed_form() -> None:
     w = response.frequencies
     assert w.shape == (400,)
     assert w[-1] == pytest.approx(10.0, rel=1e-3)
-    np.testing.assert_allclose(response.amplitude[:, 0], 7 / np.hypot(k - m * w**2, c * w), rtol=1e-9)
+    np.testing.assert_allclose(
+        response.amplitude[:, 0], 7 / np.hypot(k - m * w**2, c * w), rtol=1e-9
+    )
     np.testing.assert_allclose(response.phase[:, 0], np.arctan2(c * w, k - m * w**2), rtol=1e-9)
     np.testing.assert_array_equal(response["x"], response.X[:, 0])
     assert response.units == ("m",)

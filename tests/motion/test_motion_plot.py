@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import mecanique as mq
-from mecanique.motion.units import units
+from mecanique.motion.record.units import units
 
 
 @pytest.fixture(scope="module")
@@ -23,23 +23,32 @@ def motion() -> mq.Motion:
         ("reactions", {"t [s]", "force [N]", "moment [N·m]"}),
     ],
 )
-def test_every_plot_has_units_on_its_axes(motion: mq.Motion, what: str, labels: set[str], tmp_path: Path) -> None:
+def test_every_plot_has_units_on_its_axes(
+    motion: mq.Motion, what: str, labels: set[str], tmp_path: Path
+) -> None:
     pytest.importorskip("matplotlib")
     figure = motion.plot(what)
-    found = {text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text}
+    found = {
+        text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text
+    }
     assert found == labels
     assert all(line.get_xdata().size for axes in figure.axes for line in axes.lines)
     figure.savefig(tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 10_000
 
 
-def test_plots_that_do_not_exist_are_refused(motion: mq.Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_plots_that_do_not_exist_are_refused(
+    motion: mq.Motion, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(mq.UnknownNameError, match="unknown plot 'energy'; did you mean 'energies'"):
         motion.plot("energy")
     with pytest.raises(mq.UnknownNameError, match="unknown joint 'pim'; did you mean 'pin'"):
         motion.plot("reactions", "pim")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
-    with pytest.raises(mq.InputError, match=r"plots need matplotlib; install it with: pip install 'mecanique\[plot\]'"):
+    with pytest.raises(
+        mq.InputError,
+        match=r"plots need matplotlib; install it with: pip install 'mecanique\[plot\]'",
+    ):
         motion.plot()
 
 
@@ -56,7 +65,9 @@ def test_units_follow_the_joints_and_the_map() -> None:
             mq.Prismatic("d", "ground", "d"),
             mq.Prismatic("e", "ground", "e"),
         ),
-        coordinates=mq.Coordinates(("q", "s"), {"r": 2 * q, "p": s + 0.5, "d": L * s / 2, "e": L * q}),
+        coordinates=mq.Coordinates(
+            ("q", "s"), {"r": 2 * q, "p": s + 0.5, "d": L * s / 2, "e": L * q}
+        ),
         parameters=(L,),
     )
     found = units(mechanism)

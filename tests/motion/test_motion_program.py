@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.agreement import require_agreement
-from mecanique.motion.generated import batched, overwriting, owning, scalar
-from mecanique.motion.program import program_of
-from mecanique.motion.tape import Tape
+from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.program import program_of
+from mecanique.motion.compile.python import batched, overwriting, owning, scalar
+from mecanique.motion.compile.tape import Tape
 from mecanique.reference import Reference
-from mecanique.verify.states import States, random_states
+from mecanique.verification.states.random import States, random_states
 
 SIGNS = {"base_excited_mass", "two_blocks"}
 """Systems with springs whose length changes sign."""
@@ -19,7 +19,9 @@ SIGNS = {"base_excited_mass", "two_blocks"}
 def test_the_program_of_every_system_gives_the_rates_of_the_reference(name: str) -> None:
     mechanism = mq.textbook.load(name)
     if mechanism.loops:
-        with pytest.raises(mq.DerivationError, match="has loops; its closed form is that of the open tree"):
+        with pytest.raises(
+            mq.DerivationError, match="has loops; its closed form is that of the open tree"
+        ):
             program_of(mechanism)
         return
     program = program_of(mechanism, {p.symbol for p in mechanism.parameters})
@@ -40,7 +42,9 @@ def test_the_program_of_every_system_gives_the_rates_of_the_reference(name: str)
 def test_what_has_no_closed_form_for_every_state_is_refused() -> None:
     with pytest.raises(mq.DerivationError, match="holds for one sign of the length of spring"):
         program_of(mq.textbook.load("two_blocks"))
-    with pytest.raises(mq.DerivationError, match="expected at most 8 velocities for a closed form, got 9"):
+    with pytest.raises(
+        mq.DerivationError, match="expected at most 8 velocities for a closed form, got 9"
+    ):
         program_of(mq.textbook.load("n_link_pendulum", n=9))
 
 
@@ -52,7 +56,8 @@ def test_equations_that_disagree_with_the_reference_are_refused() -> None:
         return found
 
     with pytest.raises(
-        mq.DerivationError, match=r"the closed form of .* and the reference disagree.* differ by 1.0e-06"
+        mq.DerivationError,
+        match=r"the closed form of .* and the reference disagree.* differ by 1.0e-06",
     ):
         require_agreement(mechanism, Reference(mechanism), wrong, "closed form")
 

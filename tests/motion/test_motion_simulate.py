@@ -12,13 +12,15 @@ from scipy.linalg import eigh, expm
 from scipy.special import ellipj, ellipk
 
 import mecanique as mq
-from mecanique.motion.methods import METHODS
-from mecanique.motion.taylor import installed
+from mecanique.motion.compile.heyoka import installed
+from mecanique.motion.simulation.methods import METHODS
 
 G = 9.81
 
 
-def pendulum_solution(t: np.ndarray, start: float = 2.0, length: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+def pendulum_solution(
+    t: np.ndarray, start: float = 2.0, length: float = 1.0
+) -> tuple[np.ndarray, np.ndarray]:
     """Angle and rate of the rod pendulum released at rest: q = 2 asin(k sn(K − ω t, k))."""
     omega, k = np.sqrt(3 * G / (2 * length)), np.sin(start / 2)
     sn, cn, _, _ = ellipj(ellipk(k**2) - omega * t, k**2)
@@ -38,7 +40,9 @@ def blocks_solution(mechanism: mq.Mechanism, start: np.ndarray, t: np.ndarray) -
 
 
 def sliding(
-    *forces: mq.AnyForce, inputs: tuple[mq.Input, ...] = (), parameters: tuple[mq.Parameter, ...] = ()
+    *forces: mq.AnyForce,
+    inputs: tuple[mq.Input, ...] = (),
+    parameters: tuple[mq.Parameter, ...] = (),
 ) -> mq.Mechanism:
     """A particle of 1 kg on a line."""
     return mq.Mechanism(
@@ -65,7 +69,9 @@ def test_pendulum_follows_the_elliptic_functions(swing: mq.Motion) -> None:
 
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6, 1e-8, 1e-10, 1e-12])
 def test_the_error_follows_the_tolerance_also_between_the_samples(rtol: float) -> None:
-    motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=3.0, rtol=rtol, fps=5)
+    motion = mq.simulate(
+        mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=3.0, rtol=rtol, fps=5
+    )
     t = np.linspace(0, 3, 1777)
     state = motion(t)
     q, v = pendulum_solution(t)
@@ -77,21 +83,27 @@ def test_the_error_follows_the_tolerance_also_between_the_samples(rtol: float) -
 def test_two_blocks_under_a_harmonic_force_are_the_closed_form() -> None:
     mechanism = mq.textbook.load("two_blocks")
     motion = mq.simulate(mechanism, q=[0.2, -0.1], duration=10.0)
-    np.testing.assert_allclose(motion.q, blocks_solution(mechanism, np.array([0.2, -0.1]), motion.t), atol=5e-10)
+    np.testing.assert_allclose(
+        motion.q, blocks_solution(mechanism, np.array([0.2, -0.1]), motion.t), atol=5e-10
+    )
 
 
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_every_method_gives_the_same_motion(method: str) -> None:
     mechanism = mq.textbook.load("cart_pole")
     exact = mq.simulate(mechanism, q={"q": 1.0}, v={"x": 0.3}, duration=1.0, rtol=1e-12)
-    motion = mq.simulate(mechanism, q={"q": 1.0}, v={"x": 0.3}, duration=1.0, rtol=1e-7, method=method)
+    motion = mq.simulate(
+        mechanism, q={"q": 1.0}, v={"x": 0.3}, duration=1.0, rtol=1e-7, method=method
+    )
     np.testing.assert_allclose(motion.q, exact.q, atol=1e-4)
     np.testing.assert_allclose(motion.v, exact.v, atol=3e-4)
     assert (method if method != "auto" else "dop853") in motion.method
 
 
 def test_stiff_equations_are_found_and_said() -> None:
-    mechanism = sliding(mq.JointSpring("spring", "slide", 1.0), mq.JointDamper("damper", "slide", 1e5))
+    mechanism = sliding(
+        mq.JointSpring("spring", "slide", 1.0), mq.JointDamper("damper", "slide", 1e5)
+    )
     motion = mq.simulate(mechanism, q=[1.0], duration=10.0, rtol=1e-8)
     assert "radau" in motion.method
     assert "stiff" in motion.method
@@ -110,7 +122,10 @@ def test_the_samples_end_at_the_end(swing: mq.Motion) -> None:
     assert odd.t[-1] == 3.99
     np.testing.assert_allclose(np.diff(odd.t)[:-1], 0.02)
     assert np.diff(odd.t)[-1] <= 0.02 + 1e-12
-    assert mq.simulate(swing.mechanism, duration=1.0, samples=7).t.tolist() == np.linspace(0, 1, 7).tolist()
+    assert (
+        mq.simulate(swing.mechanism, duration=1.0, samples=7).t.tolist()
+        == np.linspace(0, 1, 7).tolist()
+    )
     assert mq.simulate(swing.mechanism, duration=1.0, samples=[0.25, 0.5]).t.tolist() == [0.25, 0.5]
 
 
@@ -138,7 +153,9 @@ def test_quaternions_keep_their_length_and_the_torque_free_top_its_momentum() ->
 def test_a_sampled_input_is_followed_kink_by_kink() -> None:
     times, values = [0.0, 1.0, 2.0, 3.0], [0.0, 1.0, -1.0, 0.0]
     F = mq.Input("F", mq.Record(np.array(times), np.array(values)), "N")
-    motion = mq.simulate(sliding(mq.Force("push", "block", (0, 0, 0), (F, 0, 0)), inputs=(F,)), duration=4.0, fps=100)
+    motion = mq.simulate(
+        sliding(mq.Force("push", "block", (0, 0, 0), (F, 0, 0)), inputs=(F,)), duration=4.0, fps=100
+    )
     force = np.interp(motion.t, times, values)
     impulse = np.concatenate([[0], np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(motion.t))])
     np.testing.assert_allclose(motion["x'"], impulse, atol=1e-14)
@@ -148,14 +165,18 @@ def test_a_sampled_input_is_followed_kink_by_kink() -> None:
 def test_a_short_pulse_of_an_input_function_is_not_stepped_over() -> None:
     F = mq.Input("F", lambda t: 1.0 if 7.0 < t < 7.5 else 0.0, "N")
     motion = mq.simulate(
-        sliding(mq.Force("push", "block", (0, 0, 0), (F, 0, 0)), inputs=(F,)), duration=10.0, rtol=1e-8
+        sliding(mq.Force("push", "block", (0, 0, 0), (F, 0, 0)), inputs=(F,)),
+        duration=10.0,
+        rtol=1e-8,
     )
     assert motion["x'"][-1] == pytest.approx(0.5, abs=1e-6)
 
 
 def test_progress_is_told() -> None:
     told: list[float] = []
-    mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, progress=told.append)
+    mq.simulate(
+        mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, progress=told.append
+    )
     assert told == sorted(told)
     assert told[-1] == 1.0
     assert 50 < len(told) < 120
@@ -169,7 +190,13 @@ def test_what_progress_raises_loses_nothing(method: str, when: float) -> None:
             raise RuntimeError("enough")
 
     with pytest.raises(mq.IntegrationError, match=r"enough.*in the error's \.motion") as caught:
-        mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, method=method, progress=stop)
+        mq.simulate(
+            mq.textbook.load("rigid_bar_pendulum"),
+            q=[2.0],
+            duration=10.0,
+            method=method,
+            progress=stop,
+        )
     assert isinstance(caught.value.__cause__, RuntimeError)
     motion = caught.value.motion
     assert motion is not None
@@ -191,7 +218,9 @@ def test_interrupting_keeps_what_is_done(interruptible: None) -> None:
             os.kill(os.getpid(), signal.SIGINT)
 
     before = signal.getsignal(signal.SIGINT)
-    with pytest.raises(mq.IntegrationError, match=r"interrupted at t = 5\.\d+ s, q = .*\.motion") as caught:
+    with pytest.raises(
+        mq.IntegrationError, match=r"interrupted at t = 5\.\d+ s, q = .*\.motion"
+    ) as caught:
         mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, progress=press)
     assert signal.getsignal(signal.SIGINT) is before
     motion = caught.value.motion
@@ -217,7 +246,9 @@ def test_what_an_input_raises_is_told_with_time_and_state(method: str) -> None:
 
     F = mq.Input("F", signal_, "N")
     mechanism = sliding(mq.Force("push", "block", (0, 0, 0), (F, 0, 0)), inputs=(F,))
-    with pytest.raises(mq.IntegrationError, match=r"failed at t = .* s, x = .*division by zero") as caught:
+    with pytest.raises(
+        mq.IntegrationError, match=r"failed at t = .* s, x = .*division by zero"
+    ) as caught:
         mq.simulate(mechanism, duration=4.0, method=method, rtol=1e-6)
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
     assert caught.value.motion.t[-1] == pytest.approx(2.0, abs=0.2)
@@ -227,7 +258,9 @@ def test_what_an_input_raises_is_told_with_time_and_state(method: str) -> None:
 def test_a_collapsing_step_is_told() -> None:
     x = mq.coordinate("x")
     mechanism = sliding(mq.Force("pull", "block", (0, 0, 0), (-1 / x**3, 0, 0)))
-    with pytest.raises(mq.IntegrationError, match=r"step size collapsed at t = (0\.9\d*|1) s, x = ") as caught:
+    with pytest.raises(
+        mq.IntegrationError, match=r"step size collapsed at t = (0\.9\d*|1) s, x = "
+    ) as caught:
         mq.simulate(mechanism, q=[1.0], duration=5.0)
     # x² = 1 − t² reaches zero at t = 1
     assert caught.value.time == pytest.approx(1.0, abs=1e-3)
@@ -236,7 +269,9 @@ def test_a_collapsing_step_is_told() -> None:
 
 
 def test_too_many_steps_are_told() -> None:
-    with pytest.raises(mq.IntegrationError, match=r"more than 20 steps at t = .*max_steps") as caught:
+    with pytest.raises(
+        mq.IntegrationError, match=r"more than 20 steps at t = .*max_steps"
+    ) as caught:
         mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], max_steps=20)
     assert len(caught.value.motion.curve.t) > 15
 
@@ -274,7 +309,9 @@ def test_bad_arguments_are_refused_by_name(arguments: dict[str, object], message
 
 def test_the_motion_answers_by_name_and_by_time(swing: mq.Motion) -> None:
     assert swing.names == ("q", "q'", "q''")
-    with pytest.raises(mq.UnknownNameError, match="unknown coordinate, velocity or acceleration 'p'"):
+    with pytest.raises(
+        mq.UnknownNameError, match="unknown coordinate, velocity or acceleration 'p'"
+    ):
         swing["p"]
     state = swing(1.2345)
     assert state.t == 1.2345
@@ -297,8 +334,11 @@ def test_poses_points_and_reactions_follow_the_closed_forms(swing: mq.Motion) ->
     tip = swing.point("rod", (0, 0, -1))
     np.testing.assert_allclose(tip.position, e_n, atol=1e-14)
     np.testing.assert_allclose(tip.velocity, v[:, None] * e_t, atol=1e-13)
-    np.testing.assert_allclose(tip.acceleration, a[:, None] * e_t - (v**2)[:, None] * e_n, atol=1e-12)
-    # chapter 1, eqs. 1.14: R_n = m g cos q + m l q'²/2 against e_n, R_t = m g sin q + m l q''/2 along e_t
+    np.testing.assert_allclose(
+        tip.acceleration, a[:, None] * e_t - (v**2)[:, None] * e_n, atol=1e-12
+    )
+    # chapter 1, eqs. 1.14: R_n = m g cos q + m l q'²/2 against e_n, R_t = m g sin q + m l q''/2
+    # along e_t
     force = swing.reactions("pin").force
     np.testing.assert_allclose(-(force * e_n).sum(axis=1), G * np.cos(q) + v**2 / 2, atol=1e-12)
     np.testing.assert_allclose((force * e_t).sum(axis=1), G * np.sin(q) + a / 2, atol=1e-12)
@@ -326,16 +366,22 @@ def test_a_motion_can_be_pickled(swing: mq.Motion) -> None:
 
 
 def test_rounding_of_late_times_does_not_spoil_what_lies_between_the_steps() -> None:
-    motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=100.0, t0=2000.0, rtol=1e-13)
+    motion = mq.simulate(
+        mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=100.0, t0=2000.0, rtol=1e-13
+    )
     energy = motion["q'"] ** 2 / 6 - G / 2 * np.cos(motion["q"])
     assert np.ptp(energy) < 1e-9
 
 
 def test_what_cannot_move_is_refused() -> None:
     mechanism = mq.Mechanism(
-        "welded", (mq.Body("ground"), mq.Body("block", mq.particle(1.0))), (mq.Fixed("weld", "ground", "block"),)
+        "welded",
+        (mq.Body("ground"), mq.Body("block", mq.particle(1.0))),
+        (mq.Fixed("weld", "ground", "block"),),
     )
-    with pytest.raises(mq.InputError, match="'welded' has no coordinate, so nothing in it can be set in motion"):
+    with pytest.raises(
+        mq.InputError, match="'welded' has no coordinate, so nothing in it can be set in motion"
+    ):
         mq.simulate(mechanism)
 
 
@@ -348,7 +394,10 @@ def test_an_oscillator_follows_a_sampled_force_exactly() -> None:
         "oscillator",
         (mq.Body("ground"), mq.Body("block", mq.box(m, (0.1, 0.1, 0.1)))),
         (mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
-        forces=(mq.JointSpring("spring", "slide", k), mq.Force("push", "block", (0, 0, 0), (load, 0, 0))),
+        forces=(
+            mq.JointSpring("spring", "slide", k),
+            mq.Force("push", "block", (0, 0, 0), (load, 0, 0)),
+        ),
         parameters=(m, k),
         inputs=(load,),
     )

@@ -48,7 +48,9 @@ def ramp(mass: float, force: float = 1.0) -> mq.Mechanism:
     )
 
 
-def test_a_mechanism_outside_the_catalogue_must_be_given_and_is_checked(tmp_path: Path, motion: mq.Motion) -> None:
+def test_a_mechanism_outside_the_catalogue_must_be_given_and_is_checked(
+    tmp_path: Path, motion: mq.Motion
+) -> None:
     path = tmp_path / "ramp.npz"
     mq.simulate(ramp(2.0), duration=1.0).save(path)
     with np.load(path) as file:
@@ -56,11 +58,17 @@ def test_a_mechanism_outside_the_catalogue_must_be_given_and_is_checked(tmp_path
     assert about["catalogue"] is None
     assert "<robot" in about["urdf"]
     assert mq.Motion.load(path, ramp(2.0))["x"][-1] == pytest.approx(0.25)
-    with pytest.raises(mq.InputError, match=r"'ramp', which is not in the catalogue; give the mechanism"):
+    with pytest.raises(
+        mq.InputError, match=r"'ramp', which is not in the catalogue; give the mechanism"
+    ):
         mq.Motion.load(path)
-    with pytest.raises(mq.InputError, match="a motion of another mechanism than 'ramp': its accelerations differ"):
+    with pytest.raises(
+        mq.InputError, match="a motion of another mechanism than 'ramp': its accelerations differ"
+    ):
         mq.Motion.load(path, ramp(3.0))
-    with pytest.raises(mq.InputError, match=r"with other coordinates: expected \['x'\], got \['q1', 'q2'\]"):
+    with pytest.raises(
+        mq.InputError, match=r"with other coordinates: expected \['x'\], got \['q1', 'q2'\]"
+    ):
         mq.Motion.load(path, motion.mechanism)
 
 
@@ -105,7 +113,9 @@ def test_damaged_files_are_refused(motion: mq.Motion, tmp_path: Path) -> None:
         mq.Motion.load(bad)
     with pytest.raises(mq.InputError, match="is no motion saved"):
         mq.Motion.load(rewritten(good, bad, about=None))
-    with pytest.raises(mq.InputError, match="expected a file of format 'mecanique motion 1', got 'other'"):
+    with pytest.raises(
+        mq.InputError, match="expected a file of format 'mecanique motion 1', got 'other'"
+    ):
         mq.Motion.load(rewritten(good, bad, about=json.dumps({"format": "other"})))
     with pytest.raises(mq.InputError, match="arrays do not fit each other"):
         mq.Motion.load(rewritten(good, bad, q=motion.q[:-1]))
@@ -131,7 +141,15 @@ def test_csv_has_units_and_every_digit(motion: mq.Motion, tmp_path: Path) -> Non
     motion.to_csv(tmp_path / "a.csv")
     with open(tmp_path / "a.csv", newline="", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
-    assert header == ["t [s]", "q1 [m]", "q2 [m]", "q1' [m/s]", "q2' [m/s]", "q1'' [m/s²]", "q2'' [m/s²]"]
+    assert header == [
+        "t [s]",
+        "q1 [m]",
+        "q2 [m]",
+        "q1' [m/s]",
+        "q2' [m/s]",
+        "q1'' [m/s²]",
+        "q2'' [m/s²]",
+    ]
     table = np.array(rows, dtype=float)
     np.testing.assert_array_equal(table, np.column_stack([motion.t, motion.q, motion.v, motion.a]))
 
@@ -144,7 +162,9 @@ def test_a_data_frame_has_the_names(motion: mq.Motion, monkeypatch: pytest.Monke
     np.testing.assert_array_equal(frame["q2'"], motion["q2'"])
     assert frame.attrs["units"]["q2''"] == "m/s²"
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(mq.InputError, match=r"need pandas; install it with: pip install 'mecanique\[frames\]'"):
+    with pytest.raises(
+        mq.InputError, match=r"need pandas; install it with: pip install 'mecanique\[frames\]'"
+    ):
         motion.to_frame()
 
 
@@ -160,7 +180,11 @@ def test_parquet_has_units_and_every_digit(motion: mq.Motion, tmp_path: Path) ->
     assert units["t"] == "s"
 
 
-def test_without_pyarrow_parquet_says_how_to_get_it(motion: mq.Motion, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_pyarrow_parquet_says_how_to_get_it(
+    motion: mq.Motion, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(mq.InputError, match=r"need pyarrow; install it with: pip install 'mecanique\[parquet\]'"):
+    with pytest.raises(
+        mq.InputError, match=r"need pyarrow; install it with: pip install 'mecanique\[parquet\]'"
+    ):
         motion.to_parquet("never.parquet")

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import mecanique as mq
-from mecanique.motion.generated import batched, scalar
-from mecanique.motion.program import Program, program_of
-from mecanique.motion.tangents import by_tangents
-from mecanique.motion.tape import Tape
+from mecanique.motion.compile.half_angles import by_tangents
+from mecanique.motion.compile.program import Program, program_of
+from mecanique.motion.compile.python import batched, scalar
+from mecanique.motion.compile.tape import Tape
 
 NAMES = ("rigid_bar_pendulum", "double_pendulum", "elastic_pendulum", "cart_pole", "heavy_top")
 
@@ -21,10 +21,18 @@ def kinds(tape: Tape, outputs: list[float | int]) -> list[str]:
 def chain(n: int) -> Program:
     rods = [mq.Body(f"rod{k}", mq.rod(1.0, 1.0)) for k in range(n)]
     joints = [
-        mq.Revolute(f"pin{k}", f"rod{k - 1}" if k else "ground", f"rod{k}", axis=(0, -1, 0), coordinate=f"q{k}")
+        mq.Revolute(
+            f"pin{k}",
+            f"rod{k - 1}" if k else "ground",
+            f"rod{k}",
+            axis=(0, -1, 0),
+            coordinate=f"q{k}",
+        )
         for k in range(n)
     ]
-    return program_of(mq.Mechanism("chain", (mq.Body("ground"), *rods), tuple(joints), gravity=(0, 0, -9.81)))
+    return program_of(
+        mq.Mechanism("chain", (mq.Body("ground"), *rods), tuple(joints), gravity=(0, 0, -9.81))
+    )
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -56,7 +64,9 @@ def test_sums_and_differences_follow_the_addition_theorems(x: float, y: float) -
         values[place] = found[name] if kind == "input" else _computed(kind, numbers)
     expected = [np.sin(x), np.cos(x), np.sin(x + y), np.cos(x + y), np.sin(x - y), np.cos(x - y)]
     # the sum of the angles is itself rounded
-    np.testing.assert_allclose([values[int(place)] for place in moved], expected, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(
+        [values[int(place)] for place in moved], expected, rtol=0, atol=1e-13
+    )
 
 
 def _computed(kind: str, numbers: list[float]) -> float:
@@ -70,7 +80,9 @@ def test_at_half_a_turn_the_tangent_has_no_end_and_does_no_harm() -> None:
     Y, out = np.array([[0.0, 0.0], [np.pi, -np.pi], [0.1, 0.1], [0.2, 0.2]]), np.empty((4, 2))
     batched(program)(0.0, Y, out)
     for column in (0, 1):
-        np.testing.assert_allclose(out[:, column], scalar(program)(0.0, Y[:, column]), rtol=1e-14, atol=1e-14)
+        np.testing.assert_allclose(
+            out[:, column], scalar(program)(0.0, Y[:, column]), rtol=1e-14, atol=1e-14
+        )
 
 
 @pytest.mark.parametrize("n", [2, 3, 5])

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.compiled import compiled
-from mecanique.motion.plan import Plan
-from mecanique.motion.taylor import building, installed
+from mecanique.motion.compile.cache import compiled
+from mecanique.motion.compile.heyoka import building, installed
+from mecanique.motion.simulation.choice import Plan
 
 needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
 METHODS = ["closed_form", pytest.param("taylor", marks=needs_heyoka)]
@@ -72,9 +72,13 @@ def test_time_in_the_equations_is_kept() -> None:
 @needs_heyoka
 def test_the_energy_of_a_pendulum_keeps_to_machine_precision() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
-    motion = mq.simulate(mechanism, q=[2.0], duration=200.0, rtol=1e-12, method="taylor", samples=400)
+    motion = mq.simulate(
+        mechanism, q=[2.0], duration=200.0, rtol=1e-12, method="taylor", samples=400
+    )
     reference = mq.Reference(mechanism)
-    energies = np.array([reference.energy(q, v).total for q, v in zip(motion.q, motion.v, strict=True)])
+    energies = np.array(
+        [reference.energy(q, v).total for q, v in zip(motion.q, motion.v, strict=True)]
+    )
     assert np.abs(energies / energies[0] - 1).max() < 1e-12
 
 
@@ -94,7 +98,8 @@ def test_a_compiled_motion_is_kept_like_any_other(tmp_path: Path) -> None:
 def test_what_stops_a_compiled_motion_is_said_and_what_is_done_is_kept() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     with pytest.raises(
-        mq.IntegrationError, match=r"more than 10 steps at t = .*; raise max_steps.*the error's \.motion"
+        mq.IntegrationError,
+        match=r"more than 10 steps at t = .*; raise max_steps.*the error's \.motion",
     ) as info:
         mq.simulate(mechanism, q=[1.0], duration=10.0, method="taylor", max_steps=10)
     motion = info.value.motion
@@ -131,8 +136,11 @@ def test_refusals(name: str, options: dict[str, Any], message: str) -> None:
 
 
 def test_without_heyoka_the_method_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.taylor.installed", lambda: False)
-    with pytest.raises(mq.InputError, match=r"needs heyoka, which is not installed: pip install 'mecanique\[fast\]'"):
+    monkeypatch.setattr("mecanique.motion.compile.heyoka.installed", lambda: False)
+    with pytest.raises(
+        mq.InputError,
+        match=r"needs heyoka, which is not installed: pip install 'mecanique\[fast\]'",
+    ):
         mq.simulate(mq.textbook.load("rigid_bar_pendulum"), method="taylor")
 
 
@@ -150,9 +158,9 @@ def test_auto_takes_what_is_compiled_already_and_says_so() -> None:
 
 
 def test_auto_compiles_when_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.plan.installed", lambda: False)
-    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
-    monkeypatch.setattr("mecanique.motion.plan.STEPS", 20)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.installed", lambda: False)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("double_pendulum")
     motion = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0)
     assert "on the closed form" in motion.method
@@ -162,17 +170,19 @@ def test_auto_compiles_when_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @needs_heyoka
 def test_auto_takes_taylor_series_for_a_long_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
-    monkeypatch.setattr("mecanique.motion.plan.STEPS", 20)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     motion = mq.simulate(mechanism, q=[1.0], duration=5.0)
     assert motion.method.startswith("taylor")
     assert "long enough to pay for compiling" in motion.method
 
 
-def test_auto_stays_with_the_reference_where_there_is_no_closed_form(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
-    monkeypatch.setattr("mecanique.motion.plan.STEPS", 20)
+def test_auto_stays_with_the_reference_where_there_is_no_closed_form(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("two_blocks")
     motion = mq.simulate(mechanism, q=[0.1, 0.2], duration=2.0)
     assert "closed form" not in motion.method
@@ -185,7 +195,9 @@ def test_what_is_compiled_goes_with_its_mechanism() -> None:
     assert compiled(mechanism) is not compiled(mechanism.replace(l=3.0))
     reference = mq.Reference(mechanism)
     plan = Plan(mechanism, reference, "closed_form", 1e-10, 1.0, ())
-    np.testing.assert_allclose(plan.rhs(0.0, np.array([0.3, 0.1])), reference.rhs()(0.0, np.array([0.3, 0.1])))
+    np.testing.assert_allclose(
+        plan.rhs(0.0, np.array([0.3, 0.1])), reference.rhs()(0.0, np.array([0.3, 0.1]))
+    )
     assert sys.getrefcount(mechanism) < 10
 
 
@@ -223,13 +235,20 @@ def driven(signal: Any) -> mq.Mechanism:
 
 
 @needs_heyoka
-@pytest.mark.parametrize("signal", [np.cos, mq.Record(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.0]))])
-def test_an_input_that_is_no_formula_is_refused_and_avoided(signal: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "signal", [np.cos, mq.Record(np.array([0.0, 1.0, 2.0]), np.array([0.0, 1.0, 0.0]))]
+)
+def test_an_input_that_is_no_formula_is_refused_and_avoided(
+    signal: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mechanism = driven(signal)
-    with pytest.raises(mq.DerivationError, match="input F is a function or a record; write it as an expression in t"):
+    with pytest.raises(
+        mq.DerivationError,
+        match="input F is a function or a record; write it as an expression in t",
+    ):
         mq.simulate(mechanism, duration=2.0, method="taylor")
-    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.0)
-    monkeypatch.setattr("mecanique.motion.plan.STEPS", 3)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 3)
     motion = mq.simulate(mechanism, duration=2.0)
     assert motion.method.startswith("dop853")
     exact = 1 - np.cos(2.0) if signal is np.cos else 1.0
@@ -240,15 +259,19 @@ def test_an_input_that_is_no_formula_is_refused_and_avoided(signal: Any, monkeyp
 def test_auto_leaves_events_to_what_watches_for_them() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     mq.simulate(mechanism, q=[1.0], duration=0.1, method="taylor")
-    motion = mq.simulate(mechanism, q=[1.0], duration=3.0, events=[mq.Event("low", mq.coordinate("q"))])
+    motion = mq.simulate(
+        mechanism, q=[1.0], duration=3.0, events=[mq.Event("low", mq.coordinate("q"))]
+    )
     assert not motion.method.startswith("taylor")
     assert len(motion.events) == 3
 
 
 @pytest.mark.parametrize("fast", [False, pytest.param(True, marks=needs_heyoka)])
-def test_auto_compiles_for_a_mechanism_that_moves_again_and_again(fast: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.plan.installed", lambda: fast)
-    monkeypatch.setattr("mecanique.motion.plan.PAYS", 0.2)
+def test_auto_compiles_for_a_mechanism_that_moves_again_and_again(
+    fast: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mecanique.motion.simulation.choice.installed", lambda: fast)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.2)
     if fast:
         import_module("heyoka")  # the time that takes must not count
     mechanism = mq.textbook.load("rigid_bar_pendulum")
@@ -265,7 +288,7 @@ def test_code_is_optimized_when_that_pays(monkeypatch: pytest.MonkeyPatch) -> No
     code = compiled(mechanism)
     first = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="taylor")
     assert not code.optimized(1e-10)
-    monkeypatch.setattr("mecanique.motion.compiled.OPTIMIZED", first.statistics.steps)
+    monkeypatch.setattr("mecanique.motion.compile.cache.OPTIMIZED", first.statistics.steps)
     then = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="taylor")
     assert code.optimized(1e-10)
     assert not code.optimized(1e-8)
@@ -277,10 +300,12 @@ def test_code_is_optimized_within_a_long_motion(monkeypatch: pytest.MonkeyPatch)
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     expected = mq.simulate(mechanism, q=[1.0], duration=10.0, method="taylor")
     again = mechanism.replace()
-    monkeypatch.setattr("mecanique.motion.compiled.OPTIMIZED", 40)
-    monkeypatch.setattr("mecanique.motion.flow.AT_ONCE", 30)
+    monkeypatch.setattr("mecanique.motion.compile.cache.OPTIMIZED", 40)
+    monkeypatch.setattr("mecanique.motion.simulation.taylor.AT_ONCE", 30)
     motion = mq.simulate(again, q=[1.0], duration=10.0, method="taylor")
     assert compiled(again).optimized(1e-10)
-    assert motion.statistics.steps == pytest.approx(expected.statistics.steps, abs=15)  # some are cut by looking on
+    assert motion.statistics.steps == pytest.approx(
+        expected.statistics.steps, abs=15
+    )  # some are cut by looking on
     np.testing.assert_allclose(motion.q, expected.q, atol=1e-9)
     np.testing.assert_allclose(motion(7.77).q, expected(7.77).q, atol=1e-9)

@@ -64,13 +64,26 @@ def tree() -> Mechanism:
         ),
         joints=(
             # not in the engine's order: it sorts by name
-            Planar("z_puck", "ground", "puck", axis=(0.6, 0, 0.8), origin=Placement((0, 2, 0), (0.3, 0, 0.1))),
+            Planar(
+                "z_puck",
+                "ground",
+                "puck",
+                axis=(0.6, 0, 0.8),
+                origin=Placement((0, 2, 0), (0.3, 0, 0.1)),
+            ),
             Fixed("a_post", "ground", "post", origin=Placement((0.2, 0, 0), (0, 0, 0.4))),
-            Revolute("elbow", "post", "arm", axis=(1, 2, -2), origin=Placement((0, 0.1, 1)), armature=0.2),
+            Revolute(
+                "elbow", "post", "arm", axis=(1, 2, -2), origin=Placement((0, 0.1, 1)), armature=0.2
+            ),
             Fixed("glue", "arm", "lid", origin=Placement((0.3, 0.1, 0), (0.5, 0.1, 0.2))),
             Fixed("nail", "lid", "knob", origin=Placement((0, 0, 0.2), (0.1, 0, 0))),
             Prismatic(
-                "rail", "lid", "slider", axis=(0, 1, 1), origin=Placement((0.1, 0, 0), (0.2, 0, 0)), armature=0.3
+                "rail",
+                "lid",
+                "slider",
+                axis=(0, 1, 1),
+                origin=Placement((0.1, 0, 0), (0.2, 0, 0)),
+                armature=0.3,
             ),
             Universal("u", "arm", "cross", origin=Placement((0, -0.3, 0), (0, 0.6, 0))),
         ),
@@ -106,7 +119,9 @@ def flyer() -> Mechanism:
             Damper("drag", "hull", (0, 0, 0.2), "fin", (0.1, 0.1, 0), 0.4),
             Torque("push", "fin", (0.1, 0.2, 0.3), axes="hull"),
         ),
-        coordinates=Coordinates(("b", "s_qx", "s_qy", "s_qz", "s_qw", *(f"f_{n}" for n in ("x", "y", "z")))),
+        coordinates=Coordinates(
+            ("b", "s_qx", "s_qy", "s_qz", "s_qw", *(f"f_{n}" for n in ("x", "y", "z")))
+        ),
     )
 
 

@@ -80,13 +80,17 @@ def test_two_blocks_are_carried_not_pushed(q: float, v: float, t: float) -> None
     a = reference.acceleration([q, v], [0.1, 0.2], t)
     F = 2 * cos(3 * t)
     assert reference.mass_matrix([q, v]) == pytest.approx(np.diag([2.0, 1.0]))
-    assert reference.forces([q, v], None, t) == pytest.approx([-60 * q + 20 * v, 20 * q - 20 * v + F], abs=1e-12)
+    assert reference.forces([q, v], None, t) == pytest.approx(
+        [-60 * q + 20 * v, 20 * q - 20 * v + F], abs=1e-12
+    )
     assert a == pytest.approx([(-60 * q + 20 * v) / 2, 20 * q - 20 * v + F], abs=1e-12)
     for name, mass in (("slide1", 2.0), ("slide2", 1.0)):
         wrench = reference.reactions([q, v], [0.1, 0.2], t)[name]
         assert wrench.force == pytest.approx([0, 0, mass * 9.81], abs=1e-12)
         assert wrench.moment == pytest.approx([0, 0, 0], abs=1e-12)
-    assert reference.energy([q, v]).springs == pytest.approx(20 * q**2 + 10 * (v - q) ** 2, rel=1e-12)
+    assert reference.energy([q, v]).springs == pytest.approx(
+        20 * q**2 + 10 * (v - q) ** 2, rel=1e-12
+    )
 
 
 @pytest.mark.parametrize(("q1", "q2", "v1", "v2"), [(0.3, 1.2, 0.5, -0.7), (2.0, 1.5, -1.0, 2.0)])
@@ -115,7 +119,11 @@ def test_double_pendulum_in_absolute_angles(q1: float, q2: float, v1: float, v2:
     absolute = load("double_pendulum", m1=m1, m2=m2, l1=l1, l2=l2, g=g)
     relative = Reference(
         Mechanism(
-            "relative", absolute.bodies, absolute.joints, parameters=absolute.parameters, gravity=absolute.gravity
+            "relative",
+            absolute.bodies,
+            absolute.joints,
+            parameters=absolute.parameters,
+            gravity=absolute.gravity,
         )
     )
     b = relative.acceleration([q1, d], [v1, v2 - v1])
@@ -133,7 +141,9 @@ def test_an_armature_weighs_in_mass_energy_and_acceleration(
 ) -> None:
     """Pinocchio's own kinetic energy forgets the rotor of a bounded joint; the reference must not."""
     joint = kind("j", "ground", "b", axis=(0, 0, 1), armature=0.5, limits=limits)
-    reference = one_body(joint, cylinder(2.0, 0.3, 0.1), forces=(JointForce("f", "j", 3.0),), gravity=(0, 0, 0))
+    reference = one_body(
+        joint, cylinder(2.0, 0.3, 0.1), forces=(JointForce("f", "j", 3.0),), gravity=(0, 0, 0)
+    )
     own = 2.0 * 0.3**2 / 2 if kind is Revolute else 2.0
     assert reference.mass_matrix([0.2]) == pytest.approx(np.array([[own + 0.5]]))
     assert reference.energy([0.2], [1.5]).kinetic == pytest.approx((own + 0.5) * 1.5**2 / 2)
@@ -149,7 +159,10 @@ def test_a_mass_on_a_shaken_base() -> None:
     mechanism = Mechanism(
         "shaken",
         bodies=(Body("ground"), Body("base"), Body("mass", box(2.0, (0.1, 0.1, 0.1)))),
-        joints=(Prismatic("s", "ground", "base", axis=(1, 0, 0)), Prismatic("x", "base", "mass", axis=(1, 0, 0))),
+        joints=(
+            Prismatic("s", "ground", "base", axis=(1, 0, 0)),
+            Prismatic("x", "base", "mass", axis=(1, 0, 0)),
+        ),
         forces=(JointSpring("k", "x", 50.0),),
         coordinates=Coordinates(("x",), {"s": S}),
         inputs=(S,),
@@ -159,8 +172,12 @@ def test_a_mass_on_a_shaken_base() -> None:
         base = 0.2 * np.array([sin(3 * t), 3 * cos(3 * t), -9 * sin(3 * t)])
         assert reference.acceleration([0.3], [0.7], t) == pytest.approx([-25 * 0.3 - base[2]])
         assert reference.bias([0.3], [0.7], t) == pytest.approx([2 * base[2]])
-        assert reference.energy([0.3], [0.7], t).kinetic == pytest.approx(0.7**2 + 1.4 * base[1] + base[1] ** 2)
-        moving = reference.point("mass", (0, 0, 0), [0.3], [0.7], reference.acceleration([0.3], [0.7], t), t)
+        assert reference.energy([0.3], [0.7], t).kinetic == pytest.approx(
+            0.7**2 + 1.4 * base[1] + base[1] ** 2
+        )
+        moving = reference.point(
+            "mass", (0, 0, 0), [0.3], [0.7], reference.acceleration([0.3], [0.7], t), t
+        )
         assert moving.position[0] == pytest.approx(0.3 + base[0])
         assert moving.velocity[0] == pytest.approx(0.7 + base[1])
         assert moving.acceleration[0] == pytest.approx(-25 * 0.3)
@@ -183,8 +200,14 @@ def test_a_sampled_load_is_followed() -> None:
 
 def test_planar_joint_in_the_planes_own_axes() -> None:
     """M = m on x and y, I on θ about the center; normal −y turns from −z towards +x."""
-    reference = one_body(Planar("p", "ground", "b", axis=(0, -1, 0)), box(3.0, (0.3, 0.2, 0.1)), gravity=(0, 0, -9.81))
-    assert reference.mass_matrix([1, 2, 0.3]) == pytest.approx(np.diag([3, 3, 3 * (0.3**2 + 0.1**2) / 12]), abs=1e-14)
+    reference = one_body(
+        Planar("p", "ground", "b", axis=(0, -1, 0)),
+        box(3.0, (0.3, 0.2, 0.1)),
+        gravity=(0, 0, -9.81),
+    )
+    assert reference.mass_matrix([1, 2, 0.3]) == pytest.approx(
+        np.diag([3, 3, 3 * (0.3**2 + 0.1**2) / 12]), abs=1e-14
+    )
     assert reference.bias([1, 2, 0.3], [4, 5, 6]) == pytest.approx([0, 3 * 9.81, 0], abs=1e-13)
     pose = reference.poses([1, 2, 0.3])[1]
     assert pose[:3, 3] == pytest.approx([1, 0, 2])
@@ -192,11 +215,15 @@ def test_planar_joint_in_the_planes_own_axes() -> None:
 
 
 def test_universal_joint_is_x_then_y() -> None:
-    reference = one_body(Universal("u", "ground", "b"), particle(2.0, (0, 0, -1.5)), gravity=(0, 0, -9.81))
+    reference = one_body(
+        Universal("u", "ground", "b"), particle(2.0, (0, 0, -1.5)), gravity=(0, 0, -9.81)
+    )
     a, b = 0.7, -0.4
     position = 1.5 * np.array([-sin(b), sin(a) * cos(b), -cos(a) * cos(b)])
     assert reference.point("b", (0, 0, -1.5), [a, b]).position == pytest.approx(position)
-    assert reference.mass_matrix([a, b]) == pytest.approx(2 * 1.5**2 * np.diag([cos(b) ** 2, 1]), abs=1e-14)
+    assert reference.mass_matrix([a, b]) == pytest.approx(
+        2 * 1.5**2 * np.diag([cos(b) ** 2, 1]), abs=1e-14
+    )
     gravity = 2 * 9.81 * 1.5 * np.array([sin(a) * cos(b), cos(a) * sin(b)])
     assert reference.gravity([a, b]) == pytest.approx(gravity)
     assert reference.energy([a, b]).gravity == pytest.approx(2 * 9.81 * position[2])
@@ -223,7 +250,9 @@ def rotation(quaternion: Sequence[float] | np.ndarray) -> np.ndarray:
 def test_a_ball_joint_turns_by_euler() -> None:
     """I ω' + ω × I ω = c × Rᵀ m g about the joint, child's axes (Euler 1758)."""
     heavy = Shape(2.0, (0.1, 0.2, -0.5), (0.3, 0.4, 0.2, 0.01, 0.02, -0.03))
-    reference = one_body(Spherical("s", "ground", "b", origin=Placement((1, 2, 3))), heavy, gravity=(0, 0, -9.81))
+    reference = one_body(
+        Spherical("s", "ground", "b", origin=Placement((1, 2, 3))), heavy, gravity=(0, 0, -9.81)
+    )
     w, c = np.array([0.5, -1.0, 2.0]), np.array([0.1, 0.2, -0.5])
     center = np.array([[0.3, 0.01, 0.02], [0.01, 0.4, -0.03], [0.02, -0.03, 0.2]])
     I = center + 2.0 * (c @ c * np.eye(3) - np.outer(c, c))
@@ -278,7 +307,9 @@ def test_a_massless_tip_may_be_prescribed() -> None:
         Revolute("a", "ground", "rod", axis=(0, -1, 0)),
         Revolute("b", "rod", "tip", axis=(0, -1, 0), origin=Placement((0, 0, -1))),
     )
-    mechanism = Mechanism("led", bodies, joints, coordinates=Coordinates(("a",), {"b": 2 * coordinate("a") + time()}))
+    mechanism = Mechanism(
+        "led", bodies, joints, coordinates=Coordinates(("a",), {"b": 2 * coordinate("a") + time()})
+    )
     found = Reference(mechanism).acceleration([0.5], [0.2], 0.3)
     assert found == pytest.approx([-1.5 * 9.81 * sin(0.5)])
 
@@ -301,18 +332,27 @@ def test_axes_of_a_force_may_be_any_bodys() -> None:
         Prismatic("k", "ground", "b", axis=(1, 0, 0)),
         Fixed("w", "a", "tag", origin=Placement((0, 0, 0), (0, 0, 0.3))),
     )
-    forces = (Force("f", "b", (0, 0, 0), (2.0, 0, 0), axes="tag"), Torque("t", "a", (0, 0, 5.0), axes="ground"))
+    forces = (
+        Force("f", "b", (0, 0, 0), (2.0, 0, 0), axes="tag"),
+        Torque("t", "a", (0, 0, 5.0), axes="ground"),
+    )
     reference = Reference(Mechanism("m", bodies, joints, forces))
     assert reference.forces([0.4, 0]) == pytest.approx([5, 2 * cos(0.7)])
 
 
 def test_a_weld_to_the_ground_bears_the_weight_of_what_stands_on_it() -> None:
-    bodies = (Body("ground"), Body("post", ball(2, 0.1).at((0, 0, 1))), Body("lamp", ball(3, 0.1).at((1, 0, 0))))
+    bodies = (
+        Body("ground"),
+        Body("post", ball(2, 0.1).at((0, 0, 1))),
+        Body("lamp", ball(3, 0.1).at((1, 0, 0))),
+    )
     joints = (
         Fixed("root", "ground", "post", origin=Placement((5, 0, 0))),
         Fixed("arm", "post", "lamp", origin=Placement((0, 0, 2))),
     )
-    reference = Reference(Mechanism("lamp", bodies, joints, (Force("wind", "lamp", (0, 0, 1), (7.0, 0, 0)),)))
+    reference = Reference(
+        Mechanism("lamp", bodies, joints, (Force("wind", "lamp", (0, 0, 1), (7.0, 0, 0)),))
+    )
     wrenches = reference.reactions(None)
     assert wrenches["arm"].force == pytest.approx([-7, 0, 3 * 9.81])
     assert wrenches["arm"].moment == pytest.approx([0, -7 * 1 - 3 * 9.81, 0])

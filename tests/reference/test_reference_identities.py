@@ -12,7 +12,15 @@ from reference_samples import driven, flyer, states, tree
 from mecanique import textbook
 from mecanique.model import Fixed, Mechanism, Prismatic, Revolute
 from mecanique.model.expression import evaluate
-from mecanique.model.forces import Damper, Force, JointDamper, JointForce, JointSpring, Spring, Torque
+from mecanique.model.forces import (
+    Damper,
+    Force,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
 from mecanique.reference import Reference
 
 Array = npt.NDArray[np.float64]
@@ -35,14 +43,20 @@ def moved(reference: Reference, q: Array, v: Array, a: Array, h: float) -> tuple
     return q + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v2
 
 
-def difference(reference: Reference, q: Array, v: Array, a: Array, t: float, f: Callable[..., Array]) -> Array:
+def difference(
+    reference: Reference, q: Array, v: Array, a: Array, t: float, f: Callable[..., Array]
+) -> Array:
     """The rate of a function of q, v and t along the motion, fourth order central difference."""
-    values = {k: np.asarray(f(*moved(reference, q, v, a, k * STEP), t + k * STEP)) for k in (-2, -1, 1, 2)}
+    values = {
+        k: np.asarray(f(*moved(reference, q, v, a, k * STEP), t + k * STEP)) for k in (-2, -1, 1, 2)
+    }
     rate: Array = (8 * (values[1] - values[-1]) - (values[2] - values[-2])) / (12 * STEP)
     return rate
 
 
-def actions(mechanism: Mechanism, reference: Reference, q: Array, v: Array, t: float) -> dict[str, Array]:
+def actions(
+    mechanism: Mechanism, reference: Reference, q: Array, v: Array, t: float
+) -> dict[str, Array]:
     """Force and moment about the world's origin on each body, in world axes, from the forces' definitions."""
     pose = dict(zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True))
     total = {body.name: np.zeros(6) for body in mechanism.bodies}
@@ -63,12 +77,17 @@ def actions(mechanism: Mechanism, reference: Reference, q: Array, v: Array, t: f
             case Spring() | Damper():
                 ends = [
                     reference.point(body, [mechanism.evaluate(c) for c in point], q, v, t=t)
-                    for body, point in ((force.body_a, force.point_a), (force.body_b, force.point_b))
+                    for body, point in (
+                        (force.body_a, force.point_a),
+                        (force.body_b, force.point_b),
+                    )
                 ]
                 line = ends[1].position - ends[0].position
                 length = float(np.linalg.norm(line))
                 if isinstance(force, Spring):
-                    tension = mechanism.evaluate(force.stiffness) * (length - mechanism.evaluate(force.free_length))
+                    tension = mechanism.evaluate(force.stiffness) * (
+                        length - mechanism.evaluate(force.free_length)
+                    )
                 else:
                     rate = float(line @ (ends[1].velocity - ends[0].velocity)) / length
                     tension = mechanism.evaluate(force.damping) * rate
@@ -88,7 +107,9 @@ def actions(mechanism: Mechanism, reference: Reference, q: Array, v: Array, t: f
                 assert isinstance(joint, (Revolute, Prismatic))
                 at, rate_at = joint_value(mechanism, reference, joint.name, q, v, t)
                 if isinstance(force, JointSpring):
-                    size = -mechanism.evaluate(force.stiffness) * (at - mechanism.evaluate(force.reference))
+                    size = -mechanism.evaluate(force.stiffness) * (
+                        at - mechanism.evaluate(force.reference)
+                    )
                 elif isinstance(force, JointDamper):
                     size = -mechanism.evaluate(force.damping) * rate_at
                 else:
@@ -117,8 +138,14 @@ def joint_value(
 
     def value(h: float) -> float:
         later, _ = moved(reference, q, v, np.zeros_like(v), h)
-        symbols = {**mechanism.values, **dict(zip(mechanism.coordinates, later, strict=True)), "t": t + h}
-        symbols |= {signal.symbol: signal.function(mechanism.values)(t + h) for signal in mechanism.inputs}
+        symbols = {
+            **mechanism.values,
+            **dict(zip(mechanism.coordinates, later, strict=True)),
+            "t": t + h,
+        }
+        symbols |= {
+            signal.symbol: signal.function(mechanism.values)(t + h) for signal in mechanism.inputs
+        }
         return float(evaluate(expression, symbols))
 
     h = 1e-3
@@ -132,7 +159,9 @@ def test_every_body_obeys_newton_and_euler(reference: Reference) -> None:
     for q, v, t in states(mechanism, 3):
         a = reference.acceleration(q, v, t)
         wrenches = reference.reactions(q, v, t)
-        poses = dict(zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True))
+        poses = dict(
+            zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True)
+        )
         loads = actions(mechanism, reference, q, v, t)
         for body in mechanism.bodies:
             if body.name == mechanism.ground:
@@ -155,7 +184,9 @@ def test_every_body_obeys_newton_and_euler(reference: Reference) -> None:
             assert rate == pytest.approx(total, abs=2e-8 * (1 + np.abs(total).max()))
 
 
-def body_momentum(mechanism: Mechanism, reference: Reference, name: str, q: Array, v: Array, t: float) -> Array:
+def body_momentum(
+    mechanism: Mechanism, reference: Reference, name: str, q: Array, v: Array, t: float
+) -> Array:
     """Linear momentum and angular momentum about the origin of one body, from the motion of its points."""
     body = mechanism.body(name)
     pose = reference.poses(q, t)[[b.name for b in mechanism.bodies].index(name)]
@@ -165,7 +196,8 @@ def body_momentum(mechanism: Mechanism, reference: Reference, name: str, q: Arra
     arms = [reference.point(name, xyz, q, v, t=t) for xyz in np.eye(3)]
     # ω from the velocities of three arms: ω = ½ Σ e × (de/dt)
     spin = 0.5 * sum(
-        (np.cross(arm.position - origin.position, arm.velocity - origin.velocity) for arm in arms), np.zeros(3)
+        (np.cross(arm.position - origin.position, arm.velocity - origin.velocity) for arm in arms),
+        np.zeros(3),
     )
     ixx, iyy, izz, ixy, ixz, iyz = (mechanism.evaluate(entry) for entry in body.inertia)
     inertia = turn @ np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) @ turn.T
@@ -178,14 +210,21 @@ def test_reactions_have_nothing_along_free_axes(reference: Reference) -> None:
     rotors = {"elbow": 0.2, "rail": 0.3}
     for q, v, t in states(mechanism, 3):
         a = reference.acceleration(q, v, t)
-        poses = dict(zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True))
+        poses = dict(
+            zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True)
+        )
         for joint in mechanism.joints:
-            if not isinstance(joint, (Revolute, Prismatic)) or joint.coordinate in mechanism.coordinates.driven:
+            if (
+                not isinstance(joint, (Revolute, Prismatic))
+                or joint.coordinate in mechanism.coordinates.driven
+            ):
                 continue
             wrench = reference.reactions(q, v, t)[joint.name]
             axis = poses[joint.child][:3, :3] @ joint.axis
             along = wrench.moment if isinstance(joint, Revolute) else wrench.force
-            rotor = rotors.get(joint.name, 0) * a[mechanism.velocities.index(f"{joint.coordinate}'")]
+            rotor = (
+                rotors.get(joint.name, 0) * a[mechanism.velocities.index(f"{joint.coordinate}'")]
+            )
             assert along @ axis == pytest.approx(-rotor, abs=1e-10 * (1 + np.abs(along).max()))
 
 
@@ -196,7 +235,9 @@ def test_accelerations_satisfy_the_equations(reference: Reference) -> None:
         right = reference.forces(q, v, t)
         scale = np.abs(reference.mass_matrix(q, t)).max() * np.abs(a).max() + np.abs(right).max()
         assert left == pytest.approx(right, abs=1e-12 * scale)
-        assert reference.inverse_dynamics(q, v, a, t) == pytest.approx(np.zeros_like(a), abs=1e-12 * scale)
+        assert reference.inverse_dynamics(q, v, a, t) == pytest.approx(
+            np.zeros_like(a), abs=1e-12 * scale
+        )
 
 
 @pytest.mark.parametrize("sample", [tree, flyer])
@@ -230,7 +271,13 @@ def test_a_prescribed_motion_obeys_lagrange() -> None:
         def momentum(q: Array, v: Array, t: float) -> Array:
             unit = np.eye(len(v))
             return (
-                np.array([reference.energy(q, v + e, t).kinetic - reference.energy(q, v - e, t).kinetic for e in unit])
+                np.array(
+                    [
+                        reference.energy(q, v + e, t).kinetic
+                        - reference.energy(q, v - e, t).kinetic
+                        for e in unit
+                    ]
+                )
                 / 2
             )
 
@@ -240,13 +287,18 @@ def test_a_prescribed_motion_obeys_lagrange() -> None:
             parts = [reference.energy(q + k * e, v, t) for k in (-2, -1, 1, 2)]
             L = [part.kinetic - part.gravity for part in parts]
             slope.append((8 * (L[2] - L[1]) - (L[3] - L[0])) / (12 * h))
-        assert rate - np.array(slope) == pytest.approx(reference.forces(q, v, t), abs=1e-7 * (1 + np.abs(slope).max()))
+        assert rate - np.array(slope) == pytest.approx(
+            reference.forces(q, v, t), abs=1e-7 * (1 + np.abs(slope).max())
+        )
 
 
 def test_momenta_are_those_of_the_bodies(reference: Reference) -> None:
     mechanism = reference.mechanism
     for q, v, t in states(mechanism, 2):
-        total = sum((body_momentum(mechanism, reference, b.name, q, v, t) for b in mechanism.bodies), np.zeros(6))
+        total = sum(
+            (body_momentum(mechanism, reference, b.name, q, v, t) for b in mechanism.bodies),
+            np.zeros(6),
+        )
         momentum = reference.momentum(q, v, t)
         assert momentum.linear == pytest.approx(total[:3], abs=1e-12)
         assert momentum.angular == pytest.approx(total[3:], abs=1e-12)
@@ -269,8 +321,12 @@ def test_points_move_as_their_positions_do(reference: Reference) -> None:
             def speed(q: Array, v: Array, t: float, name: str = body.name) -> Array:
                 return reference.point(name, xyz, q, v, t=t).velocity
 
-            assert difference(reference, q, v, a, t, position) == pytest.approx(point.velocity, abs=1e-8)
-            assert difference(reference, q, v, a, t, speed) == pytest.approx(point.acceleration, abs=1e-7)
+            assert difference(reference, q, v, a, t, position) == pytest.approx(
+                point.velocity, abs=1e-8
+            )
+            assert difference(reference, q, v, a, t, speed) == pytest.approx(
+                point.acceleration, abs=1e-7
+            )
 
 
 def test_the_right_hand_side_is_the_acceleration(reference: Reference) -> None:
@@ -294,10 +350,19 @@ def test_many_states_give_what_each_gives(reference: Reference) -> None:
         "mass": (reference.mass_matrix(q, t), [reference.mass_matrix(a, c) for a, b, c in lot]),
         "bias": (reference.bias(q, v, t), [reference.bias(*one) for one in lot]),
         "forces": (reference.forces(q, v, t), [reference.forces(*one) for one in lot]),
-        "acceleration": (reference.acceleration(q, v, t), [reference.acceleration(*one) for one in lot]),
-        "energy": (np.stack(reference.energy(q, v, t), axis=1), [reference.energy(*one) for one in lot]),
+        "acceleration": (
+            reference.acceleration(q, v, t),
+            [reference.acceleration(*one) for one in lot],
+        ),
+        "energy": (
+            np.stack(reference.energy(q, v, t), axis=1),
+            [reference.energy(*one) for one in lot],
+        ),
         "poses": (reference.poses(q, t), [reference.poses(a, c) for a, b, c in lot]),
-        "momentum": (np.stack(reference.momentum(q, v, t), axis=1), [reference.momentum(*one) for one in lot]),
+        "momentum": (
+            np.stack(reference.momentum(q, v, t), axis=1),
+            [reference.momentum(*one) for one in lot],
+        ),
         "rates": (reference.rates(q, v), [reference.rates(a, b) for a, b, c in lot]),
     }
     for name, (many, each) in answers.items():

@@ -9,7 +9,15 @@ import mecanique as mq
 
 
 @pytest.mark.parametrize(
-    "name", ["double_pendulum", "free_rigid_body", "gyroscope", "kapitza_pendulum", "simple_pendulum", "two_blocks"]
+    "name",
+    [
+        "double_pendulum",
+        "free_rigid_body",
+        "gyroscope",
+        "kapitza_pendulum",
+        "simple_pendulum",
+        "two_blocks",
+    ],
 )
 def test_points_move_as_the_jacobian_says(name: str) -> None:
     mechanism = mq.textbook.load(name)
@@ -26,7 +34,9 @@ def test_points_move_as_the_jacobian_says(name: str) -> None:
             carried = reference.point(body.name, xyz, q, t=t).velocity
             linear, angular = (jacobian @ v).reshape(2, 3)
             np.testing.assert_allclose(
-                linear + np.cross(angular, poses[:3, :3] @ xyz), moved - carried, atol=1e-12 * (1 + np.abs(v).max())
+                linear + np.cross(angular, poses[:3, :3] @ xyz),
+                moved - carried,
+                atol=1e-12 * (1 + np.abs(v).max()),
             )
 
 

@@ -29,8 +29,8 @@ from mecanique.model import (
     time,
 )
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
-from mecanique.reference.assembly import closed_velocity, projected
-from mecanique.reference.closed import Closed
+from mecanique.reference.loops.assembly import closed_velocity, projected
+from mecanique.reference.loops.closed import Closed
 
 A = Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
 B = Placement((0.3, -0.2, 0.3), (-0.4, 0.3, 0.2))
@@ -48,7 +48,10 @@ def spatial(kind: str, a: str = "ground", b: str = "c") -> Mechanism:
         "spatial",
         (
             Body("ground"),
-            *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
+            *(
+                Body(name, box(mass, (0.1, 0.2, 0.3)))
+                for name, mass in zip("abc", (1, 2, 3), strict=True)
+            ),
         ),
         (
             Revolute("j", "ground", "a", axis=(0, 1, 0), origin=Placement((0.1, 0.2, 0.3))),
@@ -66,12 +69,18 @@ def closed_of(mechanism: Mechanism) -> Closed:
     return closed
 
 
-def four_bar(loop: str = "pin", masses: tuple[float, ...] = (1.0, 2.0, 1.5), **values: float) -> Mechanism:
+def four_bar(
+    loop: str = "pin", masses: tuple[float, ...] = (1.0, 2.0, 1.5), **values: float
+) -> Mechanism:
     """The catalogue's linkage with another loop, or other masses."""
     given = dict(zip(("m1", "m2", "m3"), masses, strict=True)) | values
     mechanism = textbook.load("four_bar_linkage", **given)
     ends = "coupler", (mechanism.values["b"], 0, 0), "rocker", (mechanism.values["c"], 0, 0)
-    made = {"pin": Loop.pin("C", *ends), "ball": Loop.ball("C", *ends), "hinge": Loop.hinge("C", *ends, (0, 1, 0))}
+    made = {
+        "pin": Loop.pin("C", *ends),
+        "ball": Loop.ball("C", *ends),
+        "hinge": Loop.hinge("C", *ends, (0, 1, 0)),
+    }
     return replace(mechanism, loops=(made[loop],))
 
 
@@ -80,12 +89,18 @@ START = {"phi": 1.1, "theta": -0.76, "psi": 1.25}
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("ends", [("ground", "c"), ("c", "b"), ("a", "c")])
-def test_the_constraints_change_as_their_jacobian_and_gamma_say(kind: str, ends: tuple[str, str]) -> None:
+def test_the_constraints_change_as_their_jacobian_and_gamma_say(
+    kind: str, ends: tuple[str, str]
+) -> None:
     """Along q(t) with constant a: J v + b is the rate of Φ on the loop, J a + γ that of J v + b."""
     mechanism = spatial(kind, *ends)
     closed = closed_of(mechanism)
     random = np.random.default_rng(3)
-    q, v, a = mechanism.position(random.normal(size=11)), random.normal(size=9), random.normal(size=9)
+    q, v, a = (
+        mechanism.position(random.normal(size=11)),
+        random.normal(size=9),
+        random.normal(size=9),
+    )
 
     def path(end: float) -> tuple[np.ndarray, np.ndarray, float]:
         y, speed, steps = q.copy(), v.copy(), 40
@@ -105,7 +120,9 @@ def test_the_constraints_change_as_their_jacobian_and_gamma_say(kind: str, ends:
         return found
 
     def slope(of: list[np.ndarray], h: float) -> np.ndarray:
-        found: np.ndarray = (45 * (of[3] - of[2]) - 9 * (of[4] - of[1]) + (of[5] - of[0])) / (60 * h)
+        found: np.ndarray = (45 * (of[3] - of[2]) - 9 * (of[4] - of[1]) + (of[5] - of[0])) / (
+            60 * h
+        )
         return found
 
     h = 1e-3
@@ -114,10 +131,14 @@ def test_the_constraints_change_as_their_jacobian_and_gamma_say(kind: str, ends:
     np.testing.assert_allclose(
         slope([rate(s) for s in places], h), here.jacobian @ a + here.gamma, atol=1e-7, rtol=1e-8
     )
-    turning = np.array([name.split(": ")[1] in ("rx", "ry", "rz") for name in closed.closures.names])
+    turning = np.array(
+        [name.split(": ")[1] in ("rx", "ry", "rz") for name in closed.closures.names]
+    )
     straight = ~turning if kind in ("hinge", "weld") else np.ones(len(turning), dtype=bool)
     found = slope([closed.closures.residual(*path(s)[::2]) for s in places], h)
-    np.testing.assert_allclose(found[straight], (here.jacobian @ v + here.drift)[straight], atol=1e-8)
+    np.testing.assert_allclose(
+        found[straight], (here.jacobian @ v + here.drift)[straight], atol=1e-8
+    )
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -136,13 +157,21 @@ def test_the_motion_stays_on_the_loop_and_all_bodies_keep_their_balance(kind: st
     here = poses[3] @ np.array([*B.xyz, 1.0])
     tie, ball = found["tie"], found["s"]
     center = reference.point("c", (0, 0, 0), q, v, a, t)
-    np.testing.assert_allclose(tie.force + ball.force + 3 * np.array([0, 0, -9.81]), 3 * center.acceleration, atol=1e-8)
+    np.testing.assert_allclose(
+        tie.force + ball.force + 3 * np.array([0, 0, -9.81]), 3 * center.acceleration, atol=1e-8
+    )
     tips = [reference.point("c", tuple(axis), q, v, a, t) for axis in np.eye(3)]
     turn = np.stack([tip.position - center.position for tip in tips], axis=-1)
     change = np.stack([tip.acceleration - center.acceleration for tip in tips], axis=-1)
     inertia = np.array([0.04 + 0.09, 0.01 + 0.09, 0.01 + 0.04]) * 3 / 12
     moments = change @ (0.5 * inertia.sum() * np.eye(3) - np.diag(inertia)) @ turn.T
-    rate = np.array([moments[2, 1] - moments[1, 2], moments[0, 2] - moments[2, 0], moments[1, 0] - moments[0, 1]])
+    rate = np.array(
+        [
+            moments[2, 1] - moments[1, 2],
+            moments[0, 2] - moments[2, 0],
+            moments[1, 0] - moments[0, 1],
+        ]
+    )
     arm = np.cross(here[:3] - center.position, tie.force)
     np.testing.assert_allclose(tie.moment + arm + ball.moment, rate, atol=1e-9)
     assert found["tie"].undetermined == ()
@@ -150,12 +179,22 @@ def test_the_motion_stays_on_the_loop_and_all_bodies_keep_their_balance(kind: st
 
 @pytest.mark.parametrize("masses", [(1.0, 2.0, 1.5), (1.0, 0.0, 1.5), (1.0, 0.0, 0.0)])
 @pytest.mark.parametrize("loop", ["pin", "ball", "hinge"])
-def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(loop: str, masses: tuple[float, ...]) -> None:
+def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(
+    loop: str, masses: tuple[float, ...]
+) -> None:
     """Against numbers from an independent reduced Lagrangian, solved with Newton's method on Taylor jets."""
-    expected = {2.0: -5.56672477868565, 0.0: -6.96628394424538 if masses[2] else -6.67466692677737}[masses[1]]
+    expected = {2.0: -5.56672477868565, 0.0: -6.96628394424538 if masses[2] else -6.67466692677737}[
+        masses[1]
+    ]
     mechanism = four_bar(loop, masses)
     q = assemble(mechanism, START, keep=("phi",))
-    v = closed_velocity(closed_of(mechanism), q, mechanism.velocity({"phi": 1.7}), 0.0, np.array([True, False, False]))
+    v = closed_velocity(
+        closed_of(mechanism),
+        q,
+        mechanism.velocity({"phi": 1.7}),
+        0.0,
+        np.array([True, False, False]),
+    )
     assert (q[0], v[0]) == (1.1, 1.7)
     assert Reference(mechanism).acceleration(q, v)[0] == pytest.approx(expected, rel=1e-13)
 
@@ -165,12 +204,19 @@ def test_redundant_equations_leave_named_components_undetermined() -> None:
     assert Reference(four_bar("pin")).undetermined(q) == {}
     ball = Reference(four_bar("ball"))
     out_of_plane = ("force y", "moment x", "moment z")
-    assert ball.undetermined(q) == {"A": out_of_plane, "B": out_of_plane, "D": out_of_plane, "C": ("force y",)}
+    assert ball.undetermined(q) == {
+        "A": out_of_plane,
+        "B": out_of_plane,
+        "D": out_of_plane,
+        "C": ("force y",),
+    }
     reactions = ball.reactions(q)
     assert reactions["C"].undetermined == ("force y",)
     assert reactions["C"].force[1] == pytest.approx(0, abs=1e-12)
     assert Reference(four_bar("pin")).reactions(q)["A"].undetermined == ()
-    np.testing.assert_allclose(reactions["A"].force, Reference(four_bar("pin")).reactions(q)["A"].force, atol=1e-10)
+    np.testing.assert_allclose(
+        reactions["A"].force, Reference(four_bar("pin")).reactions(q)["A"].force, atol=1e-10
+    )
 
 
 def test_a_massless_link_pulls_along_itself() -> None:
@@ -240,12 +286,16 @@ def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:
     for q in found:
         assert q[0] == 1.1
         joint = crank + 2.2 * np.array([np.cos(q[0] + q[1]), np.sin(q[0] + q[1])])
-        np.testing.assert_allclose(joint, rocker + 1.7 * np.array([np.cos(q[2]), np.sin(q[2])]), atol=1e-12)
+        np.testing.assert_allclose(
+            joint, rocker + 1.7 * np.array([np.cos(q[2]), np.sin(q[2])]), atol=1e-12
+        )
     assert len(assembly_branches(textbook.load("cart_pole"))) == 1
 
 
 def test_a_loop_that_cannot_be_closed_is_named_with_its_gap() -> None:
-    with pytest.raises(ClosureError, match=r"loop 'C' cannot be closed from there.*open by 0\.5 m \(C: y\)"):
+    with pytest.raises(
+        ClosureError, match=r"loop 'C' cannot be closed from there.*open by 0\.5 m \(C: y\)"
+    ):
         assemble(four_bar(a=1.0, b=0.2, c=0.3), {"phi": 1.1})
     with pytest.raises(ClosureError, match="loop 'C' cannot be closed"):
         assemble(four_bar(), {"phi": 1.1, "theta": 0.3}, keep=("phi", "theta"))
@@ -280,14 +330,22 @@ def test_a_loop_that_can_be_closed_nowhere_is_named_as_found_from_zero() -> None
 def test_open_loops_are_not_answered_for() -> None:
     reference = Reference(four_bar())
     for ask in (reference.acceleration, reference.reactions, reference.undetermined):
-        with pytest.raises(EngineError, match=r"loops are open at q = .* close them first, by mecanique.assemble"):
+        with pytest.raises(
+            EngineError, match=r"loops are open at q = .* close them first, by mecanique.assemble"
+        ):
             ask([1.1, 0.0, 0.0])
 
 
 def test_degrees_of_freedom_and_redundant_equations() -> None:
-    plane, ball, hinge = (degrees_of_freedom(four_bar(loop), START) for loop in ("pin", "ball", "hinge"))
+    plane, ball, hinge = (
+        degrees_of_freedom(four_bar(loop), START) for loop in ("pin", "ball", "hinge")
+    )
     assert [found.N for found in (plane, ball, hinge)] == [1, 1, 1]
-    assert [found.redundant for found in (plane, ball, hinge)] == [(), ("C: y",), ("C: z", "C: rx", "C: ry")]
+    assert [found.redundant for found in (plane, ball, hinge)] == [
+        (),
+        ("C: y",),
+        ("C: z", "C: rx", "C: ry"),
+    ]
     assert not any(found.singular for found in (plane, ball, hinge))
     assert str(ball) == (
         "N = 3 velocities - 2 independent constraint equations (of 3) = 1; as 6 n - b of 3 rigid bodies: b = 17 "
@@ -296,7 +354,9 @@ def test_degrees_of_freedom_and_redundant_equations() -> None:
 
 
 def test_a_singular_position_is_told_from_a_redundant_equation() -> None:
-    flat = degrees_of_freedom(four_bar(a=1.0, b=2.0, c=1.0, d=2.0), {"phi": 0.0, "theta": 0.0, "psi": 0.0})
+    flat = degrees_of_freedom(
+        four_bar(a=1.0, b=2.0, c=1.0, d=2.0), {"phi": 0.0, "theta": 0.0, "psi": 0.0}
+    )
     assert (flat.N, flat.rank_here, flat.singular, flat.redundant) == (1, 1, True, ())
     assert "singular position: only 1 equations are independent there" in str(flat)
     bricard = degrees_of_freedom(textbook.load("bricard_linkage"))
@@ -367,7 +427,12 @@ def test_a_position_that_only_trembles_is_locked_and_singular() -> None:
 def test_a_massless_motion_that_the_loops_leave_free_is_refused_by_name() -> None:
     mechanism = Mechanism(
         "loose",
-        (Body("ground"), Body("a", bar(1.0, (1, 0, 0))), Body("b", bar(1.0, (1, 0, 0))), Body("c", rod(1.0, 1.0))),
+        (
+            Body("ground"),
+            Body("a", bar(1.0, (1, 0, 0))),
+            Body("b", bar(1.0, (1, 0, 0))),
+            Body("c", rod(1.0, 1.0)),
+        ),
         (
             hinge("A", "ground", "a"),
             hinge("B", "a", "b", 1),
@@ -396,7 +461,9 @@ def test_loops_work_with_coordinate_maps_and_drives() -> None:
         v = projected(closed_of(driven), q, np.zeros(2), t)[1]
         a = reference.acceleration(q, v, t)
         whole, speed = np.array([1.1 + 2 * t, *q]), np.array([2.0, *v])
-        push = JointForce("drive", "A", float(reference.reactions(q, v, t)["A"].moment @ np.array([0, -1, 0])))
+        push = JointForce(
+            "drive", "A", float(reference.reactions(q, v, t)["A"].moment @ np.array([0, -1, 0]))
+        )
         found = Reference(replace(free, forces=(push,))).acceleration(whole, speed)
         np.testing.assert_allclose(found, [0, *a], atol=1e-11)
     assert degrees_of_freedom(driven, {"theta": -0.76, "psi": 1.25}).N == 0
@@ -412,7 +479,8 @@ def test_linear_maps_may_halve_a_loop() -> None:
     """A rhombus of four equal bars described by one angle: the loop closes by itself and is redundant."""
     x = coordinate("x")
     mechanism = replace(
-        four_bar(a=1.0, b=1.0, c=1.0, d=1.0), coordinates=Coordinates(("x",), {"phi": x, "theta": -x, "psi": x})
+        four_bar(a=1.0, b=1.0, c=1.0, d=1.0),
+        coordinates=Coordinates(("x",), {"phi": x, "theta": -x, "psi": x}),
     )
     found = degrees_of_freedom(mechanism, {"x": 0.7})
     assert (found.N, found.rank, found.redundant) == (1, 0, ("C: x", "C: y"))

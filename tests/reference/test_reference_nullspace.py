@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.errors import ClosureError
-from mecanique.reference.nullspace import solve, split
+from mecanique.reference.loops.nullspace import solve, split
 
 M, G, L = 2.0, 9.81, 1.3
 
@@ -30,7 +30,9 @@ def test_particle_on_a_rod_accelerates_as_the_pendulum_does(angle: float, rate: 
     motion = solve(M * np.eye(2), h, jacobian, gamma)
     np.testing.assert_allclose(motion.acceleration, expected, atol=1e-12)
     # the rod pulls inward with m g cos q + m l q'²
-    np.testing.assert_allclose(motion.multipliers, [-M * (G * math.cos(angle) + L * rate**2)], atol=1e-11)
+    np.testing.assert_allclose(
+        motion.multipliers, [-M * (G * math.cos(angle) + L * rate**2)], atol=1e-11
+    )
     assert motion.determined.all()
 
 
@@ -44,7 +46,9 @@ def test_a_doubled_row_changes_no_motion_and_leaves_its_forces_undetermined() ->
 
 def test_units_of_rows_and_columns_do_not_change_the_answer() -> None:
     h, jacobian, gamma, expected = pendulum(0.7, 0.9)
-    motion = solve(M * np.eye(2), h, jacobian, gamma, rows=np.array([1e3]), columns=np.array([1e-2, 1e2]))
+    motion = solve(
+        M * np.eye(2), h, jacobian, gamma, rows=np.array([1e3]), columns=np.array([1e-2, 1e2])
+    )
     np.testing.assert_allclose(motion.acceleration, expected, rtol=1e-10)
 
 
@@ -56,7 +60,9 @@ def test_a_mass_matrix_that_is_singular_off_the_constraint_is_fine() -> None:
 
 
 def test_a_massless_free_direction_is_refused_by_its_coordinate() -> None:
-    with pytest.raises(ClosureError, match=r"a free direction carries no mass \([+-]1\.00 at coordinate 1\)"):
+    with pytest.raises(
+        ClosureError, match=r"a free direction carries no mass \([+-]1\.00 at coordinate 1\)"
+    ):
         solve(np.diag([3.0, 0.0]), np.zeros(2), np.array([[1.0, 0.0]]), np.zeros(1))
 
 
@@ -66,7 +72,9 @@ def test_a_locked_system_stands_still_and_still_has_forces() -> None:
     np.testing.assert_allclose(motion.multipliers, [0.0, 9.81], atol=1e-14)
 
 
-@pytest.mark.parametrize(("jacobian", "rank"), [(np.zeros((2, 3)), 0), (np.eye(3)[:2], 2), (np.zeros((0, 3)), 0)])
+@pytest.mark.parametrize(
+    ("jacobian", "rank"), [(np.zeros((2, 3)), 0), (np.eye(3)[:2], 2), (np.zeros((0, 3)), 0)]
+)
 def test_split_counts_what_is_free(jacobian: np.ndarray, rank: int) -> None:
     parts = split(jacobian)
     assert parts.rank == rank

@@ -44,17 +44,37 @@ def pendulum() -> Reference:
 @pytest.mark.parametrize(
     ("q", "v", "t", "message"),
     [
-        ([1.0, 2.0], None, 0.0, r"expected shape \(1,\) for the coordinate values \(q\), got \(2,\)"),
+        (
+            [1.0, 2.0],
+            None,
+            0.0,
+            r"expected shape \(1,\) for the coordinate values \(q\), got \(2,\)",
+        ),
         ([np.nan], None, 0.0, "expected finite coordinate values"),
         ([0.1], [np.inf], 0.0, "expected finite velocity values"),
         ([0.1], [1.0, 2.0], 0.0, r"expected shape \(1,\) for the velocity values"),
         ([0.1], None, np.nan, "expected a finite number for time t"),
         ([0.1], None, "now", "expected a finite number for time t"),
         ("q", None, 0.0, "expected 1 numbers for the coordinate values"),
-        (np.zeros((3, 2)), None, 0.0, r"expected shape \(n, 1\) for the coordinate values, got \(3, 2\)"),
+        (
+            np.zeros((3, 2)),
+            None,
+            0.0,
+            r"expected shape \(n, 1\) for the coordinate values, got \(3, 2\)",
+        ),
         (np.full((3, 1), np.inf), None, 0.0, "expected finite coordinate values"),
-        (np.zeros((3, 1)), np.zeros((2, 1)), 0.0, "expected the same number of states everywhere, got q: 3, v: 2"),
-        (np.zeros((3, 1)), None, np.zeros(2), "expected the same number of states everywhere, got q: 3, t: 2"),
+        (
+            np.zeros((3, 1)),
+            np.zeros((2, 1)),
+            0.0,
+            "expected the same number of states everywhere, got q: 3, v: 2",
+        ),
+        (
+            np.zeros((3, 1)),
+            None,
+            np.zeros(2),
+            "expected the same number of states everywhere, got q: 3, t: 2",
+        ),
         (np.zeros((3, 1)), None, np.array([0, np.nan, 1]), "expected finite times"),
         (np.zeros((1, 1, 1)), None, 0.0, r"expected shape \(1,\)"),
     ],
@@ -98,7 +118,8 @@ def test_a_quaternion_without_length(quaternion: tuple[float, ...]) -> None:
 def test_too_many_velocities_for_the_engines_memory() -> None:
     joints = [Prismatic(f"j{k}", "ground", f"b{k}") for k in range(211)]
     with pytest.raises(
-        EngineError, match=r"has 211 joint velocities; Pinocchio is given at most 210.+mecanique\.derive"
+        EngineError,
+        match=r"has 211 joint velocities; Pinocchio is given at most 210.+mecanique\.derive",
     ):
         Reference(chain(*joints))
 
@@ -107,18 +128,36 @@ def test_too_many_joints_in_a_row_for_the_engines_parser() -> None:
     from mecanique.model import Fixed
 
     joints = [Fixed(f"j{k}", f"b{k - 1}" if k else "ground", f"b{k}") for k in range(1001)]
-    with pytest.raises(EngineError, match=r"has 1001 joints in a row; Pinocchio is given at most 1000"):
+    with pytest.raises(
+        EngineError, match=r"has 1001 joints in a row; Pinocchio is given at most 1000"
+    ):
         Reference(chain(*joints))
 
 
 @pytest.mark.parametrize(
     ("joint", "shape", "names"),
     [
-        (Revolute("hinge", "ground", "tip", axis=(0, -1, 0)), bar(1.0), "q'.+joint 'hinge' .body 'tip'"),
+        (
+            Revolute("hinge", "ground", "tip", axis=(0, -1, 0)),
+            bar(1.0),
+            "q'.+joint 'hinge' .body 'tip'",
+        ),
         (Prismatic("rail", "ground", "tip"), bar(1.0), "q'.+joint 'rail' .body 'tip'"),
-        (Revolute("spin", "ground", "tip", axis=(1, 2, 3)), particle(2.0, (0.1, 0.2, 0.3)), "q'.+joint 'spin'"),
-        (Spherical("ball", "ground", "tip"), particle(2.0, (0.1, 0.2, -0.3)), "ball_w.+joint 'ball' .body 'tip'"),
-        (Spherical("ball", "ground", "tip"), rod(2.0, 1.0), "motion ball_wz, joint 'ball' .body 'tip'"),
+        (
+            Revolute("spin", "ground", "tip", axis=(1, 2, 3)),
+            particle(2.0, (0.1, 0.2, 0.3)),
+            "q'.+joint 'spin'",
+        ),
+        (
+            Spherical("ball", "ground", "tip"),
+            particle(2.0, (0.1, 0.2, -0.3)),
+            "ball_w.+joint 'ball' .body 'tip'",
+        ),
+        (
+            Spherical("ball", "ground", "tip"),
+            rod(2.0, 1.0),
+            "motion ball_wz, joint 'ball' .body 'tip'",
+        ),
     ],
 )
 def test_a_motion_that_moves_no_mass(joint: Joint, shape: Shape, names: str) -> None:
@@ -128,9 +167,17 @@ def test_a_motion_that_moves_no_mass(joint: Joint, shape: Shape, names: str) -> 
         joint = replace(joint, coordinate="q")
     reference = Reference(chain(joint, shapes={"tip": shape}))
     assert reference.massless is not None
-    assert reference.mass_matrix(None) @ list(reference.massless.values()) == pytest.approx(0, abs=1e-15)
-    for ask in (lambda: reference.acceleration(None), lambda: reference.reactions(None), reference.rhs):
-        with pytest.raises(EngineError, match=rf"{names}.+moves no mass.+give the body mass or inertia"):
+    assert reference.mass_matrix(None) @ list(reference.massless.values()) == pytest.approx(
+        0, abs=1e-15
+    )
+    for ask in (
+        lambda: reference.acceleration(None),
+        lambda: reference.reactions(None),
+        reference.rhs,
+    ):
+        with pytest.raises(
+            EngineError, match=rf"{names}.+moves no mass.+give the body mass or inertia"
+        ):
             ask()
 
 
@@ -139,7 +186,9 @@ def test_a_massless_bar_that_carries_a_particle_is_refused_only_where_they_align
         Revolute("a", "ground", "bar", axis=(0, -1, 0)),
         Revolute("b", "bar", "bob", axis=(0, -1, 0), origin=Placement((0, 0, -1))),
     )
-    reference = Reference(chain(*joints, shapes={"bar": bar(1.0), "bob": particle(1.0, (0, 0, -1))}))
+    reference = Reference(
+        chain(*joints, shapes={"bar": bar(1.0), "bob": particle(1.0, (0, 0, -1))})
+    )
     # a free particle in the plane: the two bars only say where it is
     a = reference.acceleration([0.4, 0.8])
     moving = reference.point("bob", (0, 0, -1), [0.4, 0.8], None, a).acceleration
@@ -151,9 +200,12 @@ def test_a_massless_bar_that_carries_a_particle_is_refused_only_where_they_align
 
 def test_masses_that_the_parser_loses() -> None:
     heavy = chain(
-        Revolute("j", "ground", "electron", axis=(0, 1, 0)), shapes={"electron": particle(9.1e-31, (1, 0, 0))}
+        Revolute("j", "ground", "electron", axis=(0, 1, 0)),
+        shapes={"electron": particle(9.1e-31, (1, 0, 0))},
     )
-    with pytest.raises(EngineError, match=r"Pinocchio read body 'electron'.+measure in smaller units"):
+    with pytest.raises(
+        EngineError, match=r"Pinocchio read body 'electron'.+measure in smaller units"
+    ):
         Reference(heavy)
 
 
@@ -170,13 +222,19 @@ def test_a_spring_without_direction() -> None:
     )
     reference = Reference(mechanism)
     assert reference.forces([0.75]) == pytest.approx([-1])
-    with pytest.raises(EngineError, match=r"'tie' has no direction: its ends, on 'ground' and 'b', are at one place"):
+    with pytest.raises(
+        EngineError,
+        match=r"'tie' has no direction: its ends, on 'ground' and 'b', are at one place",
+    ):
         reference.acceleration([0.0])
 
 
 def test_a_map_that_is_not_defined_everywhere() -> None:
     x = coordinate("x")
-    joints = (Prismatic("a", "ground", "b", axis=(1, 0, 0)), Prismatic("c", "b", "d", axis=(0, 0, 1)))
+    joints = (
+        Prismatic("a", "ground", "b", axis=(1, 0, 0)),
+        Prismatic("c", "b", "d", axis=(0, 0, 1)),
+    )
     mechanism = chain(*joints, coordinates=Coordinates(("x",), {"a": x, "c": -sqrt(1 - x**2)}))
     reference = Reference(mechanism)
     assert reference.mass_matrix([0.6]) == pytest.approx(np.array([[1 + 1 / 0.64]]))
@@ -187,13 +245,20 @@ def test_a_map_that_is_not_defined_everywhere() -> None:
 
 def test_a_map_that_follows_a_function_without_derivatives() -> None:
     S = Input("S", lambda t: t)
-    mechanism = chain(Prismatic("a", "ground", "b"), inputs=(S,), coordinates=Coordinates((), {"a": S}))
-    with pytest.raises(EngineError, match=r"follows input 'S', a function whose derivatives are not known"):
+    mechanism = chain(
+        Prismatic("a", "ground", "b"), inputs=(S,), coordinates=Coordinates((), {"a": S})
+    )
+    with pytest.raises(
+        EngineError, match=r"follows input 'S', a function whose derivatives are not known"
+    ):
         Reference(mechanism)
 
 
 def test_loops_are_not_ignored() -> None:
-    mechanism = chain(Revolute("a", "ground", "b"), loops=(Loop.ball("close", "ground", (1, 0, 0), "b", (1, 0, 0)),))
+    mechanism = chain(
+        Revolute("a", "ground", "b"),
+        loops=(Loop.ball("close", "ground", (1, 0, 0), "b", (1, 0, 0)),),
+    )
     reference = Reference(mechanism)
     assert reference.mass_matrix([0.0]).shape == (1, 1)
     assert reference.acceleration([0.0]) == pytest.approx([0.0])

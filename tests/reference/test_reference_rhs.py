@@ -12,7 +12,14 @@ def pair(coordinates: mq.Coordinates, armature: float) -> mq.Mechanism:
     """Two rods, the second hanging from the first."""
     joints = (
         mq.Revolute("a", "ground", "first", axis=(0, -1, 0), coordinate="r1", armature=armature),
-        mq.Revolute("b", "first", "second", axis=(0, -1, 0), origin=mq.Placement((0, 0, -1)), coordinate="r2"),
+        mq.Revolute(
+            "b",
+            "first",
+            "second",
+            axis=(0, -1, 0),
+            origin=mq.Placement((0, 0, -1)),
+            coordinate="r2",
+        ),
     )
     bodies = (mq.Body("ground"), mq.Body("first", ROD), mq.Body("second", ROD))
     return mq.Mechanism("pair", bodies, joints, gravity=(0, 0, -9.81), coordinates=coordinates)
@@ -22,7 +29,9 @@ q1, q2 = mq.coordinate("q1"), mq.coordinate("q2")
 MAPS = {
     "own angles": mq.Coordinates(("r1", "r2")),
     "absolute angles": mq.Coordinates(("q1", "q2"), {"r1": q1, "r2": q2 - q1}),
-    "with an offset of many turns": mq.Coordinates(("q1", "q2"), {"r1": q1 + 7.5, "r2": 2 * q2 - q1 - 40.25}),
+    "with an offset of many turns": mq.Coordinates(
+        ("q1", "q2"), {"r1": q1 + 7.5, "r2": 2 * q2 - q1 - 40.25}
+    ),
     "in another order": mq.Coordinates(("q1", "q2"), {"r1": q2, "r2": q1}),
 }
 

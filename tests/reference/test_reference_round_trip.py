@@ -14,7 +14,9 @@ from mecanique.urdf import read_urdf, write_urdf
 
 def without_what_urdf_lacks(mechanism: Mechanism) -> Mechanism:
     """The tree alone, without loads and coordinate map."""
-    kept = tuple(force for force in mechanism.forces if not isinstance(force, (Force, Torque, JointForce)))
+    kept = tuple(
+        force for force in mechanism.forces if not isinstance(force, (Force, Torque, JointForce))
+    )
     return Mechanism(
         mechanism.name,
         mechanism.bodies,

@@ -91,7 +91,9 @@ def test_there_are_two_facts_or_more_in_one_line_each(name: str) -> None:
 @pytest.mark.parametrize("name", names())
 def test_a_urdf_and_a_picture_are_kept(name: str) -> None:
     """That they are up to date is tested where they are written."""
-    assert (ROOT / "urdf" / f"{name}.urdf").is_file(), f"run: mecanique urdf {name} -o urdf/{name}.urdf"
+    assert (ROOT / "urdf" / f"{name}.urdf").is_file(), (
+        f"run: mecanique urdf {name} -o urdf/{name}.urdf"
+    )
     drawn = f"mecanique gallery examples/pictures --pictures --only {name}"
     assert (ROOT / "examples" / "pictures" / f"{name}.svg").is_file(), f"run: {drawn}"
 
@@ -136,7 +138,9 @@ def test_a_parameter_can_be_changed() -> None:
 
 
 def test_unknown_names_are_refused_with_the_near_ones() -> None:
-    with pytest.raises(UnknownNameError, match="unknown system 'duble_pendulum'; did you mean 'double_pendulum'"):
+    with pytest.raises(
+        UnknownNameError, match="unknown system 'duble_pendulum'; did you mean 'double_pendulum'"
+    ):
         load("duble_pendulum")
     with pytest.raises(UnknownNameError, match="unknown parameter 'L'; known: m, l, g, n"):
         load("n_link_pendulum", L=2.0)
@@ -160,5 +164,7 @@ def test_values_are_read_by_attribute_and_by_name() -> None:
     assert (s.m, s["m"], s["q'"]) == (2.0, 2.0, 3.0)
     with pytest.raises(UnknownNameError, match="unknown quantity of a fact 'v'"):
         s["v"]
-    with pytest.raises(AttributeError, match="a fact asks for 'v', which is no parameter, option, coordinate or t"):
+    with pytest.raises(
+        AttributeError, match="a fact asks for 'v', which is no parameter, option, coordinate or t"
+    ):
         _ = s.v

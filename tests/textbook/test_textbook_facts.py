@@ -28,7 +28,7 @@ from mecanique.textbook.facts import (
     Steady,
     Values,
 )
-from mecanique.verify.facts import FactRow, check
+from mecanique.verification.facts import FactRow, check
 
 
 def failures(rows: tuple[FactRow, ...]) -> list[str]:
@@ -80,8 +80,12 @@ WRONG: dict[str, Fact] = {
     "Reaction": Reaction("", "pin", lambda s: [0.0, 0.0, s.m * s.g]),
     "Conserved": Conserved("", lambda s: s.l * s["q'"] ** 2 / 6 - s.g * np.cos(s.q) / 2.000001),
     "Conserved, a mere number": Conserved("", lambda s: s.m * s.g),
-    "Solution": Solution("", {"q": 0.1}, lambda s: {"q": 0.1 * np.cos(math.sqrt(1.5 * 9.81) * s.t)}, lambda s: 2.0),
-    "Period, linearized": Period("", {"q": 0.1}, lambda s: 2 * math.pi * math.sqrt(2 * s.l / (3 * s.g))),
+    "Solution": Solution(
+        "", {"q": 0.1}, lambda s: {"q": 0.1 * np.cos(math.sqrt(1.5 * 9.81) * s.t)}, lambda s: 2.0
+    ),
+    "Period, linearized": Period(
+        "", {"q": 0.1}, lambda s: 2 * math.pi * math.sqrt(2 * s.l / (3 * s.g))
+    ),
     "Frequencies": Frequencies("", lambda s: [math.sqrt(s.g / s.l)]),
     "Eigenvalues": Eigenvalues("", lambda s: [1j * math.sqrt(s.g / s.l)]),
     "Steady": Steady("", {"q": 3.14159}),
@@ -133,20 +137,27 @@ def test_a_fact_may_suppose_parameters() -> None:
 
 
 def test_refusals() -> None:
-    with pytest.raises(InputError, match="expected a source among reference, derive, got 'pinocchio'"):
+    with pytest.raises(
+        InputError, match="expected a source among reference, derive, got 'pinocchio'"
+    ):
         check("rigid_bar_pendulum", source="pinocchio")
     with pytest.raises(UnknownNameError, match="unknown system 'pendulum'"):
         check("pendulum")
     with pytest.raises(UnknownNameError, match="unknown parameter 'L'"):
         check("rigid_bar_pendulum", {"L": 1.0})
     body = replace(entry("tennis_racket"), facts=(Eigenvalues("", lambda s: [0.0]),))
-    with pytest.raises(InputError, match="expected a system without quaternions for eigenvalues, got 'tennis_racket'"):
+    with pytest.raises(
+        InputError,
+        match="expected a system without quaternions for eigenvalues, got 'tennis_racket'",
+    ):
         check(body)
 
 
 def test_the_example_of_the_contributors_guide_is_sound() -> None:
     guide = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
-    (example,) = (text for text in re.findall(r"```python\n(.*?)```", guide, re.DOTALL) if "SYSTEM" in text)
+    (example,) = (
+        text for text in re.findall(r"```python\n(.*?)```", guide, re.DOTALL) if "SYSTEM" in text
+    )
     assert len(example.splitlines()) <= 30
     assert "mecanique gallery examples/pictures --pictures --only block_and_spring" in guide
     names: dict[str, Any] = {}

@@ -13,7 +13,7 @@ from urdf_mutations import SAMPLE, STRANGE, mutated, outcome
 import mecanique as mq
 from mecanique.urdf.lint import lint
 from mecanique.urdf.read import read_urdf
-from mecanique.urdf.xml import MOST_BYTES, MOST_ELEMENTS
+from mecanique.urdf.xml.parse import MOST_BYTES, MOST_ELEMENTS
 
 
 def test_the_sample_is_read() -> None:
@@ -50,7 +50,10 @@ def test_any_bytes(data: bytes, tmp_path_factory: pytest.TempPathFactory) -> Non
 def test_each_strange_value_at_each_place(strange: str) -> None:
     """Every seventh value of the sample is replaced, by every strange value."""
     parts = SAMPLE.split('"')
-    outcomes = {outcome('"'.join([*parts[:k], strange, *parts[k + 1 :]])) for k in range(3, len(parts) - 1, 14)}
+    outcomes = {
+        outcome('"'.join([*parts[:k], strange, *parts[k + 1 :]]))
+        for k in range(3, len(parts) - 1, 14)
+    }
     assert outcomes <= {"read", "refused"}
 
 
@@ -104,7 +107,9 @@ def test_large_faulty_files_end_soon() -> None:
         f'<joint name="b{k}" type="fixed"><parent link="l{k + 1}"/><child link="l{k}"/></joint>'
         for k in range(2, count, 2)
     )
-    spring = SAMPLE[SAMPLE.index("  <drake:linear_spring") : SAMPLE.index("  <drake:ball_constraint>")]
+    spring = SAMPLE[
+        SAMPLE.index("  <drake:linear_spring") : SAMPLE.index("  <drake:ball_constraint>")
+    ]
     texts = [
         f'<robot name="r">{_links(count + 1)}{_joints(count, mimic_cycle)}</robot>',
         f'<robot name="r">{_links(count + 1)}{_joints(count)}{_joints(count)}</robot>',

@@ -95,13 +95,17 @@ def wrist(more: str, kind: str = "continuous", axis: str = _WRIST_AXIS) -> str:
 
 def chain(count: int) -> str:
     links = "".join(f'<link name="l{k}"/>' for k in range(count + 1))
-    joints = "".join(_JOINT.format(f"j{k}", f"l{k - 1}" if k else "base", f"l{k}") for k in range(count + 1))
+    joints = "".join(
+        _JOINT.format(f"j{k}", f"l{k - 1}" if k else "base", f"l{k}") for k in range(count + 1)
+    )
     return add(links + joints)
 
 
 def many(count: int) -> str:
     inertial = '<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
-    links = "".join(f'<link name="l{k}"><inertial>{inertial}</inertial></link>' for k in range(count))
+    links = "".join(
+        f'<link name="l{k}"><inertial>{inertial}</inertial></link>' for k in range(count)
+    )
     joints = "".join(_JOINT.format(f"j{k}", "base", f"l{k}") for k in range(count))
     return add(links + joints.replace('type="fixed">', f'type="continuous">{_WRIST_AXIS}'))
 
@@ -260,7 +264,9 @@ def test_misplaced_and_misspelt_words() -> None:
     assert messages(swap('<link name="base"/>', '<link name="base"><mass value="1"/></link>')) == [
         "<mass> has no meaning in <link>; it is ignored"
     ]
-    assert messages(swap('lower="-1"', 'lowwer="-1"')) == ["lowwer=… of <limit> is ignored; did you mean 'lower'?"]
+    assert messages(swap('lower="-1"', 'lowwer="-1"')) == [
+        "lowwer=… of <limit> is ignored; did you mean 'lower'?"
+    ]
     assert messages(swap('<origin xyz="0 0 1"/>', '<origin XYZ="0 0 1"/>')) == [
         "XYZ=… of <origin> is ignored; did you mean 'xyz'?"
     ]
@@ -268,8 +274,12 @@ def test_misplaced_and_misspelt_words() -> None:
 
 def test_point_mass_on_its_axis_does_not_resist() -> None:
     text = swap('ixx="0.01" iyy="0.01" izz="0.01"', 'ixx="0" iyy="0" izz="0"')
-    assert [f.message for f in lint(text) if f.code == "M206"] == ["link 'hand' does not resist this motion"]
-    assert not [f for f in lint(text.replace('xyz="0 0 0.1"', 'xyz="0.1 0 0.1"')) if f.code == "M206"]
+    assert [f.message for f in lint(text) if f.code == "M206"] == [
+        "link 'hand' does not resist this motion"
+    ]
+    assert not [
+        f for f in lint(text.replace('xyz="0 0 0.1"', 'xyz="0.1 0 0.1"')) if f.code == "M206"
+    ]
 
 
 def test_mass_at_the_origin_with_inertia_about_elsewhere() -> None:
@@ -290,12 +300,17 @@ def test_files_are_named(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
     file.write_text(CASES["M303"][0])
     (finding,) = lint(file)
-    assert str(finding) == f"{file}:35: warning M303 joint 'wrist': its axis '0 0 2' has the length 2"
+    assert (
+        str(finding) == f"{file}:35: warning M303 joint 'wrist': its axis '0 0 2' has the length 2"
+    )
 
 
 MENDED = {
     "M101": (' name="clean"', ""),
-    "M103": (' ixy="0" ixz="0" iyz="0"/>\n    </inertial>\n    <visual>', "/>\n    </inertial>\n    <visual>"),
+    "M103": (
+        ' ixy="0" ixz="0" iyz="0"/>\n    </inertial>\n    <visual>',
+        "/>\n    </inertial>\n    <visual>",
+    ),
     "M303": (_WRIST_AXIS, '<axis xyz = "0 0 3" />'),
     "M304": (_WRIST_AXIS, ""),
     "M607": (' xmlns:drake="http://drake.mit.edu"', ""),
@@ -353,7 +368,17 @@ def test_json_output() -> None:
         ("M201", "negative-mass", 8),
         ("M601", "unknown-drake-tag", 37),
     ]
-    assert set(rows[0]) == {"code", "name", "severity", "file", "line", "where", "message", "why", "remedy"}
+    assert set(rows[0]) == {
+        "code",
+        "name",
+        "severity",
+        "file",
+        "line",
+        "where",
+        "message",
+        "why",
+        "remedy",
+    }
 
 
 def test_sarif_output(tmp_path: Path) -> None:
@@ -375,6 +400,10 @@ def test_sarif_output(tmp_path: Path) -> None:
 
 
 def test_every_robot_is_linted() -> None:
-    refused = [name for name in robots() if any(finding.severity == "error" for finding in lint(robot(name)))]
+    refused = [
+        name
+        for name in robots()
+        if any(finding.severity == "error" for finding in lint(robot(name)))
+    ]
     assert len(robots()) == 69
     assert len(refused) == 17

@@ -46,12 +46,15 @@ def chain(joints: str, count: int, extra: str = "") -> str:
     """A chain of links l0 … lcount, of which all but the first weigh something."""
     mass = '<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     links = "".join(
-        f'<link name="l{k}">{f"<inertial>{mass}</inertial>" if k else ""}</link>\n' for k in range(count + 1)
+        f'<link name="l{k}">{f"<inertial>{mass}</inertial>" if k else ""}</link>\n'
+        for k in range(count + 1)
     )
     return f'<robot name="chain">\n{links}{joints}{extra}</robot>'
 
 
-def joint(k: int, more: str = '<axis xyz="0 0 1"/>', kind: str = "continuous", tag: str = "joint") -> str:
+def joint(
+    k: int, more: str = '<axis xyz="0 0 1"/>', kind: str = "continuous", tag: str = "joint"
+) -> str:
     return f'<{tag} name="j{k}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/>{more}</{tag}>\n'
 
 
@@ -80,7 +83,11 @@ def test_inertia_is_turned_into_the_axes_of_the_link() -> None:
         ("prismatic", mq.Prismatic, ("shoulder",)),
         ("fixed", mq.Fixed, ()),
         ("planar", mq.Planar, ("shoulder_x", "shoulder_y", "shoulder_theta")),
-        ("floating", mq.Floating, tuple(f"shoulder_{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw"))),
+        (
+            "floating",
+            mq.Floating,
+            tuple(f"shoulder_{c}" for c in ("x", "y", "z", "qx", "qy", "qz", "qw")),
+        ),
     ],
 )
 def test_joint_types(kind: str, expected: type, coordinates: tuple[str, ...]) -> None:
@@ -96,7 +103,8 @@ def test_planar_joint_keeps_its_axis() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "expected"), [("ball", mq.Spherical), ("universal", mq.Universal), ("planar", mq.Planar)]
+    ("kind", "expected"),
+    [("ball", mq.Spherical), ("universal", mq.Universal), ("planar", mq.Planar)],
 )
 def test_drake_joints(kind: str, expected: type) -> None:
     mechanism = read_urdf(chain(joint(0, "", kind, "drake:joint"), 1))
@@ -120,7 +128,9 @@ def test_floating_root_of_a_link_called_world() -> None:
 
 def test_gravity_and_arguments() -> None:
     assert read_urdf(arm(), gravity=(0, -1.62, 0)).gravity == (0, -1.62, 0)
-    with pytest.raises(mq.InputError, match="expected 'fixed' or 'floating' for the root, got 'free'"):
+    with pytest.raises(
+        mq.InputError, match="expected 'fixed' or 'floating' for the root, got 'free'"
+    ):
         read_urdf(arm(), root="free")  # type: ignore[arg-type]  # it is the refusal that is tested
     with pytest.raises(mq.InputError, match="expected three components for gravity"):
         read_urdf(arm(), gravity=(0, 0))
@@ -139,7 +149,11 @@ def test_damping_becomes_a_damper() -> None:
 
 
 def test_unbounded_limits() -> None:
-    joints = joint(0, '<axis xyz="0 0 1"/><limit lower="-1e9" upper="1e16" effort="1e9" velocity="2"/>', "revolute")
+    joints = joint(
+        0,
+        '<axis xyz="0 0 1"/><limit lower="-1e9" upper="1e16" effort="1e9" velocity="2"/>',
+        "revolute",
+    )
     (first,) = read_urdf(chain(joints, 1)).joints
     assert isinstance(first, mq.Revolute)
     assert first.limits == mq.Limits(-math.inf, math.inf, math.inf, 2)
@@ -214,7 +228,10 @@ def test_mesh_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_packages_around_the_file_are_searched(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "a.dae").write_text("<x/>")
-    assert _mesh(tmp_path, f"package://{tmp_path.name}/meshes/a.dae").path == tmp_path / "meshes" / "a.dae"
+    assert (
+        _mesh(tmp_path, f"package://{tmp_path.name}/meshes/a.dae").path
+        == tmp_path / "meshes" / "a.dae"
+    )
     assert _mesh(tmp_path, "package://meshes/a.dae").path == tmp_path / "meshes" / "a.dae"
     (tmp_path / "package.xml").write_text("<package/>")
     assert _mesh(tmp_path, "../meshes/a.dae").path == tmp_path / "meshes" / "a.dae"
@@ -240,7 +257,13 @@ def test_other_files_are_never_opened(tmp_path: Path) -> None:
     (tmp_path / "here").mkdir()
     (tmp_path / "here" / "secret.txt").write_text("secret")
     (tmp_path / "secret.stl").write_text("solid")
-    for uri in ("secret.txt", str(tmp_path / "secret.stl"), "http://x.example/a.stl", "/etc/passwd", "a" * 5000):
+    for uri in (
+        "secret.txt",
+        str(tmp_path / "secret.stl"),
+        "http://x.example/a.stl",
+        "/etc/passwd",
+        "a" * 5000,
+    ):
         assert _mesh(tmp_path, uri).path is None
 
 
@@ -266,15 +289,22 @@ def test_drake_springs_and_dampers() -> None:
 
 def test_drake_loops() -> None:
     ball = SPRING.replace("linear_spring_damper", "ball_constraint")
-    rod = SPRING.replace("linear_spring_damper", "distance_constraint").replace("free_length", "distance")
+    rod = SPRING.replace("linear_spring_damper", "distance_constraint").replace(
+        "free_length", "distance"
+    )
     mechanism = read_urdf(chain(joint(0), 1, ball + rod))
     points = "l0", (1, 2, 3), "l1", (4, 5, 6)
-    assert mechanism.loops == (mq.Loop.ball("l0_l1_ball", *points), mq.Loop.distance("l0_l1_rod", *points, 0.5))
+    assert mechanism.loops == (
+        mq.Loop.ball("l0_l1_ball", *points),
+        mq.Loop.distance("l0_l1_rod", *points, 0.5),
+    )
 
 
 KINDS = {
     "hinge": mq.Loop.hinge("l", "l0", (1, 0, 0), "l1", (0, 0.5, 0), (0, 1, 0), (0, 0, 1)),
-    "weld": mq.Loop.weld("l", "l0", mq.Placement((1, 2, 3), (0.1, 0.2, 0.3)), "l1", mq.Placement((0, 0, 1))),
+    "weld": mq.Loop.weld(
+        "l", "l0", mq.Placement((1, 2, 3), (0.1, 0.2, 0.3)), "l1", mq.Placement((0, 0, 1))
+    ),
     "pin": mq.Loop.pin("l", "l0", (1, 0, 0), "l1", (0, 0.5, 0)),
     "plate": mq.Loop.plate("l", "l0", (1, 0, 0), "l1", (0, 0.5, 0), (0, 0.6, 0.8)),
 }
@@ -286,7 +316,9 @@ def test_our_own_loops_are_read_as_they_were_written(kind: str) -> None:
     assert read_urdf(write_urdf(mechanism)).loops == mechanism.loops
 
 
-LOOP = """<mecanique:loop name="l" type="{kind}"><mecanique:frame_a link="{a}"/>{b}</mecanique:loop>"""
+LOOP = (
+    """<mecanique:loop name="l" type="{kind}"><mecanique:frame_a link="{a}"/>{b}</mecanique:loop>"""
+)
 
 
 @pytest.mark.parametrize(
@@ -312,7 +344,9 @@ BUSHING = """<frame name="A" link="l0" xyz="{a}" rpy="{turn_a}"/><frame name="C"
 """
 
 
-def bushing(a: str = "0 0 1", c: str = "0 0 0", turn_a: str = "0 0 0", turn_c: str = "0 0 0") -> str:
+def bushing(
+    a: str = "0 0 1", c: str = "0 0 0", turn_a: str = "0 0 0", turn_c: str = "0 0 0"
+) -> str:
     return BUSHING.format(a=a, c=c, turn_a=turn_a, turn_c=turn_c)
 
 
@@ -354,7 +388,9 @@ def test_bushing_that_is_no_joint_spring(frames: str, message: str) -> None:
         read_urdf(chain(joint(0, more) + joint(1), 2, frames))
 
 
-def rotor(inertia: str = "0.5", ratio: str = '<drake:gear_ratio value="-4"/>', name: str = "j0") -> str:
+def rotor(
+    inertia: str = "0.5", ratio: str = '<drake:gear_ratio value="-4"/>', name: str = "j0"
+) -> str:
     return f"""<transmission><type>transmission_interface/SimpleTransmission</type><joint name="{name}"/>
     <actuator name="m"><drake:rotor_inertia value="{inertia}"/>{ratio}</actuator></transmission>"""
 
@@ -366,12 +402,20 @@ def test_rotor_inertia_counts_by_the_ratio_squared() -> None:
 
 
 def test_all_errors_are_told_at_once() -> None:
-    text = arm().replace('value="2"', 'value="2kg"').replace('"0 -2 0"', '"0 0 0"').replace('"base"/>', '"bas"/>', 1)
+    text = (
+        arm()
+        .replace('value="2"', 'value="2kg"')
+        .replace('"0 -2 0"', '"0 0 0"')
+        .replace('"base"/>', '"bas"/>', 1)
+    )
     with pytest.raises(mq.UrdfError) as caught:
         read_urdf(text)
     lines = str(caught.value).splitlines()
     assert lines[0] == "3 errors:"
-    assert lines[1] == "  line 6: link 'upper': expected a finite number for value of <mass>, got '2kg'"
+    assert (
+        lines[1]
+        == "  line 6: link 'upper': expected a finite number for value of <mass>, got '2kg'"
+    )
     assert lines[2] == "  line 10: joint 'shoulder': its parent 'base' is no link"
     assert lines[3] == "  line 14: joint 'shoulder': its axis '0 0 0' has no length"
 
@@ -379,7 +423,9 @@ def test_all_errors_are_told_at_once() -> None:
 def test_an_error_names_file_and_line(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
     file.write_text(arm("hinge"))
-    with pytest.raises(mq.UrdfError, match=r"arm\.urdf:10: joint 'shoulder': expected a type among revolute") as caught:
+    with pytest.raises(
+        mq.UrdfError, match=r"arm\.urdf:10: joint 'shoulder': expected a type among revolute"
+    ) as caught:
         read_urdf(file)
     assert (caught.value.file, caught.value.line) == (str(file), 10)
 
@@ -398,7 +444,12 @@ def test_encodings(tmp_path: Path, encoding: str) -> None:
 
 
 def test_a_declared_encoding_does_not_matter_in_a_text() -> None:
-    assert read_urdf('<?xml version="1.0" encoding="latin-1"?><robot name="é"><link name="a"/></robot>').name == "é"
+    assert (
+        read_urdf(
+            '<?xml version="1.0" encoding="latin-1"?><robot name="é"><link name="a"/></robot>'
+        ).name
+        == "é"
+    )
 
 
 def test_devices_and_folders_are_not_read(tmp_path: Path) -> None:
@@ -423,7 +474,9 @@ def test_long_chains_and_long_mimic_chains() -> None:
     mechanism = read_urdf(chain("".join(joint(k) for k in range(count)), count))
     assert [j.name for j in mechanism.tree] == [f"j{k}" for k in range(count)]
     count = 2000
-    follow = "".join(joint(k, f'<axis xyz="0 0 1"/><mimic joint="j{k - 1}"/>' if k else "") for k in range(count))
+    follow = "".join(
+        joint(k, f'<axis xyz="0 0 1"/><mimic joint="j{k - 1}"/>' if k else "") for k in range(count)
+    )
     assert tuple(read_urdf(chain(follow, count)).coordinates) == ("j0",)
 
 
@@ -480,7 +533,9 @@ def test_every_robot_is_read_as_by_pinocchio_or_refused(name: str) -> None:
         if isinstance(j, (mq.Revolute, mq.Prismatic)):
             there = model.joints[model.getJointId(j.name)]
             r[j.coordinate] = angle = float(rng.uniform(-1, 1))
-            q[there.idx_q : there.idx_q + there.nq] = angle if there.nq == 1 else (math.cos(angle), math.sin(angle))
+            q[there.idx_q : there.idx_q + there.nq] = (
+                angle if there.nq == 1 else (math.cos(angle), math.sin(angle))
+            )
     data = model.createData()
     pin.framesForwardKinematics(model, data, q)
     placed = poses(mechanism, r)
@@ -496,7 +551,11 @@ def test_every_robot_is_read_as_by_pinocchio_or_refused(name: str) -> None:
 def _spatial(body: mq.Body, pose: np.ndarray) -> np.ndarray:
     """Spatial inertia about the world's origin, linear first (Featherstone, Rigid Body Dynamics Algorithms, 2008)."""
     ixx, iyy, izz, ixy, ixz, iyz = body.inertia
-    turned = pose[:3, :3] @ np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]) @ pose[:3, :3].T
+    turned = (
+        pose[:3, :3]
+        @ np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        @ pose[:3, :3].T
+    )
     x, y, z = pose[:3, :3] @ np.array(body.center) + pose[:3, 3]
     c = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
     m = body.mass

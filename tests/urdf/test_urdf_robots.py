@@ -26,7 +26,10 @@ def test_refusals() -> None:
         robot("pandaa")
     with pytest.raises(mq.UnknownNameError, match="unknown robot 'nowhere/panda'"):
         robot("nowhere/panda")
-    with pytest.raises(mq.InputError, match="several robots are called 'anymal'; expected one of 'anymal_b_simple/an"):
+    with pytest.raises(
+        mq.InputError,
+        match="several robots are called 'anymal'; expected one of 'anymal_b_simple/an",
+    ):
         robot("anymal")
 
 
@@ -63,7 +66,11 @@ def test_what_is_written_of_a_robot_is_read_again() -> None:
         again = {body.name: body for body in second.bodies}
         for body in first.bodies:
             there = again[body.name]
-            assert (there.mass, there.center, there.inertia) == (body.mass, body.center, body.inertia), name
+            assert (there.mass, there.center, there.inertia) == (
+                body.mass,
+                body.center,
+                body.inertia,
+            ), name
         joints = {joint.name: joint for joint in second.joints}
         for joint in first.joints:
             assert joints[joint.name] == joint, name

@@ -54,8 +54,8 @@ from mecanique.model.joints import Joint
 from mecanique.model.placement import rotation
 from mecanique.textbook import load, names
 from mecanique.urdf import write_urdf
-from mecanique.urdf.chains import chains
 from mecanique.urdf.dialect import EXTENSIONS, SPRING_DAMPER
+from mecanique.urdf.writing.chains import chains
 
 DRAKE = "{http://drake.mit.edu}"
 FILES = Path(__file__).parents[2] / "urdf"
@@ -92,7 +92,9 @@ def comments(root: ET.Element) -> str:
 def test_the_file_of_every_system_is_what_the_writer_gives(name: str) -> None:
     path = FILES / f"{name}.urdf"
     assert path.exists(), "run: python urdf/regenerate.py"
-    assert path.read_text(encoding="utf-8") == write_urdf(load(name)), "run: python urdf/regenerate.py"
+    assert path.read_text(encoding="utf-8") == write_urdf(load(name)), (
+        "run: python urdf/regenerate.py"
+    )
 
 
 def test_no_file_is_left_of_a_system_that_is_gone() -> None:
@@ -113,7 +115,9 @@ def test_every_inertia_is_read_back_exactly(name: str) -> None:
         assert numbers(inertial.find("mass"), "value") == [mass]
         assert numbers(inertial.find("origin"), "xyz") == [system.evaluate(c) for c in body.center]
         assert numbers(inertial.find("origin"), "rpy") == [0, 0, 0]
-        for key, entry in zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), body.inertia, strict=True):
+        for key, entry in zip(
+            ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), body.inertia, strict=True
+        ):
             assert numbers(inertial.find("inertia"), key) == [system.evaluate(entry)]
 
 
@@ -121,7 +125,9 @@ def test_the_text_is_the_same_each_time_and_ends_with_a_newline() -> None:
     text = write_urdf(load("two_blocks"))
     assert text == write_urdf(load("two_blocks"))
     assert text.endswith("</robot>\n")
-    assert text.startswith('<?xml version="1.0"?>\n<robot name="two_blocks" xmlns:drake="http://drake.mit.edu">\n')
+    assert text.startswith(
+        '<?xml version="1.0"?>\n<robot name="two_blocks" xmlns:drake="http://drake.mit.edu">\n'
+    )
 
 
 def test_the_ground_is_welded_to_the_world_for_drake() -> None:
@@ -129,7 +135,10 @@ def test_the_ground_is_welded_to_the_world_for_drake() -> None:
     (weld,) = (joint for joint in root.iter("joint") if joint.get("type") == "fixed")
     assert [end.get("link") for end in weld] == ["world", "ground"]
     own = Mechanism(
-        "own", bodies=(Body("world"), Body("b", ball(1, 0.1))), joints=(Revolute("j", "world", "b"),), ground="world"
+        "own",
+        bodies=(Body("world"), Body("b", ball(1, 0.1))),
+        joints=(Revolute("j", "world", "b"),),
+        ground="world",
     )
     assert [joint.get("name") for joint in parsed(write_urdf(own)).iter("joint")] == ["j"]
 
@@ -139,13 +148,18 @@ def test_springs_on_a_ground_named_world_end_at_a_link_welded_to_it() -> None:
         "own",
         bodies=(Body("world"), Body("b", ball(1, 0.1))),
         joints=(Prismatic("j", "world", "b"),),
-        forces=(Spring("s", "world", (0, 0, 1), "b", (0, 0, 0), 2.0, 0.5), JointSpring("k", "j", 3.0)),
+        forces=(
+            Spring("s", "world", (0, 0, 1), "b", (0, 0, 0), 2.0, 0.5),
+            JointSpring("k", "j", 3.0),
+        ),
         ground="world",
     )
     root = parsed(write_urdf(system))
     (weld,) = (joint for joint in root.iter("joint") if joint.get("type") == "fixed")
     assert [end.get("link") for end in weld] == ["world", "world_anchor"]
-    assert attributes(root.find(f".//{DRAKE}linear_spring_damper_body_A")) == {"name": "world_anchor"}
+    assert attributes(root.find(f".//{DRAKE}linear_spring_damper_body_A")) == {
+        "name": "world_anchor"
+    }
     assert [frame.get("link") for frame in root.findall("frame")] == ["world_anchor", "b"]
 
 
@@ -181,8 +195,13 @@ def test_a_spring_between_points_has_every_tag_drake_demands() -> None:
     springs = root.findall(f"{DRAKE}linear_spring_damper")
     assert len(springs) == 2
     second = springs[1]
-    assert [child.tag.replace(DRAKE, "drake:") for child in second] == [c.tag for c in SPRING_DAMPER.children.values()]
-    content = {child.tag.removeprefix(DRAKE + "linear_spring_damper_"): dict(child.attrib) for child in second}
+    assert [child.tag.replace(DRAKE, "drake:") for child in second] == [
+        c.tag for c in SPRING_DAMPER.children.values()
+    ]
+    content = {
+        child.tag.removeprefix(DRAKE + "linear_spring_damper_"): dict(child.attrib)
+        for child in second
+    }
     assert content == {
         "body_A": {"name": "block1"},
         "p_AP": {"value": "0 0 0"},
@@ -203,12 +222,16 @@ def test_a_damper_is_a_spring_without_stiffness_and_a_spring_without_length_is_a
     (damper,) = root.findall(f"{DRAKE}linear_spring_damper")
     assert attributes(damper.find(f"{DRAKE}linear_spring_damper_damping")) == {"value": "3.5"}
     assert attributes(damper.find(f"{DRAKE}linear_spring_damper_stiffness")) == {"value": "0"}
-    assert "spring zero: 8.25 N/m, free length 0, from ground (0 0 1) to a (0 0 0)" in comments(root)
+    assert "spring zero: 8.25 N/m, free length 0, from ground (0 0 1) to a (0 0 0)" in comments(
+        root
+    )
 
 
 def test_dampers_in_a_joint_add_up_and_the_armature_becomes_a_rotor() -> None:
     forces = (JointDamper("one", "slide", 0.25), JointDamper("two", "slide", 0.5))
-    root = parsed(write_urdf(mechanism(Prismatic("slide", "ground", "a", armature=0.125), forces=forces)))
+    root = parsed(
+        write_urdf(mechanism(Prismatic("slide", "ground", "a", armature=0.125), forces=forces))
+    )
     (slide,) = (joint for joint in root.findall("joint") if joint.get("name") == "slide")
     assert numbers(slide.find("dynamics"), "damping") == [0.75]
     (transmission,) = root.findall("transmission")
@@ -226,7 +249,9 @@ def test_a_spring_in_a_joint_is_a_bushing_along_its_axis(
 ) -> None:
     """Frame A at the reference, frame C on the child: they coincide when the coordinate is the reference."""
     joint = kind("j", "ground", "a", axis=axis, origin=Placement((1, 2, 3), (0.1, 0.2, 0.3)))
-    root = parsed(write_urdf(mechanism(joint, forces=(JointSpring("s", "j", 12.5, reference=0.4),))))
+    root = parsed(
+        write_urdf(mechanism(joint, forces=(JointSpring("s", "j", 12.5, reference=0.4),)))
+    )
     frames = {frame.get("name"): frame for frame in root.findall("frame")}
     assert [frames[f"s_frame_{letter}"].get("link") for letter in "AC"] == ["ground", "a"]
     (bushing,) = root.findall(f"{DRAKE}linear_bushing_rpy")
@@ -255,8 +280,15 @@ def test_a_planar_joint_is_two_slides_and_a_hinge_in_the_planes_axes() -> None:
     root = parsed(write_urdf(mechanism(planar)))
     chain = [joint for joint in root.iter("joint") if joint.get("type") != "fixed"]
     assert [joint.get("type") for joint in chain] == ["prismatic", "prismatic", "continuous"]
-    assert [numbers(joint.find("axis"), "xyz") for joint in chain] == [[1, 0, 0], [0, 0, 1], [0, -1, 0]]
-    assert [numbers(joint.find("origin"), "xyz") if joint.find("origin") is not None else None for joint in chain] == [
+    assert [numbers(joint.find("axis"), "xyz") for joint in chain] == [
+        [1, 0, 0],
+        [0, 0, 1],
+        [0, -1, 0],
+    ]
+    assert [
+        numbers(joint.find("origin"), "xyz") if joint.find("origin") is not None else None
+        for joint in chain
+    ] == [
         [1, 0, 0],
         None,
         None,
@@ -282,7 +314,8 @@ def test_a_ball_joint_is_drakes_own_or_floating_on_request() -> None:
     (exact,) = parsed(write_urdf(system)).findall(f"{DRAKE}joint")
     assert exact.get("type") == "ball"
     types = {
-        joint.get("name"): joint.get("type") for joint in parsed(write_urdf(system, spherical="floating")).iter("joint")
+        joint.get("name"): joint.get("type")
+        for joint in parsed(write_urdf(system, spherical="floating")).iter("joint")
     }
     assert types["s"] == types["f"] == "floating"
     with pytest.raises(InputError, match="expected 'ball' or 'floating'"):
@@ -291,10 +324,17 @@ def test_a_ball_joint_is_drakes_own_or_floating_on_request() -> None:
 
 def test_one_joint_that_follows_another_linearly_gets_a_mimic() -> None:
     k = Parameter("k", 2.5)
-    joints = (Revolute("a", "ground", "A"), Revolute("b", "A", "B"), Revolute("c", "B", "C"), Prismatic("d", "C", "D"))
+    joints = (
+        Revolute("a", "ground", "A"),
+        Revolute("b", "A", "B"),
+        Revolute("c", "B", "C"),
+        Prismatic("d", "C", "D"),
+    )
     a = coordinate("a")
     system = mechanism(
-        *joints, parameters=(k,), coordinates=Coordinates(("a", "c"), {"b": k * a / 2 + 1, "d": a * coordinate("c")})
+        *joints,
+        parameters=(k,),
+        coordinates=Coordinates(("a", "c"), {"b": k * a / 2 + 1, "d": a * coordinate("c")}),
     )
     text = write_urdf(system)
     mimics = {joint.get("name"): joint.find("mimic") for joint in parsed(text).iter("joint")}
@@ -304,7 +344,9 @@ def test_one_joint_that_follows_another_linearly_gets_a_mimic() -> None:
     assert "d = a*c" in text
 
 
-@pytest.mark.parametrize("expression", [time(), 0.5, coordinate("q") - coordinate("a"), coordinate("a") ** 2])
+@pytest.mark.parametrize(
+    "expression", [time(), 0.5, coordinate("q") - coordinate("a"), coordinate("a") ** 2]
+)
 def test_other_maps_are_comments(expression: object) -> None:
     joints = (Revolute("a", "ground", "A"), Revolute("b", "A", "B"))
     names = ("a", "q") if "q" in str(expression) else ("a",)
@@ -326,7 +368,9 @@ def test_loads_and_inputs_are_told_in_comments() -> None:
         Torque("twist", "a", (0, 0, 1.5), axes="a"),
         JointForce("drive", "slide", 4.0),
     )
-    told = comments(parsed(write_urdf(mechanism(Prismatic("slide", "ground", "a"), forces=forces, inputs=(F,)))))
+    told = comments(
+        parsed(write_urdf(mechanism(Prismatic("slide", "ground", "a"), forces=forces, inputs=(F,))))
+    )
     assert "pull: force (F, 0, 2.5) N on a at (0, 0, 1), axes of world" in told
     assert "twist: torque (0, 0, 1.5) N·m on a, axes of a" in told
     assert "drive: 4 on the child of joint slide" in told
@@ -358,7 +402,9 @@ def test_visuals_keep_shape_place_and_color() -> None:
         Visual(Mesh("package://a & b/<c>.stl", scale=(1, 2, 1))),
     )
     system = Mechanism(
-        "m", bodies=(Body("ground"), Body("b", pictures, ball(1, 0.1))), joints=(Fixed("j", "ground", "b"),)
+        "m",
+        bodies=(Body("ground"), Body("b", pictures, ball(1, 0.1))),
+        joints=(Fixed("j", "ground", "b"),),
     )
     root = parsed(write_urdf(system))
     first, second, third, fourth = root.findall(".//visual")
@@ -366,16 +412,34 @@ def test_visuals_keep_shape_place_and_color() -> None:
     assert numbers(first.find("origin"), "rpy") == [0, 0.2, 0]
     assert numbers(first.find("geometry/box"), "size") == [1, 2, 3]
     assert numbers(second.find("geometry/cylinder"), "length") == [2]
-    assert attributes(third.find("geometry/mesh")) == {"filename": "package://a & b/<c>.stl", "scale": "1 2 1"}
+    assert attributes(third.find("geometry/mesh")) == {
+        "filename": "package://a & b/<c>.stl",
+        "scale": "1 2 1",
+    }
     assert third.find("material") is None
     assert numbers(fourth.find("geometry/sphere"), "radius") == [0.1]
-    materials = {element.get("name"): numbers(element.find("color"), "rgba") for element in root.findall("material")}
+    materials = {
+        element.get("name"): numbers(element.find("color"), "rgba")
+        for element in root.findall("material")
+    }
     used = [attributes(visual.find("material"))["name"] for visual in (first, second, fourth)]
     assert used[0] == used[1] != used[2]
     assert materials[used[0]] == [1, 0, 0, 0.5]
 
 
-HOSTILE = ['a"b', "a'b", "<a>", "--> <joint/> <!--", "&amp;", "é∂ ü", "a--", "--", "{x}", "%s", "]]>"]
+HOSTILE = [
+    'a"b',
+    "a'b",
+    "<a>",
+    "--> <joint/> <!--",
+    "&amp;",
+    "é∂ ü",
+    "a--",
+    "--",
+    "{x}",
+    "%s",
+    "]]>",
+]
 
 
 @pytest.mark.parametrize("name", HOSTILE)
@@ -397,7 +461,9 @@ def test_hostile_names_stay_names(name: str) -> None:
     assert root.get("name") == name
     assert [link.get("name") for link in root.iter("link")] == ["world", "ground", name]
     assert [joint.get("name") for joint in root.iter("joint")] == ["world_to_ground", name]
-    assert attributes(root.find(f"{DRAKE}linear_spring_damper/{DRAKE}linear_spring_damper_body_B")) == {"name": name}
+    assert attributes(
+        root.find(f"{DRAKE}linear_spring_damper/{DRAKE}linear_spring_damper_body_B")
+    ) == {"name": name}
 
 
 @settings(deadline=None)
@@ -406,7 +472,9 @@ def test_numbers_are_read_back_as_they_were(mass: float, x: float, y: float) -> 
     shape = Shape(mass, (x, y, 0.1 + 0.2), (mass, mass, mass, 0.0, 0.0, 0.0))
     body = Body("b", shape)
     system = Mechanism(
-        "m", bodies=(Body("ground"), body), joints=(Fixed("j", "ground", "b", origin=Placement((y, x, 0))),)
+        "m",
+        bodies=(Body("ground"), body),
+        joints=(Fixed("j", "ground", "b", origin=Placement((y, x, 0))),),
     )
     root = parsed(write_urdf(system))
     inertial = root.find(".//inertial")
@@ -420,7 +488,9 @@ def test_numbers_are_read_back_as_they_were(mass: float, x: float, y: float) -> 
 
 def test_what_is_not_finite_is_refused_by_name() -> None:
     drawn = massless(Visual(Box((1, float("nan"), 1))))
-    system = Mechanism("m", bodies=(Body("ground"), Body("b", drawn)), joints=(Fixed("j", "ground", "b"),))
+    system = Mechanism(
+        "m", bodies=(Body("ground"), Body("b", drawn)), joints=(Fixed("j", "ground", "b"),)
+    )
     with pytest.raises(UrdfError, match=r"finite number for a visual of body 'b', got nan"):
         write_urdf(system)
 
@@ -432,7 +502,9 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     assert path.read_bytes() == text.encode()
     assert list(tmp_path.iterdir()) == [path]
     bad = massless(Visual(Box((1, float("inf"), 1))))
-    system = Mechanism("m", bodies=(Body("ground"), Body("b", bad)), joints=(Fixed("j", "ground", "b"),))
+    system = Mechanism(
+        "m", bodies=(Body("ground"), Body("b", bad)), joints=(Fixed("j", "ground", "b"),)
+    )
     with pytest.raises(UrdfError):
         write_urdf(system, path)
     assert path.read_bytes() == text.encode()
@@ -458,9 +530,18 @@ def test_the_table_of_the_dialect_is_consistent() -> None:
 
 
 def test_the_last_of_a_chain_bears_the_joints_name_and_child() -> None:
-    joints = (Planar("p", "ground", "a"), Universal("u", "a", "b"), Revolute("r", "b", "c"), Fixed("x", "c", "d"))
+    joints = (
+        Planar("p", "ground", "a"),
+        Universal("u", "a", "b"),
+        Revolute("r", "b", "c"),
+        Fixed("x", "c", "d"),
+    )
     for joint, chain in zip(joints, chains(mechanism(*joints)).values(), strict=True):
-        assert (chain[-1].name, chain[-1].child, chain[0].parent) == (joint.name, joint.child, joint.parent)
+        assert (chain[-1].name, chain[-1].child, chain[0].parent) == (
+            joint.name,
+            joint.child,
+            joint.parent,
+        )
         for before, after in pairwise(chain):
             assert after.parent == before.child
 
@@ -469,7 +550,12 @@ def test_bodies_without_mass_have_no_inertial_and_rods_stand_where_they_are() ->
     m, l = Parameter("m", 3.0), Parameter("l", 0.7)
     system = Mechanism(
         "m",
-        bodies=(Body("ground"), Body("bare"), Body("rod", rod(m, l)), Body("brick", box(1, (1, 1, 1)))),
+        bodies=(
+            Body("ground"),
+            Body("bare"),
+            Body("rod", rod(m, l)),
+            Body("brick", box(1, (1, 1, 1))),
+        ),
         joints=(
             Fixed("a", "ground", "bare"),
             Revolute("b", "bare", "rod", origin=Placement((0, 0, l / 2), (0, 0, m))),

@@ -16,7 +16,22 @@ _VALUE = re.compile(r"=\s*(\"[^\"]*\"|'[^']*')")
 _TAG = re.compile(r"<[^<>]*>")
 
 STRANGE = (
-    *("nan", "inf", "-inf", "-1", "0", "-0", "1e400", "-1e308", "1e308", "1e154", "1e49", "1e-320", "5e-324", "1e-170"),
+    *(
+        "nan",
+        "inf",
+        "-inf",
+        "-1",
+        "0",
+        "-0",
+        "1e400",
+        "-1e308",
+        "1e308",
+        "1e154",
+        "1e49",
+        "1e-320",
+        "5e-324",
+        "1e-170",
+    ),
     *(
         "1e9",
         "1e16",
@@ -33,9 +48,40 @@ STRANGE = (
         "1 2",
         "0x10",
     ),
-    *("${m}", "$(find x)", "1_000", "١", "é手", "‮", "\u200b", "&lt;", "&amp;amp;", "&#0;", "&#xD800;", "&lol;"),
-    *("../../etc/passwd", "package://a/../../../etc/passwd", "file:///dev/zero", "/dev/stdin", "a" * 5000, "9" * 999),
-    *("revolute", "continuous", "prismatic", "planar", "floating", "fixed", "ball", "universal", "screw", "universe"),
+    *(
+        "${m}",
+        "$(find x)",
+        "1_000",
+        "١",
+        "é手",
+        "‮",
+        "\u200b",
+        "&lt;",
+        "&amp;amp;",
+        "&#0;",
+        "&#xD800;",
+        "&lol;",
+    ),
+    *(
+        "../../etc/passwd",
+        "package://a/../../../etc/passwd",
+        "file:///dev/zero",
+        "/dev/stdin",
+        "a" * 5000,
+        "9" * 999,
+    ),
+    *(
+        "revolute",
+        "continuous",
+        "prismatic",
+        "planar",
+        "floating",
+        "fixed",
+        "ball",
+        "universal",
+        "screw",
+        "universe",
+    ),
     *("t", "world", "x'", "base", "j0", "j1", "l0", "l1"),
 )
 
@@ -74,7 +120,9 @@ def _spans(pattern: re.Pattern[str], text: str, group: int = 0) -> list[tuple[in
     return [match.span(group) for match in pattern.finditer(text)]
 
 
-def _replace(pattern: re.Pattern[str], text: str, rng: random.Random, new: str, group: int = 0) -> str:
+def _replace(
+    pattern: re.Pattern[str], text: str, rng: random.Random, new: str, group: int = 0
+) -> str:
     spans = _spans(pattern, text, group)
     if not spans:
         return text
@@ -92,7 +140,9 @@ def _strange_value(text: str, rng: random.Random) -> str:
 
 def _strange_number(text: str, rng: random.Random) -> str:
     """Damage one number of several."""
-    return _replace(re.compile(r"(?<=[\s\"])[-+\d.eE]+(?=[\s\"])"), text, rng, rng.choice(STRANGE[:22]))
+    return _replace(
+        re.compile(r"(?<=[\s\"])[-+\d.eE]+(?=[\s\"])"), text, rng, rng.choice(STRANGE[:22])
+    )
 
 
 def _drop_tag(text: str, rng: random.Random) -> str:
@@ -147,7 +197,11 @@ def _rename(text: str, rng: random.Random) -> str:
 
 def _noise(text: str, rng: random.Random) -> str:
     place = rng.randrange(len(text) + 1)
-    return text[:place] + chr(rng.choice((0, 9, 34, 38, 39, 60, 62, 127, 233, 0x202E, 0xFFFF))) + text[place:]
+    return (
+        text[:place]
+        + chr(rng.choice((0, 9, 34, 38, 39, 60, 62, 127, 233, 0x202E, 0xFFFF)))
+        + text[place:]
+    )
 
 
 _MUTATIONS = (

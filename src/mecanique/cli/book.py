@@ -6,7 +6,7 @@ import json
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mecanique.book.row import Row
+    from mecanique.textbook.register.row import Row
 
 __all__ = ["as_json", "as_text"]
 
@@ -18,8 +18,14 @@ def as_text(rows: tuple[Row, ...]) -> str:
         rows: of the register.
     """
     wrong = [row.number for row in rows if not row.finding.holds]
-    sound = "each with its right form proven" if all(row.sound for row in rows) else "NOT ALL PROVEN"
-    errors = f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}" if wrong else "none in error as printed"
+    sound = (
+        "each with its right form proven" if all(row.sound for row in rows) else "NOT ALL PROVEN"
+    )
+    errors = (
+        f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}"
+        if wrong
+        else "none in error as printed"
+    )
     head = f"Fundamentals of Dynamics, chapter 1: {len(rows)} rows, {len(rows) - len(wrong)} hold, {errors}"
     return "\n".join([head, "", *map(str, rows)])
 
@@ -30,4 +36,6 @@ def as_json(rows: tuple[Row, ...]) -> str:
     Args:
         rows: of the register.
     """
-    return json.dumps([row.to_dict() for row in rows], ensure_ascii=False, indent=2, allow_nan=False)
+    return json.dumps(
+        [row.to_dict() for row in rows], ensure_ascii=False, indent=2, allow_nan=False
+    )

@@ -13,7 +13,7 @@ from mecanique.cli.printing import progress, say
 
 if TYPE_CHECKING:
     from mecanique.urdf.findings import Finding
-    from mecanique.verify.survey import Survey
+    from mecanique.verification.survey import Survey
 
 __all__ = ["linted", "surveyed"]
 
@@ -54,7 +54,7 @@ def surveyed(samples: int, seed: int, *, robots: bool) -> Survey:
         seed: of the random states.
         robots: whether the robots.
     """
-    from mecanique.verify.survey import survey_robots, survey_systems
+    from mecanique.verification.survey import survey_robots, survey_systems
 
     survey, what = (survey_robots, "robot") if robots else (survey_systems, "textbook system")
     with progress(f"Verifying every {what}") as advance:

@@ -30,12 +30,16 @@ def _version(asked: bool) -> None:
 @app.callback()
 def _mecanique(
     version: Annotated[
-        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and leave.")
+        bool,
+        typer.Option(
+            "--version", callback=_version, is_eager=True, help="Print the version and leave."
+        ),
     ] = False,
 ) -> None:
     """Equations of motion: derived independently, checked against Pinocchio, then set in motion.
 
-    A SYSTEM is the name of a textbook system, a path to a URDF file, or the name of a robot of example-robot-data.
+    A SYSTEM is the name of a textbook system, a path to a URDF file, or the name of a robot of
+    example-robot-data.
     """
 
 

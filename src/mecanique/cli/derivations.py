@@ -21,7 +21,9 @@ def derivation(mechanism: mq.Mechanism, method: str, form: Form, steps: bool) ->
         steps: whether to show each step.
     """
     equations = mq.derive(mechanism, method=method)
-    return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](steps=steps)
+    return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
+        steps=steps
+    )
 
 
 def derivations(mechanism: mq.Mechanism, form: Form) -> str:
@@ -31,8 +33,8 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
         mechanism: what to derive.
         form: how to print.
     """
-    from mecanique.derive import readable
-    from mecanique.derive.agreement import agreement
+    from mecanique.derivation import readable
+    from mecanique.derivation.agreement import agreement
 
     parts = [derivation(mechanism, method, form, steps=True) for method in readable(mechanism)]
     try:

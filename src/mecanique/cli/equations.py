@@ -15,7 +15,7 @@ from mecanique.cli.printing import say, working
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, guarded, source
 
 if TYPE_CHECKING:
-    from mecanique.verify.survey import Survey
+    from mecanique.verification.survey import Survey
 
 __all__ = ["app"]
 
@@ -26,7 +26,8 @@ app = typer.Typer()
 @guarded
 def list_(
     tag: Annotated[
-        list[str] | None, typer.Option(metavar="TAG", help="Only systems with this tag; may be given again.")
+        list[str] | None,
+        typer.Option(metavar="TAG", help="Only systems with this tag; may be given again."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -51,9 +52,13 @@ def list_(
     if as_json:
         say(json.dumps(rows, ensure_ascii=False, indent=2))
         return
-    width, wide = (max((len(str(row[key])) for row in rows), default=0) for key in ("name", "title"))
+    width, wide = (
+        max((len(str(row[key])) for row in rows), default=0) for key in ("name", "title")
+    )
     for row, entry in zip(rows, entries.values(), strict=True):
-        say(f"{row['name']:{width}}  {row['title']:{wide}}  N = {row['N']}  {', '.join(entry.tags)}")
+        say(
+            f"{row['name']:{width}}  {row['title']:{wide}}  N = {row['N']}  {', '.join(entry.tags)}"
+        )
 
 
 @app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
@@ -67,8 +72,12 @@ def derive(
             help="How to derive: newton_euler, virtual_work, lagrange, or all, with every step, in this order.",
         ),
     ] = "lagrange",
-    form: Annotated[Literal["text", "latex", "mathml"], typer.Option("--format", help="How to print.")] = "text",
-    steps: Annotated[bool, typer.Option("--steps", help="Show each step of the derivation.")] = False,
+    form: Annotated[
+        Literal["text", "latex", "mathml"], typer.Option("--format", help="How to print.")
+    ] = "text",
+    steps: Annotated[
+        bool, typer.Option("--steps", help="Show each step of the derivation.")
+    ] = False,
     parameters: Parameters = None,
 ) -> None:
     """Print the equations of motion."""
@@ -86,8 +95,8 @@ def derive(
 @guarded
 def book(as_json: AsJson = False) -> None:
     """Check every equation of the chapter; the exit code is 1 if a right form is not proven."""
-    from mecanique.book import register
     from mecanique.cli import book as printed
+    from mecanique.textbook.register import register
 
     with working("Checking the equations of the chapter"):
         rows = register()
@@ -102,16 +111,22 @@ def verify(
     system: Annotated[
         str | None,
         typer.Argument(
-            metavar="[SYSTEM]", help="A textbook system, a URDF file or a robot's name.", show_default=False
+            metavar="[SYSTEM]",
+            help="A textbook system, a URDF file or a robot's name.",
+            show_default=False,
         ),
     ] = None,
     samples: Annotated[
-        int | None, typer.Option(metavar="NUMBER", help="Number of random states to compare at; 100, of --robots 50.")
+        int | None,
+        typer.Option(
+            metavar="NUMBER", help="Number of random states to compare at; 100, of --robots 50."
+        ),
     ] = None,
     seed: Seed = 0,
     parameters: Parameters = None,
     root: Annotated[
-        Literal["fixed", "floating"], typer.Option("--root", help="How the root link of a URDF is held.")
+        Literal["fixed", "floating"],
+        typer.Option("--root", help="How the root link of a URDF is held."),
     ] = "fixed",
     against: Annotated[
         str | None,
@@ -121,10 +136,15 @@ def verify(
         ),
     ] = None,
     tolerance: Annotated[
-        float, typer.Option(metavar="NUMBER", help="Largest relative difference that agrees, for --against.")
+        float,
+        typer.Option(
+            metavar="NUMBER", help="Largest relative difference that agrees, for --against."
+        ),
     ] = 1e-9,
     every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
-    robots: Annotated[bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")] = False,
+    robots: Annotated[
+        bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Compare the derived equations with Pinocchio; the exit code is 1 if they disagree."""
@@ -140,7 +160,9 @@ def verify(
         chosen = choose(system, parameters, root)
         number = 100 if samples is None else samples
         other = None if against is None else source(against, root)
-        with working(f"Comparing with {'Pinocchio' if against is None else against} at {number} states"):
+        with working(
+            f"Comparing with {'Pinocchio' if against is None else against} at {number} states"
+        ):
             outcome = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
     say(outcome.to_json() if as_json else str(outcome))
     if not outcome.agrees:
@@ -150,12 +172,19 @@ def verify(
 @app.command(epilog="Example: mecanique lint panda --json")
 @guarded
 def lint(
-    file: Annotated[str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")],
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")
+    ],
     as_json: AsJson = False,
-    as_sarif: Annotated[bool, typer.Option("--sarif", help="Print SARIF, for editors and code hosts.")] = False,
-    fix: Annotated[bool, typer.Option("--fix", help="Mend what has exactly one safe mend, in a copy.")] = False,
+    as_sarif: Annotated[
+        bool, typer.Option("--sarif", help="Print SARIF, for editors and code hosts.")
+    ] = False,
+    fix: Annotated[
+        bool, typer.Option("--fix", help="Mend what has exactly one safe mend, in a copy.")
+    ] = False,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Where the mended copy goes; it is printed without.")
+        Path | None,
+        typer.Option("--output", "-o", help="Where the mended copy goes; it is printed without."),
     ] = None,
 ) -> None:
     """Say what is wrong in a URDF file; the exit code is 0 without errors, 1 with errors, 2 if it cannot be read."""

@@ -11,9 +11,9 @@ import numpy as np
 from mecanique.errors import DerivationError
 
 if TYPE_CHECKING:
-    from mecanique.motion.inertial import InertialCheck
-    from mecanique.motion.linearization import Linearization
-    from mecanique.motion.response import Response
+    from mecanique.motion.analysis.inertial import InertialCheck
+    from mecanique.motion.linear.linearization import Linearization
+    from mecanique.motion.linear.response import Response
 
 __all__ = ["figures", "inertial_figures", "response_table", "small_motions"]
 
@@ -26,7 +26,9 @@ def small_motions(linearization: Linearization) -> str:
     """
     lines = [_letters(linearization), ""]
     names = _independent(linearization)
-    lines.append(f"In numbers (SI), about the {'stable' if linearization.stable else 'unstable'} equilibrium")
+    lines.append(
+        f"In numbers (SI), about the {'stable' if linearization.stable else 'unstable'} equilibrium"
+    )
     place = zip(linearization.mechanism.coordinates, linearization.q, strict=True)
     lines.append("  " + ", ".join(f"{name} = {value:.6g}" for name, value in place))
     for letter, matrix in (("M", linearization.M), ("C", linearization.C), ("K", linearization.K)):
@@ -68,7 +70,9 @@ def figures(linearization: Linearization) -> str:
         "eigenvalues": [[x.real, x.imag] for x in linearization.eigenvalues.tolist()],
         "modes": {
             name: [[complex(x).real, complex(x).imag] for x in row]
-            for name, row in zip(linearization.deviations, linearization.modes.tolist(), strict=True)
+            for name, row in zip(
+                linearization.deviations, linearization.modes.tolist(), strict=True
+            )
         },
     }
     return json.dumps(told, ensure_ascii=False, indent=2, allow_nan=False)
@@ -109,7 +113,9 @@ def response_table(response: Response) -> str:
     """
     head = [f"{what} {name}" for name in response.names for what in ("amplitude", "phase")]
     lines = [",".join(["omega [rad/s]", *head])]
-    for omega, size, phase in zip(response.frequencies, response.amplitude, response.phase, strict=True):
+    for omega, size, phase in zip(
+        response.frequencies, response.amplitude, response.phase, strict=True
+    ):
         pairs = [x for pair in zip(size.tolist(), phase.tolist(), strict=True) for x in pair]
         lines.append(",".join(f"{x:.10g}" for x in (float(omega), *pairs)))
     return "\n".join(lines)
@@ -133,14 +139,22 @@ def _independent(linearization: Linearization) -> tuple[str, ...]:
 
 def _clean(matrix: np.ndarray) -> np.ndarray:
     """A matrix for print, without what is rounding."""
-    cleaned: np.ndarray = np.where(np.abs(matrix) <= 1e-12 * np.abs(matrix).max(initial=0.0), 0.0, matrix)
+    cleaned: np.ndarray = np.where(
+        np.abs(matrix) <= 1e-12 * np.abs(matrix).max(initial=0.0), 0.0, matrix
+    )
     return cleaned
 
 
 def _modes(linearization: Linearization) -> Iterator[str]:
-    values = zip(linearization.frequencies, linearization.damping, linearization.modes.T, strict=True)
+    values = zip(
+        linearization.frequencies, linearization.damping, linearization.modes.T, strict=True
+    )
     for number, (omega, zeta, mode) in enumerate(values, 1):
         shape = ", ".join(f"{x.real:+.4f}" if abs(x.imag) < 1e-9 else f"{x:+.4f}" for x in mode)
         ratio = "none" if np.isnan(zeta) else f"{zeta:.6g}"
-        figures = f"{omega:12.9g}  {omega / (2 * np.pi):12.9g}" if omega > 0 else f"{'no oscillation':>26}"
+        figures = (
+            f"{omega:12.9g}  {omega / (2 * np.pi):12.9g}"
+            if omega > 0
+            else f"{'no oscillation':>26}"
+        )
         yield f"{number:>4}  {figures}  {ratio:>9}  ({shape})"

@@ -31,7 +31,9 @@ __all__ = ["app"]
 app = typer.Typer()
 
 
-@app.command(epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv")
+@app.command(
+    epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv"
+)
 @guarded
 def simulate(
     system: SystemName,
@@ -40,8 +42,12 @@ def simulate(
     v: Velocities = None,
     duration: Duration = None,
     rtol: Tolerance = 1e-10,
-    csv: Annotated[Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")] = None,
-    npz: Annotated[Path | None, typer.Option(metavar="FILE", help="Save the motion, to be loaded by Python.")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")
+    ] = None,
+    npz: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Save the motion, to be loaded by Python.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Integrate a motion, and print its end and how well energy is balanced."""
@@ -50,7 +56,11 @@ def simulate(
         motion.to_csv(csv)
     if npz is not None:
         motion.save(npz)
-    say(json.dumps(_figures(motion), ensure_ascii=False, indent=2, allow_nan=False) if as_json else motion.summary())
+    say(
+        json.dumps(_figures(motion), ensure_ascii=False, indent=2, allow_nan=False)
+        if as_json
+        else motion.summary()
+    )
 
 
 @app.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
@@ -60,22 +70,35 @@ def linearize(
     parameters: Parameters = None,
     at: Annotated[
         list[str] | None,
-        typer.Option("--at", metavar="NAME=VALUE", help="Near which equilibrium, in rad or m: --at theta=3"),
+        typer.Option(
+            "--at", metavar="NAME=VALUE", help="Near which equilibrium, in rad or m: --at theta=3"
+        ),
     ] = None,
     mode: Annotated[
         int | None,
         typer.Option(
-            metavar="NUMBER", help="Mode for --compare and --page, 1 the slowest; by default that oscillates."
+            metavar="NUMBER",
+            help="Mode for --compare and --page, 1 the slowest; by default that oscillates.",
         ),
     ] = None,
     amplitude: Annotated[
-        float | None, typer.Option(metavar="NUMBER", help="Its largest component for --compare and --page [rad or m].")
+        float | None,
+        typer.Option(
+            metavar="NUMBER", help="Its largest component for --compare and --page [rad or m]."
+        ),
     ] = None,
-    compare: Annotated[bool, typer.Option("--compare", help="Compare the mode with the exact motion.")] = False,
-    page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write the mode as an offline page.")] = None,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Compare the mode with the exact motion.")
+    ] = False,
+    page: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write the mode as an offline page.")
+    ] = None,
     force: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME=VALUE", help="Print the response to this harmonic force, by frequency, as CSV."),
+        typer.Option(
+            metavar="NAME=VALUE",
+            help="Print the response to this harmonic force, by frequency, as CSV.",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -100,9 +123,12 @@ def linearize(
 @guarded
 def inertial(
     system: SystemName,
-    latitude: Annotated[float, typer.Option(metavar="DEGREES", help="Latitude of the place, positive in the north.")],
+    latitude: Annotated[
+        float, typer.Option(metavar="DEGREES", help="Latitude of the place, positive in the north.")
+    ],
     facing: Annotated[
-        Literal["south", "east", "north", "west"], typer.Option(help="Where the x axis points; z points up.")
+        Literal["south", "east", "north", "west"],
+        typer.Option(help="Where the x axis points; z points up."),
     ] = "south",
     parameters: Parameters = None,
     q: Coordinates = None,
@@ -127,5 +153,8 @@ def _figures(motion: mq.Motion) -> dict[str, object]:
         "method": motion.method,
         "steps": motion.statistics.steps,
         "end": {name: float(motion[name][-1]) for name in names},
-        "audit": {row.name: {"relative": row.relative, "limit": row.limit, "ok": row.ok} for row in audit.rows},
+        "audit": {
+            row.name: {"relative": row.relative, "limit": row.limit, "ok": row.ok}
+            for row in audit.rows
+        },
     }

@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 
 import mecanique as mq
-from mecanique.cli.printing import complain, heading, named_progress, say, show, verdict_table, working
+from mecanique.cli.printing import (
+    complain,
+    heading,
+    named_progress,
+    say,
+    show,
+    verdict_table,
+    working,
+)
 from mecanique.cli.words import (
     Coordinates,
     Duration,
@@ -24,8 +32,12 @@ from mecanique.cli.words import (
     started,
 )
 
-IsFloating = Annotated[bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free.")]
-Page = Annotated[Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")]
+IsFloating = Annotated[
+    bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free.")
+]
+Page = Annotated[
+    Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")
+]
 
 __all__ = ["app"]
 
@@ -103,17 +115,24 @@ def view(
     q: Coordinates = None,
     v: Velocities = None,
     duration: Annotated[
-        float | None, typer.Option(metavar="SECONDS", help="How long it moves; without end by default.")
+        float | None,
+        typer.Option(metavar="SECONDS", help="How long it moves; without end by default."),
     ] = None,
     rtol: Tolerance = 1e-10,
     floating: IsFloating = False,
     speed: Annotated[
         float | None,
-        typer.Option(metavar="NUMBER", help="Seconds shown per second; 1, less for what is over at once, by default."),
+        typer.Option(
+            metavar="NUMBER",
+            help="Seconds shown per second; 1, less for what is over at once, by default.",
+        ),
     ] = None,
-    port: Annotated[int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 takes any free one.")] = 0,
+    port: Annotated[
+        int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 takes any free one.")
+    ] = 0,
     open_browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page, or only print its address.")
+        bool,
+        typer.Option("--browser/--no-browser", help="Open the page, or only print its address."),
     ] = True,
 ) -> None:
     """Show a system live in a browser on this machine, computed while it moves, until Ctrl-C."""
@@ -138,13 +157,20 @@ def view(
 def picture(
     system: SystemName,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default.")
+        Path | None,
+        typer.Option(
+            "--output", "-o", help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default."
+        ),
     ] = None,
     time: Annotated[
-        float | None, typer.Option("--time", metavar="SECONDS", help="Draw this instant of the motion.")
+        float | None,
+        typer.Option("--time", metavar="SECONDS", help="Draw this instant of the motion."),
     ] = None,
     free_body: Annotated[
-        str | None, typer.Option("--free-body", metavar="BODY", help="Cut this body free, with all forces on it.")
+        str | None,
+        typer.Option(
+            "--free-body", metavar="BODY", help="Cut this body free, with all forces on it."
+        ),
     ] = None,
     parameters: Parameters = None,
     q: Coordinates = None,
@@ -155,7 +181,7 @@ def picture(
     chosen = choose(system, parameters)
     path = output or Path(f"{chosen.mechanism.name}.svg")
     if time is None and free_body is None and not q and not v:
-        from mecanique.view.drawing.posture import posture
+        from mecanique.figure.posture import posture
 
         mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
     else:
@@ -167,16 +193,21 @@ def picture(
 @app.command(epilog="Example: mecanique gallery pages")
 @guarded
 def gallery(
-    directory: Annotated[Path, typer.Argument(metavar="DIR", help="Where the pages go; made if it is not there.")],
+    directory: Annotated[
+        Path, typer.Argument(metavar="DIR", help="Where the pages go; made if it is not there.")
+    ],
     systems: Annotated[
-        list[str] | None, typer.Option("--only", metavar="SYSTEM", help="Only this system; may be given again.")
+        list[str] | None,
+        typer.Option("--only", metavar="SYSTEM", help="Only this system; may be given again."),
     ] = None,
     duration: Duration = None,
-    only_pictures: Annotated[bool, typer.Option("--pictures", help="Only the pictures, as SVG files.")] = False,
+    only_pictures: Annotated[
+        bool, typer.Option("--pictures", help="Only the pictures, as SVG files.")
+    ] = False,
 ) -> None:
     """Write an offline page for every textbook system, and an index with pictures."""
-    from mecanique.view.gallery import gallery as write
-    from mecanique.view.gallery import pictures
+    from mecanique.viewing.gallery import gallery as write
+    from mecanique.viewing.gallery import pictures
 
     if only_pictures:
         say(f"Wrote {len(pictures(directory, systems))} pictures to {directory}")

@@ -13,9 +13,18 @@ if TYPE_CHECKING:
     from rich.status import Status
     from rich.table import Table
 
-    from mecanique.verify.verdict import Verdict
+    from mecanique.verification.verdict import Verdict
 
-__all__ = ["complain", "heading", "named_progress", "progress", "say", "show", "verdict_table", "working"]
+__all__ = [
+    "complain",
+    "heading",
+    "named_progress",
+    "progress",
+    "say",
+    "show",
+    "verdict_table",
+    "working",
+]
 
 
 def say(text: str) -> None:
@@ -98,7 +107,9 @@ def verdict_table(verdict: Verdict) -> Table:
     for column in head:
         table.add_column(column, overflow="fold")
     for line in lines:
-        table.add_row(*(Text(cell, style="bold red" if cell.endswith("!") else "") for cell in line))
+        table.add_row(
+            *(Text(cell, style="bold red" if cell.endswith("!") else "") for cell in line)
+        )
     return table
 
 

@@ -16,7 +16,7 @@ import mecanique as mq
 from mecanique.cli.printing import complain, progress
 
 if TYPE_CHECKING:
-    from mecanique.motion.motion import Motion
+    from mecanique.motion.record.motion import Motion
 
 __all__ = [
     "AsJson",
@@ -48,21 +48,34 @@ SystemName: TypeAlias = Annotated[
 ]
 Parameters: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("--parameter", "-p", metavar="NAME=VALUE", help="Change a parameter, in its SI unit: -p l=2"),
+    typer.Option(
+        "--parameter", "-p", metavar="NAME=VALUE", help="Change a parameter, in its SI unit: -p l=2"
+    ),
 ]
 Coordinates: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("-q", metavar="NAME=VALUE", help="Coordinate at the start, in rad or m: -q theta=1.5"),
+    typer.Option(
+        "-q", metavar="NAME=VALUE", help="Coordinate at the start, in rad or m: -q theta=1.5"
+    ),
 ]
 Velocities: TypeAlias = Annotated[
     list[str] | None,
-    typer.Option("-v", metavar="NAME=VALUE", help="Velocity at the start, in rad/s or m/s: -v theta=0.5"),
+    typer.Option(
+        "-v", metavar="NAME=VALUE", help="Velocity at the start, in rad/s or m/s: -v theta=0.5"
+    ),
 ]
 Duration: TypeAlias = Annotated[
-    float | None, typer.Option(metavar="SECONDS", help="How long to simulate; by default what the catalogue states.")
+    float | None,
+    typer.Option(
+        metavar="SECONDS", help="How long to simulate; by default what the catalogue states."
+    ),
 ]
-Tolerance: TypeAlias = Annotated[float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")]
-Samples: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Number of random states to compare at.")]
+Tolerance: TypeAlias = Annotated[
+    float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")
+]
+Samples: TypeAlias = Annotated[
+    int, typer.Option(metavar="NUMBER", help="Number of random states to compare at.")
+]
 Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
 
@@ -96,9 +109,13 @@ def choose(system: str, parameters: Sequence[str] | None, root: str = "fixed") -
     values = numbers(parameters, "-p")
     if system in mq.textbook.names():
         if root == "floating":
-            raise mq.InputError(f"expected a URDF file or a robot for --root floating, got the system {system!r}")
+            raise mq.InputError(
+                f"expected a URDF file or a robot for --root floating, got the system {system!r}"
+            )
         entry = mq.textbook.entry(system)
-        return Chosen(mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration)
+        return Chosen(
+            mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration
+        )
     mechanism = mq.read_urdf(_file(system), root="floating" if root == "floating" else "fixed")
     return Chosen(mechanism.replace(**values) if values else mechanism)
 
@@ -109,7 +126,10 @@ def _file(system: str) -> Path:
     if path.is_file():
         return path
     looks_like_path = system.endswith((".urdf", ".xml")) or (
-        "/" in system and not any("/" in known and known.split("/")[0] == system.split("/")[0] for known in robots)
+        "/" in system
+        and not any(
+            "/" in known and known.split("/")[0] == system.split("/")[0] for known in robots
+        )
     )
     if looks_like_path:
         raise mq.InputError(f"expected a URDF file, but there is no file {system!r}")
@@ -137,7 +157,17 @@ def source(word: str, root: str) -> Mapping[str, Callable[..., Any]] | Path | mq
         defined = runpy.run_path(word)
     except Exception as error:
         raise mq.InputError(f"{word} raised {type(error).__name__}: {error}") from error
-    known = ("M", "C", "g", "mass_matrix", "bias", "coriolis", "gravity", "forces", "inverse_dynamics")
+    known = (
+        "M",
+        "C",
+        "g",
+        "mass_matrix",
+        "bias",
+        "coriolis",
+        "gravity",
+        "forces",
+        "inverse_dynamics",
+    )
     functions = {name: defined[name] for name in known if callable(defined.get(name))}
     if not functions:
         raise mq.InputError(f"expected functions among {', '.join(known)} in {word}, found none")
@@ -159,7 +189,9 @@ def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
         except ValueError:
             value = math.nan
         if not (name.strip() and sign and math.isfinite(value)):
-            raise mq.InputError(f"expected NAME=VALUE with a finite number after {option}, e.g. l=2.0, got {word!r}")
+            raise mq.InputError(
+                f"expected NAME=VALUE with a finite number after {option}, e.g. l=2.0, got {word!r}"
+            )
         found[name.strip()] = value
     return found
 
@@ -175,7 +207,9 @@ def started(
         v: the same for velocities.
     """
     velocities = {**chosen.start_velocity, **numbers(v, "-v")}
-    return {**chosen.start, **numbers(q, "-q")}, {name.removesuffix("'"): value for name, value in velocities.items()}
+    return {**chosen.start, **numbers(q, "-q")}, {
+        name.removesuffix("'"): value for name, value in velocities.items()
+    }
 
 
 def simulated(
@@ -197,7 +231,14 @@ def simulated(
     start, start_velocity = started(chosen, q, v)
     seconds = chosen.duration if duration is None else duration
     with progress(f"Simulating {seconds:g} s") as advance:
-        return mq.simulate(chosen.mechanism, q=start, v=start_velocity, duration=seconds, rtol=rtol, progress=advance)
+        return mq.simulate(
+            chosen.mechanism,
+            q=start,
+            v=start_velocity,
+            duration=seconds,
+            rtol=rtol,
+            progress=advance,
+        )
 
 
 def guarded(command: Callable[P, R]) -> Callable[P, R]:

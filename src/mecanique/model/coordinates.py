@@ -17,15 +17,18 @@ __all__ = ["Coordinates"]
 class Coordinates(Sequence[str]):
     """Names of the independent generalized coordinates and how the joints follow them; a sequence of the names.
 
-    A joint coordinate that the map does not mention is a generalized coordinate itself. One map covers a textbook
-    coordinate that is no joint angle, mimic joints, prescribed (rheonomic) motion and reduced loops.
+    A joint coordinate that the map does not mention is a generalized coordinate itself. One map
+    covers a textbook coordinate that is no joint angle, mimic joints, prescribed (rheonomic) motion
+    and reduced loops.
 
     Args:
         names: generalized coordinates, in order.
-        map: joint coordinate -> expression in generalized coordinates, parameters, inputs and t, for the joints that
-            do not move freely; only joints with one coordinate, `Planar` and `Universal` can be driven.
-        limits: generalized coordinate -> (lower, upper), numbers or expressions in parameters, for coordinates that
-            locate the mechanism within an open interval only, e.g. the abscissa of a point on a circle.
+        map: joint coordinate -> expression in generalized coordinates, parameters, inputs and t,
+            for the joints that do not move freely; only joints with one coordinate, `Planar` and
+            `Universal` can be driven.
+        limits: generalized coordinate -> (lower, upper), numbers or expressions in parameters, for
+            coordinates that locate the mechanism within an open interval only, e.g. the abscissa of
+            a point on a circle.
     """
 
     names: tuple[str, ...]
@@ -35,14 +38,20 @@ class Coordinates(Sequence[str]):
     def __post_init__(self) -> None:
         pairs = self.map.items() if isinstance(self.map, Mapping) else self.map
         object.__setattr__(self, "names", tuple(self.names))
-        object.__setattr__(self, "map", tuple((name, plain(expression)) for name, expression in pairs))
+        object.__setattr__(
+            self, "map", tuple((name, plain(expression)) for name, expression in pairs)
+        )
         bounds = self.limits.items() if isinstance(self.limits, Mapping) else self.limits
         try:
-            intervals = tuple((name, (plain(lower), plain(upper))) for name, (lower, upper) in bounds)
+            intervals = tuple(
+                (name, (plain(lower), plain(upper))) for name, (lower, upper) in bounds
+            )
         except (TypeError, ValueError) as error:
             if isinstance(error, InputError):
                 raise
-            raise InputError(f"expected (lower, upper) for each coordinate in limits, got {self.limits!r}") from None
+            raise InputError(
+                f"expected (lower, upper) for each coordinate in limits, got {self.limits!r}"
+            ) from None
         object.__setattr__(self, "limits", intervals)
 
     @property

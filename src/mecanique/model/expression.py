@@ -47,7 +47,13 @@ FUNCTIONS = (
 )
 """The functions an expression may contain, by their sympy names."""
 
-_NUMPY_NAMES = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "Abs": "abs"}
+_NUMPY_NAMES = {
+    "asin": "arcsin",
+    "acos": "arccos",
+    "atan": "arctan",
+    "atan2": "arctan2",
+    "Abs": "abs",
+}
 
 
 def coordinate(name: str) -> Scalar:
@@ -108,7 +114,9 @@ def plain(scalar: Scalar) -> Scalar:
 def symbols_in(scalar: Scalar) -> frozenset[str]:
     """Return the names of the symbols a scalar depends on."""
     scalar = plain(scalar)
-    return frozenset() if isinstance(scalar, float) else frozenset(s.name for s in scalar.free_symbols)
+    return (
+        frozenset() if isinstance(scalar, float) else frozenset(s.name for s in scalar.free_symbols)
+    )
 
 
 def evaluate(

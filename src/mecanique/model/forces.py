@@ -1,7 +1,7 @@
 """Forces: what acts on the bodies besides gravity and the reactions.
 
-Every scalar may be a number or an expression in parameters, inputs, the generalized coordinates q, their velocities q'
-and time t. Points are given in the frame of the body they belong to.
+Every scalar may be a number or an expression in parameters, inputs, the generalized coordinates q,
+their velocities q' and time t. Points are given in the frame of the body they belong to.
 """
 
 from __future__ import annotations
@@ -12,7 +12,16 @@ from typing import TypeAlias, final
 from mecanique.model.expression import Scalar, plain
 from mecanique.model.placement import vector
 
-__all__ = ["AnyForce", "Damper", "Force", "JointDamper", "JointForce", "JointSpring", "Spring", "Torque"]
+__all__ = [
+    "AnyForce",
+    "Damper",
+    "Force",
+    "JointDamper",
+    "JointForce",
+    "JointSpring",
+    "Spring",
+    "Torque",
+]
 
 Point: TypeAlias = "tuple[Scalar, Scalar, Scalar]"
 
@@ -175,8 +184,11 @@ class JointForce:
 AnyForce: TypeAlias = Spring | Damper | JointSpring | JointDamper | Force | Torque | JointForce
 
 
-def _plain_fields(force: object, points: tuple[str, ...] = (), scalars: tuple[str, ...] = ()) -> None:
+def _plain_fields(
+    force: AnyForce, points: tuple[str, ...] = (), scalars: tuple[str, ...] = ()
+) -> None:
     for field in points:
-        object.__setattr__(force, field, vector(getattr(force, field), f"{field} of {force.name!r}"))  # type: ignore[attr-defined]  # every force has a name
+        value = vector(getattr(force, field), f"{field} of {force.name!r}")
+        object.__setattr__(force, field, value)
     for field in scalars:
         object.__setattr__(force, field, plain(getattr(force, field)))

@@ -1,8 +1,9 @@
 """Joints: how a child body may move against its parent.
 
-A joint's frame stands in its parent at `origin`; the child's frame coincides with it when the joint's coordinates
-are zero. Velocities are the rates of the coordinates, except for `Spherical` and `Floating`, whose positions hold a
-unit quaternion and whose velocities are components in the child's axes (nq ≠ nv), as in Pinocchio.
+A joint's frame stands in its parent at `origin`; the child's frame coincides with it when the
+joint's coordinates are zero. Velocities are the rates of the coordinates, except for `Spherical`
+and `Floating`, whose positions hold a unit quaternion and whose velocities are components in the
+child's axes (nq ≠ nv), as in Pinocchio.
 """
 
 from __future__ import annotations
@@ -132,7 +133,9 @@ class _Named(_Joint):
         names = tuple(self.names) or tuple(f"{self.name}_{suffix}" for suffix in self._suffixes)
         if len(names) != len(self._suffixes):
             expected = ", ".join(self._suffixes)
-            raise InputError(f"joint {self.name!r}: expected {len(self._suffixes)} names ({expected}), got {names!r}")
+            raise InputError(
+                f"joint {self.name!r}: expected {len(self._suffixes)} names ({expected}), got {names!r}"
+            )
         object.__setattr__(self, "names", names)
 
     @property
@@ -146,8 +149,8 @@ class _Named(_Joint):
 class Planar(_Named):
     """The child moves in a plane: x and y along the plane's axes, then it turns by θ about the normal.
 
-    The plane's axes are the joint frame's x and y when the normal is z; in general they are those that the
-    smallest turn from z to the normal gives (for the normal −y: x and z).
+    The plane's axes are the joint frame's x and y when the normal is z; in general they are those
+    that the smallest turn from z to the normal gives (for the normal −y: x and z).
 
     Args:
         axis: shape (3,), normal of the plane in the joint's frame.
@@ -198,7 +201,8 @@ class Spherical(_Named):
 class Floating(_Named):
     """The child is free: position (x, y, z) [m] and unit quaternion (x, y, z, w).
 
-    Velocities are the child origin's velocity [m/s], then the angular velocity [rad/s], both in the child's axes.
+    Velocities are the child origin's velocity [m/s], then the angular velocity [rad/s], both in the
+    child's axes.
     """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "z", "qx", "qy", "qz", "qw")
@@ -217,7 +221,13 @@ def _set_axis(joint: _Joint, axis: Vector) -> None:
     try:
         x, y, z = (float(component) for component in vector(axis, f"axis of joint {joint.name!r}"))
     except TypeError:
-        raise InputError(f"expected three numbers for the axis of joint {joint.name!r}, got {axis!r}") from None
+        raise InputError(
+            f"expected three numbers for the axis of joint {joint.name!r}, got {axis!r}"
+        ) from None
     length = (x * x + y * y + z * z) ** 0.5
-    unit = (x / length, y / length, z / length) if 0 < length < float("inf") and length != 1 else (x, y, z)
+    unit = (
+        (x / length, y / length, z / length)
+        if 0 < length < float("inf") and length != 1
+        else (x, y, z)
+    )
     object.__setattr__(joint, "axis", unit)

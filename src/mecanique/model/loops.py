@@ -36,7 +36,8 @@ class Loop:
         name: its name.
         kind: which relative motions it closes, see `CLOSED`.
         body_a: name of one body.
-        frame_a: the frame on body a; a hinge turns about its z axis, a pin and a plate lie in its x-y plane.
+        frame_a: the frame on body a; a hinge turns about its z axis, a pin and a plate lie in its
+            x-y plane.
         body_b: name of the other body.
         frame_b: the frame on body b.
         length: distance of the two origins, for the kind "distance" [m].
@@ -52,7 +53,9 @@ class Loop:
 
     def __post_init__(self) -> None:
         if self.kind not in CLOSED:
-            raise InputError(f"loop {self.name!r}: expected a kind among {', '.join(CLOSED)}, got {self.kind!r}")
+            raise InputError(
+                f"loop {self.name!r}: expected a kind among {', '.join(CLOSED)}, got {self.kind!r}"
+            )
         object.__setattr__(self, "length", plain(self.length))
 
     @property
@@ -99,7 +102,9 @@ class Loop:
         return cls(name, "hinge", body_a, _frame(point_a, axis_a), body_b, _frame(point_b, other))
 
     @classmethod
-    def weld(cls, name: str, body_a: str, frame_a: Placement, body_b: str, frame_b: Placement) -> Loop:
+    def weld(
+        cls, name: str, body_a: str, frame_a: Placement, body_b: str, frame_b: Placement
+    ) -> Loop:
         """Keep two frames together.
 
         Args:
@@ -112,7 +117,9 @@ class Loop:
         return cls(name, "weld", body_a, frame_a, body_b, frame_b)
 
     @classmethod
-    def distance(cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, length: Scalar) -> Loop:
+    def distance(
+        cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, length: Scalar
+    ) -> Loop:
         """Keep two points at a distance: a rigid massless rod with a ball at each end.
 
         Args:
@@ -127,7 +134,13 @@ class Loop:
 
     @classmethod
     def pin(
-        cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, normal: Vector = (0.0, -1.0, 0.0)
+        cls,
+        name: str,
+        body_a: str,
+        point_a: Vector,
+        body_b: str,
+        point_b: Vector,
+        normal: Vector = (0.0, -1.0, 0.0),
     ) -> Loop:
         """Keep two points together within a plane: the planar ball, without the redundant third equation.
 
@@ -143,7 +156,13 @@ class Loop:
 
     @classmethod
     def plate(
-        cls, name: str, body_a: str, point_a: Vector, body_b: str, point_b: Vector, normal: Vector = (0.0, -1.0, 0.0)
+        cls,
+        name: str,
+        body_a: str,
+        point_a: Vector,
+        body_b: str,
+        point_b: Vector,
+        normal: Vector = (0.0, -1.0, 0.0),
     ) -> Loop:
         """Keep two points together and two bodies parallel within a plane: the planar weld.
 

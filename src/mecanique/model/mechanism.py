@@ -40,7 +40,8 @@ class Mechanism:
         coordinates: generalized coordinates and their map; the joints' own by default.
         gravity: shape (3,), acceleration of free fall in world axes [m/s²].
         ground: name of the body that is fixed in the inertial frame; its frame is the world's.
-        velocity_constraints: rolling, skates and the like; a mechanism that has some is refused, with the reason.
+        velocity_constraints: rolling, skates and the like; a mechanism that has some is refused,
+            with the reason.
 
     Raises:
         MechanismError: with every fault found.
@@ -59,13 +60,26 @@ class Mechanism:
     velocity_constraints: tuple[VelocityConstraint, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("bodies", "joints", "forces", "loops", "parameters", "inputs", "velocity_constraints"):
+        for name in (
+            "bodies",
+            "joints",
+            "forces",
+            "loops",
+            "parameters",
+            "inputs",
+            "velocity_constraints",
+        ):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
         driven = self.coordinates.driven
         free = [name for joint in self.joints for name in joint.coordinates if name not in driven]
-        names = (*self.coordinates.names, *(name for name in free if name not in self.coordinates.names))
-        object.__setattr__(self, "coordinates", Coordinates(names, self.coordinates.map, self.coordinates.limits))
+        names = (
+            *self.coordinates.names,
+            *(name for name in free if name not in self.coordinates.names),
+        )
+        object.__setattr__(
+            self, "coordinates", Coordinates(names, self.coordinates.map, self.coordinates.limits)
+        )
         found = faults(self)
         if found:
             raise MechanismError(self.name, found)
@@ -78,7 +92,11 @@ class Mechanism:
     @cached_property
     def velocities(self) -> tuple[str, ...]:
         """Names of the generalized velocities v, in order: q' for a coordinate q, components for a quaternion's."""
-        quasi = {joint.coordinates[0]: joint for joint in self.joints if isinstance(joint, (Spherical, Floating))}
+        quasi = {
+            joint.coordinates[0]: joint
+            for joint in self.joints
+            if isinstance(joint, (Spherical, Floating))
+        }
         inside = {name for joint in quasi.values() for name in joint.coordinates}
         names: list[str] = []
         for coordinate in self.coordinates:
@@ -170,7 +188,9 @@ class Mechanism:
         stated = ", ".join(map(str, self.coordinates.intervals[name]))
         numbers = ", ".join(f"{bound:g}" for bound in self.limits[name])
         interval = f"({stated})" if stated == numbers else f"({stated}) = ({numbers})"
-        others = [other for other, map_ in self.coordinates.driven.items() if name in symbols_in(map_)]
+        others = [
+            other for other, map_ in self.coordinates.driven.items() if name in symbols_in(map_)
+        ]
         instead = f", e.g. {' or '.join(others)}" if others else ""
         return (
             f"{name} must stay within {interval}{what}: the chart {name} of {self.name!r} ends there; "
@@ -180,31 +200,42 @@ class Mechanism:
     def neutral(self) -> np.ndarray:
         """Return the position with every coordinate zero and every quaternion one, shape (nq,).
 
-        A coordinate whose limits leave out zero is in the middle of them, or 1 away from the finite one.
+        A coordinate whose limits leave out zero is in the middle of them, or 1 away from the finite
+        one.
         """
         ones = {j.coordinates[-1] for j in self.joints if isinstance(j, (Spherical, Floating))}
         middle = {name: _middle(*bounds) for name, bounds in self.limits.items()}
-        return np.array([1.0 if name in ones else middle.get(name, 0.0) for name in self.coordinates])
+        return np.array(
+            [1.0 if name in ones else middle.get(name, 0.0) for name in self.coordinates]
+        )
 
     def position(self, q: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
         """Return positions as an array, shape (nq,).
 
         Args:
-            q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w one), or None.
+            q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w
+                one), or None.
 
         Raises:
-            InputError: if the shape is wrong, a number is not finite or beyond its coordinate's limits, or a
-                quaternion has no length.
+            InputError: if the shape is wrong, a number is not finite or beyond its coordinate's
+                limits, or a quaternion has no length.
             UnknownNameError: if a name is no coordinate.
         """
         by_name = q is None or isinstance(q, Mapping)
-        q = _filled(q, self.coordinates.names, "coordinate", self.neutral() if by_name else np.zeros(self.nq))
+        q = _filled(
+            q,
+            self.coordinates.names,
+            "coordinate",
+            self.neutral() if by_name else np.zeros(self.nq),
+        )
         for joint in self.joints:
             if isinstance(joint, (Spherical, Floating)):
                 at = [self.coordinates.index(name) for name in joint.coordinates[-4:]]
                 length = float(np.linalg.norm(q[at]))
                 if not 1e-9 < length < 1e9:
-                    raise InputError(f"expected a unit quaternion for joint {joint.name!r}, got {q[at].tolist()}")
+                    raise InputError(
+                        f"expected a unit quaternion for joint {joint.name!r}, got {q[at].tolist()}"
+                    )
                 q[at] /= length
         self.refuse_outside(q)
         return q
@@ -220,7 +251,10 @@ class Mechanism:
             UnknownNameError: if a name is no velocity.
         """
         if isinstance(v, Mapping):
-            v = {f"{name}'" if f"{name}'" in self.velocities else name: value for name, value in v.items()}
+            v = {
+                f"{name}'" if f"{name}'" in self.velocities else name: value
+                for name, value in v.items()
+            }
         return _filled(v, self.velocities, "velocity", np.zeros(self.nv))
 
     def replace(self, name: str | None = None, /, **values: float) -> Mechanism:
@@ -287,10 +321,14 @@ def _filled(
     try:
         numbers: np.ndarray = np.array(given, dtype=float)
     except (TypeError, ValueError):
-        raise InputError(f"expected {len(names)} numbers for the {kind} values, got {given!r}") from None
+        raise InputError(
+            f"expected {len(names)} numbers for the {kind} values, got {given!r}"
+        ) from None
     if numbers.shape != array.shape:
         listed = ", ".join(names[:8])
-        raise InputError(f"expected shape ({len(names)},) for the {kind} values ({listed}), got {numbers.shape}")
+        raise InputError(
+            f"expected shape ({len(names)},) for the {kind} values ({listed}), got {numbers.shape}"
+        )
     if not np.isfinite(numbers).all():
         raise InputError(f"expected finite {kind} values, got {numbers.tolist()}")
     return numbers

@@ -103,7 +103,9 @@ class Record:
     def __post_init__(self) -> None:
         times, values = np.array(self.times, dtype=float), np.array(self.values, dtype=float)
         if times.ndim != 1 or times.shape != values.shape or not len(times):
-            raise InputError(f"expected times and values of one shape (n,), got {times.shape} and {values.shape}")
+            raise InputError(
+                f"expected times and values of one shape (n,), got {times.shape} and {values.shape}"
+            )
         if not (np.isfinite(times).all() and np.isfinite(values).all()):
             raise InputError("expected finite times and values in a record")
         if (np.diff(times) <= 0).any():
@@ -138,7 +140,9 @@ class Input(_Named):
         _check_symbol(self.symbol, "input")
         if not callable(self.signal):
             signal = plain(self.signal)
-            object.__setattr__(self, "signal", finite(signal, self.symbol) if isinstance(signal, float) else signal)
+            object.__setattr__(
+                self, "signal", finite(signal, self.symbol) if isinstance(signal, float) else signal
+            )
 
     @property
     def symbols(self) -> frozenset[str]:
@@ -161,11 +165,17 @@ class Input(_Named):
 
 def _check_symbol(symbol: object, kind: str) -> None:
     if not (isinstance(symbol, str) and symbol.isidentifier()):
-        raise InputError(f"expected a letter or word as symbol of a {kind}, e.g. 'm1', got {symbol!r}")
+        raise InputError(
+            f"expected a letter or word as symbol of a {kind}, e.g. 'm1', got {symbol!r}"
+        )
     if symbol == "t":
         raise InputError(f"expected another symbol for a {kind} than 't', which is time")
 
 
 def _exact(other: Scalar) -> Scalar:
     """Keep whole numbers whole, so that m*l**2/12 stays exact."""
-    return int(other) if isinstance(other, (int, np.integer)) and not isinstance(other, bool) else plain(other)
+    return (
+        int(other)
+        if isinstance(other, (int, np.integer)) and not isinstance(other, bool)
+        else plain(other)
+    )

@@ -79,7 +79,10 @@ def rotated(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar
         matrix: shape (3, 3).
         components: shape (3,).
     """
-    x, y, z = (sum(a * b for a, b in zip(row, components, strict=True) if not _is_zero(a)) for row in matrix)
+    x, y, z = (
+        sum(a * b for a, b in zip(row, components, strict=True) if not _is_zero(a))
+        for row in matrix
+    )
     return x, y, z
 
 

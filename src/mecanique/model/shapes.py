@@ -1,7 +1,7 @@
 """Homogeneous bodies: mass, center of mass, inertia and a drawing, from one table.
 
-Moments of inertia are those of the standard table (e.g. Goldstein, Classical Mechanics, 1950; Beer & Johnston,
-Vector Mechanics for Engineers, inside cover); tests check each one by quadrature.
+Moments of inertia are those of the standard table (e.g. Goldstein, Classical Mechanics, 1950; Beer
+& Johnston, Vector Mechanics for Engineers, inside cover); tests check each one by quadrature.
 """
 
 from __future__ import annotations
@@ -63,7 +63,9 @@ class Shape:
         object.__setattr__(self, "center", vector(self.center, "center of mass"))
         inertia = tuple(plain(entry) for entry in self.inertia)
         if len(inertia) != 6:
-            raise InputError(f"expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, got {len(inertia)}")
+            raise InputError(
+                f"expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, got {len(inertia)}"
+            )
         object.__setattr__(self, "inertia", inertia)
         object.__setattr__(self, "visuals", tuple(self.visuals))
 
@@ -124,7 +126,9 @@ def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0
         InputError: if there is not one mass for each point.
     """
     if len(masses) != len(points) or not len(masses):
-        raise InputError(f"expected one mass for each point, got {len(masses)} masses and {len(points)} points")
+        raise InputError(
+            f"expected one mass for each point, got {len(masses)} masses and {len(points)} points"
+        )
     return combined([particle(m, p, radius) for m, p in zip(masses, points, strict=True)])
 
 
@@ -158,7 +162,9 @@ def rod(
         across * _number(-d[0] * d[2]),
         across * _number(-d[1] * d[2]),
     )
-    middle = tuple(plain(s) + length * _number(c) / 2 for s, c in zip(vector(start, "start"), d, strict=True))
+    middle = tuple(
+        plain(s) + length * _number(c) / 2 for s, c in zip(vector(start, "start"), d, strict=True)
+    )
     pitch, yaw = math.atan2(math.hypot(d[0], d[1]), d[2]), math.atan2(d[1], d[0])
     drawing = Visual(Cylinder(radius, length), Placement(middle, (0.0, pitch, yaw)), _BLUE)
     return Shape(mass, middle, inertia, (drawing,))
@@ -178,7 +184,12 @@ def bar(
         start: shape (3,), one end [m].
         radius: of the cylinder drawn [m].
     """
-    return replace(rod(0.0, length, direction, start, radius), mass=0.0, center=(0.0, 0.0, 0.0), inertia=(0.0,) * 6)
+    return replace(
+        rod(0.0, length, direction, start, radius),
+        mass=0.0,
+        center=(0.0, 0.0, 0.0),
+        inertia=(0.0,) * 6,
+    )
 
 
 def box(mass: Scalar, size: Vector) -> Shape:
@@ -190,7 +201,14 @@ def box(mass: Scalar, size: Vector) -> Shape:
     """
     a, b, c = vector(size, "size of a box")
     mass = plain(mass)
-    inertia = (mass * (b**2 + c**2) / 12, mass * (a**2 + c**2) / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
+    inertia = (
+        mass * (b**2 + c**2) / 12,
+        mass * (a**2 + c**2) / 12,
+        mass * (a**2 + b**2) / 12,
+        0.0,
+        0.0,
+        0.0,
+    )
     return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, c)), rgba=_BLUE),))
 
 
@@ -205,7 +223,9 @@ def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Sha
     a, b = (plain(edge) for edge in size)
     mass = plain(mass)
     inertia = (mass * b**2 / 12, mass * a**2 / 12, mass * (a**2 + b**2) / 12, 0.0, 0.0, 0.0)
-    return Shape(mass, inertia=inertia, visuals=(Visual(Box((a, b, plain(thickness))), rgba=_BLUE),))
+    return Shape(
+        mass, inertia=inertia, visuals=(Visual(Box((a, b, plain(thickness))), rgba=_BLUE),)
+    )
 
 
 def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
@@ -231,7 +251,11 @@ def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
     """
     mass, radius = plain(mass), plain(radius)
     inertia = (mass * radius**2 / 2, mass * radius**2 / 2, mass * radius**2, 0.0, 0.0, 0.0)
-    return Shape(mass, inertia=inertia, visuals=(Visual(Cylinder(radius, thickness), rgba=(*_BLUE[:3], 0.5)),))
+    return Shape(
+        mass,
+        inertia=inertia,
+        visuals=(Visual(Cylinder(radius, thickness), rgba=(*_BLUE[:3], 0.5)),),
+    )
 
 
 def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
@@ -257,7 +281,9 @@ def ball(mass: Scalar, radius: Scalar) -> Shape:
     """
     mass, radius = plain(mass), plain(radius)
     i = 2 * mass * radius**2 / 5
-    return Shape(mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=_ORANGE),))
+    return Shape(
+        mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=_ORANGE),)
+    )
 
 
 def shell(mass: Scalar, radius: Scalar) -> Shape:
@@ -269,7 +295,11 @@ def shell(mass: Scalar, radius: Scalar) -> Shape:
     """
     mass, radius = plain(mass), plain(radius)
     i = 2 * mass * radius**2 / 3
-    return Shape(mass, inertia=(i, i, i, 0.0, 0.0, 0.0), visuals=(Visual(Sphere(radius), rgba=(*_ORANGE[:3], 0.5)),))
+    return Shape(
+        mass,
+        inertia=(i, i, i, 0.0, 0.0, 0.0),
+        visuals=(Visual(Sphere(radius), rgba=(*_ORANGE[:3], 0.5)),),
+    )
 
 
 def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
@@ -302,12 +332,17 @@ def combined(shapes: Sequence[Shape]) -> Shape:
         return Shape(0.0, visuals=visuals)
     mass = _total(shape.mass for shape in heavy)
     moments = ([shape.mass * shape.center[k] for shape in heavy] for k in range(3))
-    x, y, z = (0.0 if all(_is_zero(m) for m in column) else _total(column) / mass for column in moments)
+    x, y, z = (
+        0.0 if all(_is_zero(m) for m in column) else _total(column) / mass for column in moments
+    )
     inertia: list[Scalar] = [0.0] * 6
     for shape in heavy:
         dx, dy, dz = (c - r for c, r in zip(shape.center, (x, y, z), strict=True))
         steiner = (dy**2 + dz**2, dx**2 + dz**2, dx**2 + dy**2, -dx * dy, -dx * dz, -dy * dz)
-        inertia = [i + own + shape.mass * s for i, own, s in zip(inertia, shape.inertia, steiner, strict=True)]
+        inertia = [
+            i + own + shape.mass * s
+            for i, own, s in zip(inertia, shape.inertia, steiner, strict=True)
+        ]
     return Shape(mass, (x, y, z), tuple(inertia), visuals)
 
 
@@ -328,7 +363,10 @@ def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
 def _turned(turn: Matrix3, inertia: Inertia) -> Inertia:
     """R I Rᵀ, entry by entry."""
     ixx, iyy, izz, ixy, ixz, iyz = inertia
-    columns = zip(*(rotated(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))), strict=True)
+    columns = zip(
+        *(rotated(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))),
+        strict=True,
+    )
     rows = [rotated(turn, column) for column in columns]
     return rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2]
 

@@ -98,7 +98,12 @@ def faults(mechanism: Description) -> list[str]:
     found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
     found += [*_velocity_constraints(mechanism)]
     # values can be judged only when every symbol is known
-    return found or [*_bodies(mechanism), *_gravity(mechanism), *_constants(mechanism), *_finite(mechanism)]
+    return found or [
+        *_bodies(mechanism),
+        *_gravity(mechanism),
+        *_constants(mechanism),
+        *_finite(mechanism),
+    ]
 
 
 def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
@@ -151,7 +156,9 @@ def _names(m: Description) -> Iterator[str]:
         if count > 1:
             yield f"coordinate {name!r} belongs to {count} joints"
     of_joints = set(joint_coordinates)
-    of_quaternions = {name for j in m.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates}
+    of_quaternions = {
+        name for j in m.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates
+    }
     for name in driven:
         if name not in of_joints:
             yield f"the coordinate map sets {name!r}, which is no joint coordinate"
@@ -163,7 +170,11 @@ def _names(m: Description) -> Iterator[str]:
             yield f"{name!r} is both a generalized coordinate and set by the coordinate map"
         elif name not in moved:
             yield f"coordinate {name!r} moves nothing: no joint has it, and the coordinate map does not depend on it"
-    clash = {*m.coordinates.names} & {*(p.symbol for p in m.parameters), *(i.symbol for i in m.inputs), "t"}
+    clash = {*m.coordinates.names} & {
+        *(p.symbol for p in m.parameters),
+        *(i.symbol for i in m.inputs),
+        "t",
+    }
     for name in sorted(clash):
         yield f"{name!r} is both a coordinate and a parameter, an input or time"
 
@@ -174,9 +185,13 @@ def _symbols(m: Description) -> Iterator[str]:
     everything = moving | set(m.velocities)
     for body in m.bodies:
         for shape in body.shapes:
-            yield from _unknown(f"body {body.name!r}", (shape.mass, *shape.center, *shape.inertia), constants)
+            yield from _unknown(
+                f"body {body.name!r}", (shape.mass, *shape.center, *shape.inertia), constants
+            )
     for joint in m.joints:
-        yield from _unknown(f"joint {joint.name!r}", (*joint.origin.xyz, *joint.origin.rpy), constants)
+        yield from _unknown(
+            f"joint {joint.name!r}", (*joint.origin.xyz, *joint.origin.rpy), constants
+        )
         if isinstance(joint, (Revolute, Prismatic)):
             yield from _unknown(f"joint {joint.name!r}", (joint.armature,), constants)
     for name, expression in m.coordinates.driven.items():
@@ -220,7 +235,9 @@ def _unknown(where: str, scalars: Iterable[Scalar], known: set[str]) -> Iterator
     for name in sorted(frozenset().union(*map(symbols_in, scalars)) - known):
         yield f"{where} depends on {name!r}, which is not declared (known: {', '.join(sorted(known)) or 'none'})"
     from_sympy = [scalar for scalar in scalars if not isinstance(scalar, float)]
-    for name in sorted({type(f).__name__ for s in from_sympy for f in _functions(s)} - {*FUNCTIONS}):
+    for name in sorted(
+        {type(f).__name__ for s in from_sympy for f in _functions(s)} - {*FUNCTIONS}
+    ):
         yield f"{where} holds the function {name}; expected {', '.join(FUNCTIONS)}"
 
 
@@ -307,10 +324,17 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
     sound = bool(m.velocity_constraints)
     for constraint in m.velocity_constraints:
         where = f"velocity constraint {constraint.name!r}"
-        unknown = sorted({*constraint.terms, *(s for c in constraint.terms.values() for s in symbols_in(c))} - known)
+        unknown = sorted(
+            {*constraint.terms, *(s for c in constraint.terms.values() for s in symbols_in(c))}
+            - known
+        )
         if unknown or not constraint.terms:
             sound = False
-            told = f"depends on {', '.join(map(repr, unknown))}, no coordinate or parameter" if unknown else "is empty"
+            told = (
+                f"depends on {', '.join(map(repr, unknown))}, no coordinate or parameter"
+                if unknown
+                else "is empty"
+            )
             yield f"{where} {told}"
     if not sound:
         return
@@ -333,7 +357,8 @@ def _bodies(m: Description) -> Iterator[str]:
     for body in m.bodies:
         try:
             fault = inertia_fault(
-                float(evaluate(body.mass, m.values)), [float(evaluate(i, m.values)) for i in body.inertia]
+                float(evaluate(body.mass, m.values)),
+                [float(evaluate(i, m.values)) for i in body.inertia],
             )
             center = [float(evaluate(c, m.values)) for c in body.center]
         except (MecaniqueError, ArithmeticError, TypeError) as error:
@@ -347,7 +372,10 @@ def _bodies(m: Description) -> Iterator[str]:
         for scalar in (*joint.origin.xyz, *joint.origin.rpy):
             if not math.isfinite(float(evaluate(scalar, m.values))):
                 yield f"joint {joint.name!r}: its origin is not finite"
-        if isinstance(joint, (Revolute, Prismatic)) and not float(evaluate(joint.armature, m.values)) >= 0:
+        if (
+            isinstance(joint, (Revolute, Prismatic))
+            and not float(evaluate(joint.armature, m.values)) >= 0
+        ):
             yield f"joint {joint.name!r}: its armature is negative"
 
 
@@ -359,16 +387,27 @@ def _gravity(m: Description) -> Iterator[str]:
 
 def _finite(m: Description) -> Iterator[str]:
     """What is known before any motion must be finite: it would only come back as NaN."""
-    stated: list[tuple[str, Scalar]] = [(f"the map of {name!r}", s) for name, s in m.coordinates.driven.items()]
+    stated: list[tuple[str, Scalar]] = [
+        (f"the map of {name!r}", s) for name, s in m.coordinates.driven.items()
+    ]
     for loop in m.loops:
         frames = (loop.frame_a, loop.frame_b)
-        stated += [(f"loop {loop.name!r}: its frame", s) for frame in frames for s in (*frame.xyz, *frame.rpy)]
+        stated += [
+            (f"loop {loop.name!r}: its frame", s)
+            for frame in frames
+            for s in (*frame.xyz, *frame.rpy)
+        ]
     for force in m.forces:
         for field in ("point_a", "point_b", "point", "reference", "force", "torque"):
             given = getattr(force, field, ())
             scalars = given if isinstance(given, tuple) else (given,)
-            stated += [(f"force {force.name!r}: its {field.replace('_', ' ')}", scalar) for scalar in scalars]
-    for where in dict.fromkeys(where for where, scalar in stated if not _is_finite(scalar, m.values)):
+            stated += [
+                (f"force {force.name!r}: its {field.replace('_', ' ')}", scalar)
+                for scalar in scalars
+            ]
+    for where in dict.fromkeys(
+        where for where, scalar in stated if not _is_finite(scalar, m.values)
+    ):
         yield f"{where} is not finite"
 
 

@@ -1,9 +1,9 @@
 """Constraints on velocities: rolling, skates and blades. They are recognized, and declined.
 
-A constraint Σ A_i(q) q_i' = 0 that is the rate of some function of q is holonomic in disguise. Whether there is such a
-function is decided by Frobenius' condition: on the velocities that all constraints allow, the curl of each form
-Σ A_i dq_i must vanish (Goldstein, Classical Mechanics, 1980, sect. 1-3; Frobenius, J. Reine Angew. Math. 82 (1877)
-230).
+A constraint Σ A_i(q) q_i' = 0 that is the rate of some function of q is holonomic in disguise.
+Whether there is such a function is decided by Frobenius' condition: on the velocities that all
+constraints allow, the curl of each form Σ A_i dq_i must vanish (Goldstein, Classical Mechanics,
+1980, sect. 1-3; Frobenius, J. Reine Angew. Math. 82 (1877) 230).
 """
 
 from __future__ import annotations
@@ -27,8 +27,9 @@ _POINTS = 4
 class VelocityConstraint:
     """A linear constraint on velocities, Σ A_i q_i' = 0, e.g. a wheel that rolls without slipping.
 
-    A mechanism that has one is refused, with the reason and the way out in words: either it is integrable, and the
-    coordinate map says the same, or it is not, and no independent coordinates exist.
+    A mechanism that has one is refused, with the reason and the way out in words: either it is
+    integrable, and the coordinate map says the same, or it is not, and no independent coordinates
+    exist.
 
     Args:
         name: its name.
@@ -41,7 +42,9 @@ class VelocityConstraint:
     def __post_init__(self) -> None:
         given = self.coefficients
         pairs = given.items() if isinstance(given, Mapping) else given
-        object.__setattr__(self, "coefficients", tuple((name, plain(scalar)) for name, scalar in pairs))
+        object.__setattr__(
+            self, "coefficients", tuple((name, plain(scalar)) for name, scalar in pairs)
+        )
 
     @property
     def terms(self) -> dict[str, Scalar]:
@@ -50,7 +53,9 @@ class VelocityConstraint:
 
 
 def is_integrable(
-    constraints: Sequence[VelocityConstraint], coordinates: Sequence[str], values: Mapping[str, float]
+    constraints: Sequence[VelocityConstraint],
+    coordinates: Sequence[str],
+    values: Mapping[str, float],
 ) -> bool:
     """Return whether constraints on velocities are, together, constraints on positions.
 
@@ -62,16 +67,28 @@ def is_integrable(
     from sympy import Symbol, sympify
 
     symbols = [Symbol(name) for name in coordinates]
-    forms = [[sympify(constraint.terms.get(name, 0.0)) for name in coordinates] for constraint in constraints]
+    forms = [
+        [sympify(constraint.terms.get(name, 0.0)) for name in coordinates]
+        for constraint in constraints
+    ]
     curls = [_curl(form, symbols) for form in forms]
     random = np.random.default_rng(1877)
     for _ in range(_POINTS):
-        at = {**values, **dict(zip(coordinates, random.uniform(0.2, 1.2, len(coordinates)).tolist(), strict=True))}
+        at = {
+            **values,
+            **dict(
+                zip(coordinates, random.uniform(0.2, 1.2, len(coordinates)).tolist(), strict=True)
+            ),
+        }
         A = np.array([[float(evaluate(entry, at)) for entry in form] for form in forms])
         _, sizes, right = np.linalg.svd(A)
         free = right[int((sizes > 1e-12 * max(sizes[0], 1e-300)).sum()) :]
         for curl in curls:
-            inside = free @ np.array([[float(evaluate(entry, at)) for entry in row] for row in curl]) @ free.T
+            inside = (
+                free
+                @ np.array([[float(evaluate(entry, at)) for entry in row] for row in curl])
+                @ free.T
+            )
             if np.abs(inside).max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(A).max())):
                 return False
     return True

@@ -104,7 +104,10 @@ class Visual:
         Args:
             place: where the shape's frame goes in the body.
         """
-        moved = tuple(p + q for p, q in zip(place.xyz, rotated(place.rotation, self.placement.xyz), strict=True))
+        moved = tuple(
+            p + q
+            for p, q in zip(place.xyz, rotated(place.rotation, self.placement.xyz), strict=True)
+        )
         return replace(self, placement=Placement(moved, _composed(place, self.placement)))
 
 

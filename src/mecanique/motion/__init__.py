@@ -6,20 +6,20 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from mecanique.motion.audit import Audit, AuditRow
-    from mecanique.motion.dense import State
-    from mecanique.motion.energies import Energies
-    from mecanique.motion.ensemble import simulate_many
-    from mecanique.motion.equilibrium import Equilibrium, equilibria
-    from mecanique.motion.events import Event, Occurrence
-    from mecanique.motion.inertial import InertialCheck, inertial_check
-    from mecanique.motion.integrate import simulate
-    from mecanique.motion.linearization import Linearization
-    from mecanique.motion.linearizing import linearize
-    from mecanique.motion.motion import Motion, Statistics
-    from mecanique.motion.response import Response, frequency_response
-    from mecanique.motion.runs import Runs
-    from mecanique.motion.trust import Trust
+    from mecanique.motion.analysis.audit import Audit, AuditRow
+    from mecanique.motion.analysis.inertial import InertialCheck, inertial_check
+    from mecanique.motion.analysis.trust import Trust
+    from mecanique.motion.ensemble.runs import Runs
+    from mecanique.motion.ensemble.simulate_many import simulate_many
+    from mecanique.motion.linear.equilibrium import Equilibrium, equilibria
+    from mecanique.motion.linear.linearization import Linearization
+    from mecanique.motion.linear.linearize import linearize
+    from mecanique.motion.linear.response import Response, frequency_response
+    from mecanique.motion.record.curve import State
+    from mecanique.motion.record.energies import Energies
+    from mecanique.motion.record.events import Event, Occurrence
+    from mecanique.motion.record.motion import Motion, Statistics
+    from mecanique.motion.simulation.simulate import simulate
 
 __all__ = [
     "Audit",
@@ -45,26 +45,26 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Audit": "audit",
-    "AuditRow": "audit",
-    "Energies": "energies",
-    "Equilibrium": "equilibrium",
-    "Event": "events",
-    "InertialCheck": "inertial",
-    "Linearization": "linearization",
-    "Motion": "motion",
-    "Occurrence": "events",
-    "Response": "response",
-    "Runs": "runs",
-    "State": "dense",
-    "Statistics": "motion",
-    "Trust": "trust",
-    "equilibria": "equilibrium",
-    "frequency_response": "response",
-    "inertial_check": "inertial",
-    "linearize": "linearizing",
-    "simulate": "integrate",
-    "simulate_many": "ensemble",
+    "Audit": "analysis.audit",
+    "AuditRow": "analysis.audit",
+    "Energies": "record.energies",
+    "Equilibrium": "linear.equilibrium",
+    "Event": "record.events",
+    "InertialCheck": "analysis.inertial",
+    "Linearization": "linear.linearization",
+    "Motion": "record.motion",
+    "Occurrence": "record.events",
+    "Response": "linear.response",
+    "Runs": "ensemble.runs",
+    "State": "record.curve",
+    "Statistics": "record.motion",
+    "Trust": "analysis.trust",
+    "equilibria": "linear.equilibrium",
+    "frequency_response": "linear.response",
+    "inertial_check": "analysis.inertial",
+    "linearize": "linear.linearize",
+    "simulate": "simulation.simulate",
+    "simulate_many": "ensemble.simulate_many",
 }
 """The module of each name; they are imported when somebody asks for them."""
 

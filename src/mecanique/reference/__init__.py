@@ -3,9 +3,9 @@
 This room is the only place that imports pinocchio, and it does so when a `Reference` is made.
 """
 
-from mecanique.reference.answers import Energy, Momentum, PointMotion, Wrench
-from mecanique.reference.assembly import assemble, assembly_branches
-from mecanique.reference.freedom import Freedom, degrees_of_freedom
+from mecanique.reference.engine.answers import Energy, Momentum, PointMotion, Wrench
+from mecanique.reference.loops.assembly import assemble, assembly_branches
+from mecanique.reference.loops.freedom import Freedom, degrees_of_freedom
 from mecanique.reference.reference import Reference
 
 __all__ = [

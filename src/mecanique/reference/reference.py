@@ -12,12 +12,12 @@ import numpy.typing as npt
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
-from mecanique.reference.answers import Array, Energy, Momentum, PointMotion, Wrench
-from mecanique.reference.closed import COMPONENTS, Closed
-from mecanique.reference.nullspace import solve
-from mecanique.reference.rhs import Rhs
+from mecanique.reference.engine.answers import Array, Energy, Momentum, PointMotion, Wrench
+from mecanique.reference.engine.rhs import Rhs
+from mecanique.reference.engine.tree import Tree
+from mecanique.reference.loops.closed import COMPONENTS, Closed
+from mecanique.reference.loops.nullspace import solve
 from mecanique.reference.states import Given, States, checked
-from mecanique.reference.tree import Tree
 
 __all__ = ["Reference"]
 
@@ -26,12 +26,13 @@ __all__ = ["Reference"]
 class Reference:
     """A mechanism inside Pinocchio, by way of its URDF: M(q, t) a + bias(q, v, t) = forces(q, v, t).
 
-    bias holds the inertia forces that do not depend on a (Coriolis, centrifugal, those of a prescribed motion) and
-    gravity; forces those of springs, dampers, drives and loads. With a coordinate map r = φ(q, t) the engine's
-    equations are drawn back by G = ∂φ/∂q: Gᵀ M_r G a + Gᵀ (M_r γ + b_r) = Gᵀ Q_r (Lagrange; Kane & Levinson, Dynamics,
-    1985, sect. 4.1, 6.1).
+    bias holds the inertia forces that do not depend on a (Coriolis, centrifugal, those of a
+    prescribed motion) and gravity; forces those of springs, dampers, drives and loads. With a
+    coordinate map r = φ(q, t) the engine's equations are drawn back by G = ∂φ/∂q: Gᵀ M_r G a + Gᵀ
+    (M_r γ + b_r) = Gᵀ Q_r (Lagrange; Kane & Levinson, Dynamics, 1985, sect. 4.1, 6.1).
 
-    Every method takes one state or many: q of shape (nq,) or (n, nq), or values by coordinate name; answers for many
+    Every method takes one state or many: q of shape (nq,) or (n, nq), or values by coordinate name;
+        answers for many
     have a first axis of n. Not safe to share between threads: each has to make its own.
 
     Args:
@@ -57,7 +58,11 @@ class Reference:
     def massless(self) -> dict[str, float] | None:
         """A motion that moves no mass, by velocity name: no acceleration is determined; None if there is none."""
         mode = self._tree.massless
-        return None if mode is None else dict(zip(self.mechanism.velocities, mode.tolist(), strict=True))
+        return (
+            None
+            if mode is None
+            else dict(zip(self.mechanism.velocities, mode.tolist(), strict=True))
+        )
 
     def mass_matrix(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the mass matrix M, shape (nv, nv).
@@ -66,7 +71,9 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t))
+        return self._answer(
+            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t)
+        )
 
     def response(self, q: Given, t: float, impulse: Given) -> Array:
         """Return the change of velocities that a generalized impulse causes while loops stay closed, shape (nv,).
@@ -98,7 +105,9 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.bias(q, v, t))
+        return self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.bias(q, v, t)
+        )
 
     def forces(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the generalized forces of springs, dampers, drives and loads, shape (nv,).
@@ -108,7 +117,9 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.forces(q, v, t))
+        return self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.forces(q, v, t)
+        )
 
     def acceleration(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the accelerations a, shape (nv,).
@@ -123,7 +134,9 @@ class Reference:
             ClosureError: if a motion that the loops leave free moves no mass.
         """
         moving: Tree | Closed = self._tree if self._closed is None else self._closed
-        return self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: moving.acceleration(q, v, t))
+        return self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: moving.acceleration(q, v, t)
+        )
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
         """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
@@ -136,7 +149,9 @@ class Reference:
         """
         return self._answer(
             checked(self.mechanism, q, v, a, t),
-            lambda q, v, a, t: self._tree.mass(q, v, t) @ a + self._tree.bias(q, v, t) - self._tree.forces(q, v, t),
+            lambda q, v, a, t: (
+                self._tree.mass(q, v, t) @ a + self._tree.bias(q, v, t) - self._tree.forces(q, v, t)
+            ),
         )
 
     def gravity(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -146,7 +161,9 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.gravity(q, v, t))
+        return self._answer(
+            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.gravity(q, v, t)
+        )
 
     def energy(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Energy:
         """Return kinetic energy, potential energy of gravity and of springs [J].
@@ -156,7 +173,9 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.energy(q, v, t))
+        parts = self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.energy(q, v, t)
+        )
         if parts.ndim == 1:
             kinetic, gravity, springs = parts.tolist()
             return Energy(kinetic, gravity, springs)
@@ -170,7 +189,9 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t))
+        parts = self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)
+        )
         return Momentum(*np.moveaxis(parts, -2, 0)[:3])
 
     def center_of_mass(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -184,20 +205,25 @@ class Reference:
             EngineError: if they have no mass.
         """
         if not self._tree.moving_mass:
-            raise EngineError(f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it")
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)[3])
+            raise EngineError(
+                f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
+            )
+        return self._answer(
+            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)[3]
+        )
 
     def reactions(self, q: Given, v: Given = None, t: float | Array = 0.0) -> dict[str, Wrench]:
         """Return what each parent does to its child, by joint name: at the child's origin, world axes.
 
-        Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is what the joint
-        itself transmits: nothing along or about a free axis. Of a joint that follows the coordinate map, the force
-        along its axis is what keeps it on the map. In a joint with an armature, −armature · r'' along or about its
-        axis is what turns the rotor.
+        Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is
+        what the joint itself transmits: nothing along or about a free axis. Of a joint that follows
+        the coordinate map, the force along its axis is what keeps it on the map. In a joint with an
+        armature, −armature · r'' along or about its axis is what turns the rotor.
 
-        After the joints come the loops by their names (after a joint of the same name, with "loop " before it): what
-        body a does to body b, at the origin of the loop's frame on body b. What redundant constraints leave
-        undetermined is the least that will do, and named in `undetermined`.
+        After the joints come the loops by their names (after a joint of the same name, with "loop "
+        before it): what body a does to body b, at the origin of the loop's frame on body b. What
+        redundant constraints leave undetermined is the least that will do, and named in
+        `undetermined`.
 
         Args:
             q: shape (nq,).
@@ -213,8 +239,12 @@ class Reference:
             return {}
         if self._closed is not None:
             return self._transmitted(checked(self.mechanism, q, v, t=t), self._closed)
-        parts = self._answer(checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t))
-        return {name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)}
+        parts = self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t)
+        )
+        return {
+            name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)
+        }
 
     def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
         """Return the components of reactions and loop forces that redundant constraints leave undetermined, by name.
@@ -233,7 +263,9 @@ class Reference:
             return {}
         self._closed.refuse_open(states.q[0], float(states.t[0]))
         flags = self._closed.undetermined(states.q[0], float(states.t[0]))
-        return {name: _named(row) for name, row in zip(self._carriers, flags, strict=True) if row.any()}
+        return {
+            name: _named(row) for name, row in zip(self._carriers, flags, strict=True) if row.any()
+        }
 
     def poses(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the pose of every body in the world, in the order of the mechanism's bodies, shape (nb, 4, 4).
@@ -242,7 +274,9 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.poses(q, t))
+        return self._answer(
+            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.poses(q, t)
+        )
 
     def point(
         self,
@@ -274,7 +308,8 @@ class Reference:
         if not np.isfinite(local).all():
             raise InputError(f"expected a finite point, got {xyz!r}")
         parts = self._answer(
-            checked(self.mechanism, q, v, a, t), lambda q, v, a, t: self._tree.point(name, local, q, v, a, t)
+            checked(self.mechanism, q, v, a, t),
+            lambda q, v, a, t: self._tree.point(name, local, q, v, a, t),
         )
         return PointMotion(*np.moveaxis(parts, -2, 0))
 
@@ -287,13 +322,16 @@ class Reference:
             t: time [s].
 
         Returns:
-            Shape (6, nv): what v adds; of a prescribed motion, the part that time makes is left out.
+            Shape (6, nv): what v adds; of a prescribed motion, the part that time makes is left
+            out.
 
         Raises:
             UnknownNameError: if there is no such body.
         """
         name = self.mechanism.body(body).name
-        return self._answer(checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.jacobian(name, q, v, t))
+        return self._answer(
+            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.jacobian(name, q, v, t)
+        )
 
     def rates(self, q: Given, v: Given) -> Array:
         """Return the rates q' of the coordinates, shape (nq,).
@@ -313,20 +351,22 @@ class Reference:
     def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,); it checks nothing and is fast.
 
-        Where the motion is not determined it gives numbers that are not finite, or raises what Python's own arithmetic
-        raises (`ArithmeticError`, `ValueError`) where a map or a force is not defined.
+        Where the motion is not determined it gives numbers that are not finite, or raises what
+        Python's own arithmetic raises (`ArithmeticError`, `ValueError`) where a map or a force is
+        not defined.
 
         Loops must be closed; how far a state has left them is not looked at.
 
         Args:
-            overwriting: whether an answer may be overwritten by the next, which is faster for many trees.
+            overwriting: whether an answer may be overwritten by the next, which is faster for many
+                trees.
 
         Raises:
             EngineError: if a motion of a tree moves no mass.
         """
         if self._closed is None:
             return self._tree.rhs(overwriting=overwriting)
-        from mecanique.reference.passing import closed_rhs
+        from mecanique.reference.loops.singular import closed_rhs
 
         return closed_rhs(self._closed)
 
@@ -338,7 +378,10 @@ class Reference:
     @cached_property
     def _carriers(self) -> list[str]:
         joints = [joint.name for joint in self.mechanism.joints]
-        return joints + [f"loop {loop.name}" if loop.name in joints else loop.name for loop in self.mechanism.loops]
+        return joints + [
+            f"loop {loop.name}" if loop.name in joints else loop.name
+            for loop in self.mechanism.loops
+        ]
 
     def _transmitted(self, states: States, closed: Closed) -> dict[str, Wrench]:
         flags = np.zeros((len(self._carriers), 6), dtype=bool)

@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.answers import Array
+from mecanique.reference.engine.answers import Array
 
 __all__ = ["Given", "States", "checked"]
 
@@ -39,14 +39,17 @@ class States:
     many: bool
 
 
-def checked(mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0) -> States:
+def checked(
+    mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+) -> States:
     """Return states with every shape and number checked.
 
     Args:
         mechanism: whose states they are.
         q: positions, shape (nq,) or (n, nq), or by name.
         v: velocities, shape (nv,) or (n, nv), or by name.
-        a: accelerations, shape (nv,) or (n, nv), or by name: of the coordinate, the velocity, or q''.
+        a: accelerations, shape (nv,) or (n, nv), or by name: of the coordinate, the velocity, or
+            q''.
         t: time [s], or shape (n,).
 
     Raises:
@@ -54,7 +57,10 @@ def checked(mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t:
         UnknownNameError: if a name does not exist.
     """
     if isinstance(a, Mapping):
-        a = {name.removesuffix("'") if name.endswith("''") else name: value for name, value in a.items()}
+        a = {
+            name.removesuffix("'") if name.endswith("''") else name: value
+            for name, value in a.items()
+        }
     rows = {what: _rows(given) for what, given in (("q", q), ("v", v), ("a", a))}
     times = np.asarray(t)
     lengths = {len(array) for array in rows.values() if array is not None}
@@ -66,7 +72,9 @@ def checked(mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t:
         return States(one[0][None], one[1][None], one[2][None], np.array([time]), many=False)
     if len(lengths) > 1 or times.ndim > 1:
         counts = {name: len(array) for name, array in rows.items() if array is not None}
-        shapes = ", ".join(f"{name}: {count}" for name, count in {**counts, "t": times.size}.items())
+        shapes = ", ".join(
+            f"{name}: {count}" for name, count in {**counts, "t": times.size}.items()
+        )
         raise InputError(f"expected the same number of states everywhere, got {shapes}")
     (count,) = lengths
     try:
@@ -76,7 +84,11 @@ def checked(mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t:
     if not np.isfinite(each).all():
         raise InputError("expected finite times")
     positions = _many(
-        rows["q"], mechanism.position(q) if rows["q"] is None else None, count, mechanism.nq, "coordinate"
+        rows["q"],
+        mechanism.position(q) if rows["q"] is None else None,
+        count,
+        mechanism.nq,
+        "coordinate",
     )
     mechanism.refuse_outside(positions)
     for joint in mechanism.joints:
@@ -87,7 +99,13 @@ def checked(mechanism: Mechanism, q: Given, v: Given = None, a: Given = None, t:
                 raise InputError(f"expected unit quaternions for joint {joint.name!r}")
             positions[:, at] /= length[:, None]
     velocities, accelerations = (
-        _many(rows[name], mechanism.velocity(given) if rows[name] is None else None, count, mechanism.nv, what)
+        _many(
+            rows[name],
+            mechanism.velocity(given) if rows[name] is None else None,
+            count,
+            mechanism.nv,
+            what,
+        )
         for name, given, what in (("v", v, "velocity"), ("a", a, "acceleration"))
     )
     return States(positions, velocities, accelerations, each, many=True)

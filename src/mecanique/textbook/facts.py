@@ -1,11 +1,14 @@
 """Closed-form facts about a system: what theory states, as pure data.
 
-A fact has a statement, one line that can be read aloud, and a formula that gives the numbers. Whether a fact holds
-for the mechanism as described is found out elsewhere (`mecanique.verify.facts`), with the engine's equations.
+A fact has a statement, one line that can be read aloud, and a formula that gives the numbers.
+Whether a fact holds for the mechanism as described is found out elsewhere
+(`mecanique.verification.facts`), with the engine's equations.
 
-A formula is a function of `Values`: parameters, options, coordinates and time as attributes, velocities by name, so
-that `lambda s: -s.c * s["x'"] / s.m` reads like the formula it is. Conserved quantities are also evaluated at complex
-numbers, so they are written with numpy's functions, and without `abs` or comparisons.
+A formula is a function of `Values`: parameters, options, coordinates and time as attributes,
+velocities by name, so
+that `lambda s: -s.c * s["x'"] / s.m` reads like the formula it is. Conserved quantities are also
+evaluated at complex numbers, so they are written with numpy's functions, and without `abs` or
+comparisons.
 """
 
 from __future__ import annotations
@@ -58,7 +61,9 @@ class Values:
     def __getattr__(self, name: str) -> Number:
         # names with underscores are Python's own questions, e.g. when a copy is made
         if name.startswith("_") or name not in self.numbers:
-            raise AttributeError(f"a fact asks for {name!r}, which is no parameter, option, coordinate or t")
+            raise AttributeError(
+                f"a fact asks for {name!r}, which is no parameter, option, coordinate or t"
+            )
         return self.numbers[name]
 
 
@@ -75,7 +80,8 @@ class _Stated:
 
     Args:
         statement: the fact in one line, with its formula.
-        given: parameters and options it supposes, by symbol, e.g. {"c": 0.0}; the others may have any value.
+        given: parameters and options it supposes, by symbol, e.g. {"c": 0.0}; the others may have
+            any value.
     """
 
     statement: str
@@ -151,7 +157,8 @@ class Solution(_Stated):
 
     Args:
         start: the state at t = 0.
-        formula: gives coordinates and velocities by name at time t; those it leaves out are not compared.
+        formula: gives coordinates and velocities by name at time t; those it leaves out are not
+            compared.
         until: gives the time up to which it is compared [s].
     """
 

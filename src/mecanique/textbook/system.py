@@ -23,7 +23,8 @@ class System:
         title: what it is, in one line.
         source: where it is found: author, work, page, figure or equation.
         parameters: its parameters with typical values.
-        build: makes the mechanism from the parameters, passed by symbol, and the whole-number options.
+        build: makes the mechanism from the parameters, passed by symbol, and the whole-number
+            options.
         start: generalized coordinates at the start of the default motion; zero where left out.
         start_velocity: velocities at the start; zero where left out.
         duration: of the default motion [s].
@@ -59,11 +60,14 @@ class System:
             if name not in known and name not in self.options:
                 raise UnknownNameError("parameter", name, [*known, *self.options])
         arguments: dict[str, Parameter | int] = {
-            symbol: parameter.with_value(values.get(symbol, parameter.value)) for symbol, parameter in known.items()
+            symbol: parameter.with_value(values.get(symbol, parameter.value))
+            for symbol, parameter in known.items()
         }
         for name, default in self.options.items():
             number = values.get(name, default)
             if number != int(number) or number < 1:
-                raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
+                raise InputError(
+                    f"expected a whole number of at least 1 for {name}, got {number!r}"
+                )
             arguments[name] = int(number)
         return self.build(**arguments)

@@ -1,7 +1,7 @@
 """The words of URDF that the format itself does not define, in one table, for writer and reader alike.
 
-Tags of the `drake:` namespace are those of Drake's multibody parser (Drake documentation, "Parsing Models for
-Multibody", section URDF); other programs ignore them.
+Tags of the `drake:` namespace are those of Drake's multibody parser (Drake documentation, "Parsing
+Models for Multibody", section URDF); other programs ignore them.
 """
 
 from __future__ import annotations
@@ -113,7 +113,9 @@ SPRING_DAMPER = Extension(
     "pulls P and Q together with k (length − free length) + c d(length)/dt",
     {
         **_two_points("drake:linear_spring_damper"),
-        "free_length": _numbers("drake:linear_spring_damper_free_length", 1, "length without force, above zero [m]"),
+        "free_length": _numbers(
+            "drake:linear_spring_damper_free_length", 1, "length without force, above zero [m]"
+        ),
         "stiffness": _numbers("drake:linear_spring_damper_stiffness", 1, "k, not negative [N/m]"),
         "damping": _numbers("drake:linear_spring_damper_damping", 1, "c, not negative [N·s/m]"),
     },
@@ -125,7 +127,9 @@ BUSHING = Extension(
     {
         "frame_a": _link("drake:bushing_frameA", "frame A"),
         "frame_c": _link("drake:bushing_frameC", "frame C"),
-        "torque_stiffness": _numbers("drake:bushing_torque_stiffness", 3, "about x, y, z [N·m/rad]"),
+        "torque_stiffness": _numbers(
+            "drake:bushing_torque_stiffness", 3, "about x, y, z [N·m/rad]"
+        ),
         "torque_damping": _numbers("drake:bushing_torque_damping", 3, "about x, y, z [N·m·s/rad]"),
         "force_stiffness": _numbers("drake:bushing_force_stiffness", 3, "along x, y, z [N/m]"),
         "force_damping": _numbers("drake:bushing_force_damping", 3, "along x, y, z [N·s/m]"),
@@ -143,13 +147,16 @@ DISTANCE_CONSTRAINT = Extension(
     "keeps the distance from P to Q, by a stiff spring and a damper",
     {
         **_two_points("drake:distance_constraint"),
-        "distance": _numbers("drake:distance_constraint_distance", 1, "kept distance, above zero [m]"),
+        "distance": _numbers(
+            "drake:distance_constraint_distance", 1, "kept distance, above zero [m]"
+        ),
         "stiffness": _numbers("drake:distance_constraint_stiffness", 1, "above zero [N/m]"),
         "damping": _numbers("drake:distance_constraint_damping", 1, "not negative [N·s/m]"),
     },
 )
 
 EXTENSIONS: Mapping[str, Extension] = {
-    extension.tag: extension for extension in (SPRING_DAMPER, BUSHING, BALL_CONSTRAINT, DISTANCE_CONSTRAINT)
+    extension.tag: extension
+    for extension in (SPRING_DAMPER, BUSHING, BALL_CONSTRAINT, DISTANCE_CONSTRAINT)
 }
 """Every extension by its tag."""

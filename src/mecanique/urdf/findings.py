@@ -22,8 +22,8 @@ class Finding:
 
     Args:
         code: which rule found it, e.g. "M204".
-        severity: "error" is what `read_urdf` refuses, "warning" is likely a mistake or leaves something out, "info"
-            is read differently by others.
+        severity: "error" is what `read_urdf` refuses, "warning" is likely a mistake or leaves
+            something out, "info" is read differently by others.
         file: name of the file; "<text>" if there is none.
         line: the line, counted from 1.
         where: the link, joint or other element, e.g. "joint 'knee'".
@@ -63,7 +63,9 @@ class Report:
         self.file = file
         self.findings: list[Finding] = []
 
-    def add(self, code: str, at: Element | int, where: str, message: str, remedy: str | None = None) -> None:
+    def add(
+        self, code: str, at: Element | int, where: str, message: str, remedy: str | None = None
+    ) -> None:
         """Note a finding.
 
         Args:
@@ -76,12 +78,23 @@ class Report:
         rule = RULES[code]
         line = at if isinstance(at, int) else at.line
         finding = Finding(
-            code, rule.severity, self.file or "<text>", line, where, message, rule.why, remedy or rule.remedy
+            code,
+            rule.severity,
+            self.file or "<text>",
+            line,
+            where,
+            message,
+            rule.why,
+            remedy or rule.remedy,
         )
         self.findings.append(finding)
 
     def together(
-        self, code: str, places: Sequence[tuple[Element, str]], message: str, remedy: str | None = None
+        self,
+        code: str,
+        places: Sequence[tuple[Element, str]],
+        message: str,
+        remedy: str | None = None,
     ) -> None:
         """Note one finding for many places, at the first of them; none for no place.
 
@@ -112,9 +125,13 @@ class Report:
             return
         sentences = [f"{e.where}: {e.message}" if e.where else e.message for e in errors]
         if len(errors) == 1:
-            raise UrdfError(f"{sentences[0]}. {errors[0].remedy}", file=self.file, line=errors[0].line)
+            raise UrdfError(
+                f"{sentences[0]}. {errors[0].remedy}", file=self.file, line=errors[0].line
+            )
         place = f"{self.file}:" if self.file else "line "
-        listed = [f"{place}{e.line}: {sentence}" for e, sentence in zip(errors, sentences, strict=True)]
+        listed = [
+            f"{place}{e.line}: {sentence}" for e, sentence in zip(errors, sentences, strict=True)
+        ]
         if len(listed) > _MOST_LISTED:
             listed[_MOST_LISTED:] = [f"… and {len(errors) - _MOST_LISTED} more"]
         raise UrdfError("\n  ".join([f"{len(errors)} errors:", *listed]), file=self.file)

@@ -1,7 +1,8 @@
 """URDF text -> mechanism.
 
-Nothing of the parsers of other programs is used, so that what they read wrongly can be found. What the equations do not
-use (collisions, dry friction, tags of other programs) is not warned about here: `mecanique.urdf.lint` tells all of it.
+Nothing of the parsers of other programs is used, so that what they read wrongly can be found. What
+the equations do not use (collisions, dry friction, tags of other programs) is not warned about
+here: `mecanique.urdf.lint` tells all of it.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, 
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
 from mecanique.urdf.dialect import WORLD
-from mecanique.urdf.document import Document, Source, read_document
 from mecanique.urdf.findings import Report
-from mecanique.urdf.meshes import PackagePath
 from mecanique.urdf.names import Names
+from mecanique.urdf.reading.document import Document, Source, read_document
+from mecanique.urdf.reading.meshes import PackagePath
 
 __all__ = ["GRAVITY", "mechanism_of", "read_urdf"]
 
@@ -39,15 +40,17 @@ def read_urdf(
 ) -> Mechanism:
     """Return the mechanism that a URDF describes.
 
-    Joint coordinates bear the names of their joints. Joint damping, springs and dampers of the drake: dialect, its ball
-    and distance constraints, mimic joints and rotor inertias are read; dry friction and collisions do not enter the
-    equations. `mecanique.lint` says what is not used and what other programs read differently.
+    Joint coordinates bear the names of their joints. Joint damping, springs and dampers of the
+    drake: dialect, its ball and distance constraints, mimic joints and rotor inertias are read; dry
+    friction and collisions do not enter the equations. `mecanique.lint` says what is not used and
+    what other programs read differently.
 
     Args:
         path_or_text: the path of a URDF file, or its text.
         gravity: shape (3,), acceleration of free fall in world axes [m/s²].
         root: "fixed" holds the root link in the world, "floating" lets it move freely in it.
-        package_path: folders to search for the packages of meshes, before those of ROS_PACKAGE_PATH.
+        package_path: folders to search for the packages of meshes, before those of
+            ROS_PACKAGE_PATH.
 
     Raises:
         UrdfError: with every error found, each with its line.
@@ -66,7 +69,10 @@ def read_urdf(
 
 
 def mechanism_of(
-    document: Document, report: Report, gravity: Vector = GRAVITY, root: Literal["fixed", "floating"] = "fixed"
+    document: Document,
+    report: Report,
+    gravity: Vector = GRAVITY,
+    root: Literal["fixed", "floating"] = "fixed",
 ) -> Mechanism | None:
     """Return the mechanism of a document; None if it has errors, which are in the report.
 

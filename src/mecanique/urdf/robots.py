@@ -29,19 +29,22 @@ def robot(name: str) -> Path:
     """Return the URDF file of a robot of example-robot-data.
 
     Args:
-        name: its file's name without ".urdf", e.g. "panda"; with its folder where files share a name, e.g.
-            "anymal_b_simple/anymal".
+        name: its file's name without ".urdf", e.g. "panda"; with its folder where files share a
+            name, e.g. "anymal_b_simple/anymal".
 
     Raises:
         UnknownNameError: if there is none, with the nearest names.
-        InputError: if several have the name, with all of them, or if example-robot-data is not installed.
+        InputError: if several have the name, with all of them, or if example-robot-data is not
+            installed.
     """
     files = _files()
     if name in files:
         return files[name]
     sharing = [known for known in files if known.partition("/")[2] == name]
     if sharing:
-        raise InputError(f"several robots are called {name!r}; expected one of {', '.join(map(repr, sharing))}")
+        raise InputError(
+            f"several robots are called {name!r}; expected one of {', '.join(map(repr, sharing))}"
+        )
     folder, _, stem = str(name).partition("/")
     if stem in files and files[stem] in _folders().get(folder, ()):
         return files[stem]
@@ -59,14 +62,19 @@ def _folders() -> dict[str, tuple[Path, ...]]:
                 found.setdefault(folder.name.removesuffix("_description"), files)
         if found:
             return found
-    raise InputError("expected the package example-robot-data to be installed: pip install example-robot-data")
+    raise InputError(
+        "expected the package example-robot-data to be installed: pip install example-robot-data"
+    )
 
 
 @lru_cache(maxsize=1)
 def _files() -> dict[str, Path]:
     files = [(folder, file) for folder, members in _folders().items() for file in members]
     count = Counter(file.stem for _, file in files)
-    named = {(file.stem if count[file.stem] == 1 else f"{folder}/{file.stem}"): file for folder, file in files}
+    named = {
+        (file.stem if count[file.stem] == 1 else f"{folder}/{file.stem}"): file
+        for folder, file in files
+    }
     return dict(sorted(named.items()))
 
 

@@ -1,7 +1,8 @@
 """The rules of the linter in one table: what each code means, why it matters and how to mend it.
 
-An "error" is what `read_urdf` refuses. A "warning" is likely a mistake, or says that something which moves the
-mechanism is left out. An "info" says that other programs read the same text differently, or what is not used.
+An "error" is what `read_urdf` refuses. A "warning" is likely a mistake, or says that something
+which moves the mechanism is left out. An "info" says that other programs read the same text
+differently, or what is not used.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ class Rule:
     """A rule of the linter.
 
     Args:
-        code: e.g. "M204"; M0 files, M1 structure, M2 masses, M3 joints, M4 mimic, M5 pictures, M6 drake: tags, M7
-            engines.
+        code: e.g. "M204"; M0 files, M1 structure, M2 masses, M3 joints, M4 mimic, M5 pictures, M6
+            drake: tags, M7 engines.
         name: the rule in words, e.g. "triangle-inequality".
         severity: of its findings.
         why: why it matters.
@@ -37,8 +38,20 @@ class Rule:
 
 _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
     # files and XML
-    ("M001", "unreadable-file", "error", "Nothing can be read from it.", "Give the path of a URDF file, or its text."),
-    ("M002", "malformed-xml", "error", "No XML reader can go on from there.", "Mend the XML at this line."),
+    (
+        "M001",
+        "unreadable-file",
+        "error",
+        "Nothing can be read from it.",
+        "Give the path of a URDF file, or its text.",
+    ),
+    (
+        "M002",
+        "malformed-xml",
+        "error",
+        "No XML reader can go on from there.",
+        "Mend the XML at this line.",
+    ),
     (
         "M003",
         "document-type",
@@ -46,8 +59,20 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Entities make a text grow without bound or read other files.",
         "Remove the <!DOCTYPE …>; a URDF needs none.",
     ),
-    ("M004", "too-large", "error", "It would fill the memory.", "Split the robot, or remove what is no URDF."),
-    ("M005", "not-a-robot", "error", "It is no URDF.", "Put everything into one <robot name=…> element."),
+    (
+        "M004",
+        "too-large",
+        "error",
+        "It would fill the memory.",
+        "Split the robot, or remove what is no URDF.",
+    ),
+    (
+        "M005",
+        "not-a-robot",
+        "error",
+        "It is no URDF.",
+        "Put everything into one <robot name=…> element.",
+    ),
     (
         "M006",
         "unexpanded-xacro",
@@ -58,7 +83,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
     # structure and names
     ("M101", "no-robot-name", "error", "URDF parsers refuse the file.", "Add name=… to <robot>."),
     ("M102", "no-links", "error", "There is nothing to move.", "Describe at least one <link>."),
-    ("M103", "missing", "error", "Engines drop the element or take a silent default.", "Write it out."),
+    (
+        "M103",
+        "missing",
+        "error",
+        "Engines drop the element or take a silent default.",
+        "Write it out.",
+    ),
     (
         "M104",
         "bad-number",
@@ -67,9 +98,27 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Write plain numbers with a decimal point, separated by spaces.",
     ),
     ("M105", "bad-name", "error", "Nothing can refer to it safely.", "Give it a printable name."),
-    ("M106", "duplicate-name", "error", "Which one is meant cannot be told.", "Rename one of them."),
-    ("M107", "unknown-link", "error", "The joint hangs in the air.", "Correct the name or add the link."),
-    ("M108", "self-joint", "error", "A link cannot move against itself.", "Give the joint another child."),
+    (
+        "M106",
+        "duplicate-name",
+        "error",
+        "Which one is meant cannot be told.",
+        "Rename one of them.",
+    ),
+    (
+        "M107",
+        "unknown-link",
+        "error",
+        "The joint hangs in the air.",
+        "Correct the name or add the link.",
+    ),
+    (
+        "M108",
+        "self-joint",
+        "error",
+        "A link cannot move against itself.",
+        "Give the joint another child.",
+    ),
     (
         "M109",
         "two-parents",
@@ -77,7 +126,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "URDF describes trees; a second parent would close a loop.",
         "Keep one of the joints.",
     ),
-    ("M110", "cycle", "error", "No link of the cycle hangs on the root; Pinocchio drops them.", "Open the cycle."),
+    (
+        "M110",
+        "cycle",
+        "error",
+        "No link of the cycle hangs on the root; Pinocchio drops them.",
+        "Open the cycle.",
+    ),
     (
         "M111",
         "disconnected",
@@ -86,7 +141,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Join all parts by joints to one root.",
     ),
     ("M112", "duplicate-element", "error", "Engines read the first or the last one.", "Keep one."),
-    ("M113", "misspelt", "warning", "What is misspelt is silently ignored by every engine.", "Correct the spelling."),
+    (
+        "M113",
+        "misspelt",
+        "warning",
+        "What is misspelt is silently ignored by every engine.",
+        "Correct the spelling.",
+    ),
     (
         "M114",
         "reserved-name",
@@ -94,10 +155,28 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "The name has a meaning of its own in an engine: the link or joint may be mistaken or ignored.",
         "Choose another name.",
     ),
-    ("M115", "not-sound", "error", "The equations of motion would be meaningless.", "See the message."),
+    (
+        "M115",
+        "not-sound",
+        "error",
+        "The equations of motion would be meaningless.",
+        "See the message.",
+    ),
     # masses
-    ("M201", "negative-mass", "error", "No body weighs less than nothing.", "Give a mass of at least 0 kg."),
-    ("M202", "negative-inertia", "error", "Kinetic energy would be negative.", "Compute the inertia again."),
+    (
+        "M201",
+        "negative-mass",
+        "error",
+        "No body weighs less than nothing.",
+        "Give a mass of at least 0 kg.",
+    ),
+    (
+        "M202",
+        "negative-inertia",
+        "error",
+        "Kinetic energy would be negative.",
+        "Compute the inertia again.",
+    ),
     (
         "M203",
         "triangle-inequality",
@@ -140,7 +219,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Inertias in g·mm², kg·mm² or about another point are the most common mistakes in URDF files.",
         "Give kg·m² about the center of mass.",
     ),
-    ("M209", "mass-units", "warning", "A mass in grams is a thousand times too heavy.", "Give the mass in kg."),
+    (
+        "M209",
+        "mass-units",
+        "warning",
+        "A mass in grams is a thousand times too heavy.",
+        "Give the mass in kg.",
+    ),
     (
         "M210",
         "inertia-about-wrong-point",
@@ -156,10 +241,34 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Nothing, or put an empty root link before it.",
     ),
     # joints
-    ("M301", "unknown-joint-type", "error", "How it moves is not known.", "Use a type of URDF or of <drake:joint>."),
-    ("M302", "zero-axis", "error", "It points nowhere; Pinocchio answers NaN.", "Give the direction."),
-    ("M303", "axis-not-unit", "warning", "Every engine makes it a unit vector.", "Write a unit vector (--fix does)."),
-    ("M304", "axis-missing", "warning", "URDF means x; many people mean z.", "Write the axis (--fix writes x)."),
+    (
+        "M301",
+        "unknown-joint-type",
+        "error",
+        "How it moves is not known.",
+        "Use a type of URDF or of <drake:joint>.",
+    ),
+    (
+        "M302",
+        "zero-axis",
+        "error",
+        "It points nowhere; Pinocchio answers NaN.",
+        "Give the direction.",
+    ),
+    (
+        "M303",
+        "axis-not-unit",
+        "warning",
+        "Every engine makes it a unit vector.",
+        "Write a unit vector (--fix does).",
+    ),
+    (
+        "M304",
+        "axis-missing",
+        "warning",
+        "URDF means x; many people mean z.",
+        "Write the axis (--fix writes x).",
+    ),
     (
         "M305",
         "planar-axis",
@@ -175,7 +284,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "URDF demands effort and velocity of revolute and prismatic joints; Pinocchio and ROS refuse the file.",
         'Add <limit lower=… upper=… effort=… velocity=…/>, or type="continuous".',
     ),
-    ("M308", "locked-by-limits", "warning", "Bounds left out mean 0 in URDF.", "Write lower and upper."),
+    (
+        "M308",
+        "locked-by-limits",
+        "warning",
+        "Bounds left out mean 0 in URDF.",
+        "Write lower and upper.",
+    ),
     (
         "M309",
         "degrees",
@@ -184,7 +299,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Multiply by π/180.",
     ),
     ("M310", "millimeters", "warning", "URDF means meters everywhere.", "Divide lengths by 1000."),
-    ("M311", "negative-damping", "error", "It would feed energy in.", "Give a damping of at least 0."),
+    (
+        "M311",
+        "negative-damping",
+        "error",
+        "It would feed energy in.",
+        "Give a damping of at least 0.",
+    ),
     (
         "M312",
         "damping-of-many",
@@ -207,8 +328,20 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Use <joint> for URDF's types and <drake:joint> for ball, planar and universal.",
     ),
     # mimic
-    ("M401", "mimic-unknown", "error", "It follows a joint that is not there.", "Correct the name."),
-    ("M402", "mimic-cycle", "error", "The joints would follow themselves.", "Let one of them move freely."),
+    (
+        "M401",
+        "mimic-unknown",
+        "error",
+        "It follows a joint that is not there.",
+        "Correct the name.",
+    ),
+    (
+        "M402",
+        "mimic-cycle",
+        "error",
+        "The joints would follow themselves.",
+        "Let one of them move freely.",
+    ),
     (
         "M403",
         "mimic-kind",
@@ -230,7 +363,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Pinocchio refuses joints that mimic a mimicking joint; mecanique composes them.",
         "Mimic the joint that moves freely.",
     ),
-    ("M406", "mimic-constant", "warning", "With multiplier 0 the joint stands still.", "Use type fixed."),
+    (
+        "M406",
+        "mimic-constant",
+        "warning",
+        "With multiplier 0 the joint stands still.",
+        "Use type fixed.",
+    ),
     (
         "M407",
         "mimic-fixed",
@@ -239,7 +378,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Remove the <mimic>, or let the joint move.",
     ),
     # pictures
-    ("M501", "mesh-not-found", "warning", "It is not drawn.", "Add its package's folder to package_path."),
+    (
+        "M501",
+        "mesh-not-found",
+        "warning",
+        "It is not drawn.",
+        "Add its package's folder to package_path.",
+    ),
     (
         "M502",
         "mesh-outside",
@@ -249,7 +394,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
     ),
     ("M503", "no-shape", "warning", "It is not drawn.", "Use box, cylinder, sphere or mesh."),
     ("M504", "flat-shape", "warning", "It is not drawn.", "Give positive sizes."),
-    ("M505", "unknown-material", "warning", "It is drawn in its mesh's own color or none.", "Describe the material."),
+    (
+        "M505",
+        "unknown-material",
+        "warning",
+        "It is drawn in its mesh's own color or none.",
+        "Describe the material.",
+    ),
     ("M506", "color-range", "warning", "Colors run from 0 to 1.", "Divide by 255."),
     (
         "M507",
@@ -259,8 +410,20 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Know it when comparing.",
     ),
     # drake: tags
-    ("M601", "unknown-drake-tag", "warning", "Neither mecanique nor Drake may know it.", "Correct the spelling."),
-    ("M602", "drake-value", "error", "The force is not what was meant.", "Give every value Drake asks for."),
+    (
+        "M601",
+        "unknown-drake-tag",
+        "warning",
+        "Neither mecanique nor Drake may know it.",
+        "Correct the spelling.",
+    ),
+    (
+        "M602",
+        "drake-value",
+        "error",
+        "The force is not what was meant.",
+        "Give every value Drake asks for.",
+    ),
     ("M603", "drake-unknown-name", "error", "The force acts on nothing.", "Correct the name."),
     (
         "M604",
@@ -313,7 +476,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "Pinocchio's memory grows with the cube of the number of coordinates (8 GB at 500).",
         "Stay at or below 210 coordinates to verify against Pinocchio.",
     ),
-    ("M702", "too-deep", "warning", "Pinocchio crashes on chains of thousands of links.", "Stay below 1,000."),
+    (
+        "M702",
+        "too-deep",
+        "warning",
+        "Pinocchio crashes on chains of thousands of links.",
+        "Stay below 1,000.",
+    ),
     ("M703", "not-used", "info", "It does not enter the equations of motion.", "Nothing."),
     (
         "M704",
@@ -322,7 +491,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "mecanique, Drake and MuJoCo apply it; Pinocchio reads it and does not.",
         "Know it when comparing.",
     ),
-    ("M705", "version", "warning", "Older parsers take only 1.0 and refuse the rest.", 'Write version="1.0" or none.'),
+    (
+        "M705",
+        "version",
+        "warning",
+        "Older parsers take only 1.0 and refuse the rest.",
+        'Write version="1.0" or none.',
+    ),
     (
         "M706",
         "joint-read-differently",

@@ -15,7 +15,6 @@ from mecanique.model.joints import Joint, Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
-from mecanique.urdf.chains import SimpleJoint, chains, unused
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
@@ -25,13 +24,17 @@ from mecanique.urdf.dialect import (
     UNBOUNDED,
     WORLD,
 )
-from mecanique.urdf.loops import has_own_loops
-from mecanique.urdf.markup import Comment, Node, Tag, number, numbers, text
-from mecanique.urdf.write_forces import ends_of_tags, forces_and_loops
+from mecanique.urdf.reading.loops import has_own_loops
+from mecanique.urdf.writing.chains import SimpleJoint, chains, unused
+from mecanique.urdf.writing.forces import ends_of_tags, forces_and_loops
+from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers, text
 
 __all__ = ["write_urdf"]
 
-_KNOWN_COLORS: dict[Rgba, str] = {(0.0, 0.447, 0.698, 1.0): "blue", (0.902, 0.624, 0.0, 1.0): "orange"}
+_KNOWN_COLORS: dict[Rgba, str] = {
+    (0.0, 0.447, 0.698, 1.0): "blue",
+    (0.902, 0.624, 0.0, 1.0): "orange",
+}
 
 
 def write_urdf(
@@ -42,28 +45,31 @@ def write_urdf(
 ) -> str:
     """Return a mechanism as URDF text, and write it to a file if one is named.
 
-    The text is URDF 1.0 and says in comments what the format has no words for: parameters, gravity, the coordinate
-    map, loads and inputs. What only Drake reads stands in `drake:` tags:
+    The text is URDF 1.0 and says in comments what the format has no words for: parameters, gravity,
+    the coordinate map, loads and inputs. What only Drake reads stands in `drake:` tags:
 
-    - the ground is welded to a link `world`, unless a body has that name, so that Drake fixes it too; where springs
-      or loops end at a body of that name, they end at a link welded to it, because Drake looks for none on the world;
-    - springs and dampers between points become `drake:linear_spring_damper`. Drake demands a free length above zero,
-      so a spring without length is a comment with its exact values;
-    - a spring in a joint becomes a `drake:linear_bushing_rpy` along or about the joint's axis, the same force as long
-      as a hinge stays within half a turn of the spring's reference;
+    - the ground is welded to a link `world`, unless a body has that name, so that Drake fixes it
+      too; where springs or loops end at a body of that name, they end at a link welded to it,
+      because Drake looks for none on the world;
+    - springs and dampers between points become `drake:linear_spring_damper`. Drake demands a free
+      length above zero, so a spring without length is a comment with its exact values;
+    - a spring in a joint becomes a `drake:linear_bushing_rpy` along or about the joint's axis, the
+      same force as long as a hinge stays within half a turn of the spring's reference;
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
-    - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`; other loops become
-      `mecanique:loop` (`mecanique.urdf.loops`), which other programs ignore.
+    - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`; other
+      loops become `mecanique:loop` (`mecanique.urdf.reading.loops`), which other programs ignore.
 
-    A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the tree is written as
-    if it were free. Planar and universal joints become slides and hinges with massless links between them, in the
-    order of their coordinates. Numbers are written so that they are read back exactly.
+    A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
+    tree is written as if it were free. Planar and universal joints become slides and hinges with
+    massless links between them, in the order of their coordinates. Numbers are written so that they
+    are read back exactly.
 
     Args:
         mechanism: what to write.
         path: of the file; it is replaced as a whole or not at all.
         spherical: what a `Spherical` joint becomes: "ball", the exact joint, which only Drake reads
-            (`drake:joint`), or "floating", which every program reads but which leaves the translation free.
+            (`drake:joint`), or "floating", which every program reads but which leaves the
+            translation free.
 
     Raises:
         UrdfError: if a number is not finite or the file cannot be written.
@@ -112,7 +118,9 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
 
 def _weld(parent: str, child: str, steps: Iterable[SimpleJoint]) -> Tag:
     name = unused(f"{parent}_to_{child}", (step.name for step in steps))
-    return Tag("joint", Tag("parent", link=parent), Tag("child", link=child), name=name, type="fixed")
+    return Tag(
+        "joint", Tag("parent", link=parent), Tag("child", link=child), name=name, type="fixed"
+    )
 
 
 def _preface(mechanism: Mechanism) -> Iterator[str]:
@@ -125,7 +133,9 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
     yield f"gravity along x, y, z: {gravity} m/s² (not part of URDF)"
     if mechanism.coordinates.driven:
         yield f"generalized coordinates: {', '.join(mechanism.coordinates)}; what follows them (not part of URDF):"
-        yield from (f"{name} = {expression}" for name, expression in mechanism.coordinates.driven.items())
+        yield from (
+            f"{name} = {expression}" for name, expression in mechanism.coordinates.driven.items()
+        )
     loads = [force for force in mechanism.forces if isinstance(force, (Force, Torque, JointForce))]
     if loads:
         yield "loads (not part of URDF):"
@@ -177,7 +187,10 @@ def _visual(mechanism: Mechanism, visual: Visual, where: str, colors: dict[Rgba,
             shape = Tag("box", size=numbers((mechanism.evaluate(edge) for edge in size), what))
         case Cylinder(radius, length):
             measures = {"radius": radius, "length": length}
-            shape = Tag("cylinder", **{key: number(mechanism.evaluate(m), what) for key, m in measures.items()})
+            shape = Tag(
+                "cylinder",
+                **{key: number(mechanism.evaluate(m), what) for key, m in measures.items()},
+            )
         case Sphere(radius):
             shape = Tag("sphere", radius=number(mechanism.evaluate(radius), what))
         case Mesh(uri, _, scale):
@@ -200,9 +213,15 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
         children.append(Tag("axis", xyz=numbers(step.axis, where)))
     children += _limit(step, where)
     if isinstance(joint, (Revolute, Prismatic)):
-        damping = [f.damping for f in mechanism.forces if isinstance(f, JointDamper) and f.joint == joint.name]
+        damping = [
+            f.damping
+            for f in mechanism.forces
+            if isinstance(f, JointDamper) and f.joint == joint.name
+        ]
         if damping:
-            children.append(Tag("dynamics", damping=number(sum(map(mechanism.evaluate, damping)), where)))
+            children.append(
+                Tag("dynamics", damping=number(sum(map(mechanism.evaluate, damping)), where))
+            )
         children += _mimic(mechanism, joint)
     if step.kind == "ball":
         return Tag(DRAKE_JOINT, *children, name=step.name, type="ball")
@@ -217,7 +236,12 @@ def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
     given = (
         {}
         if bounds is None
-        else {"lower": bounds.lower, "upper": bounds.upper, "effort": bounds.effort, "velocity": bounds.velocity}
+        else {
+            "lower": bounds.lower,
+            "upper": bounds.upper,
+            "effort": bounds.effort,
+            "velocity": bounds.velocity,
+        }
     )
     if step.kind == "continuous":
         wanted = [name for name in ("effort", "velocity") if given.get(name, UNBOUNDED) < UNBOUNDED]
@@ -258,7 +282,12 @@ def _mimic(mechanism: Mechanism, joint: Revolute | Prismatic) -> Iterator[Tag]:
     factor = mechanism.evaluate(slope)
     offset = mechanism.evaluate(expression.subs(Symbol(leader), 0))
     where = f"the map of {joint.coordinate!r}"
-    yield Tag("mimic", joint=leaders[leader], multiplier=number(factor, where), offset=number(offset, where))
+    yield Tag(
+        "mimic",
+        joint=leaders[leader],
+        multiplier=number(factor, where),
+        offset=number(offset, where),
+    )
 
 
 def _actuators(mechanism: Mechanism) -> Iterator[Tag]:
@@ -283,7 +312,9 @@ def _actuators(mechanism: Mechanism) -> Iterator[Tag]:
 
 
 def _origin(mechanism: Mechanism, place: Placement, where: str) -> Iterator[Tag]:
-    xyz, rpy = ([mechanism.evaluate(scalar) for scalar in three] for three in (place.xyz, place.rpy))
+    xyz, rpy = (
+        [mechanism.evaluate(scalar) for scalar in three] for three in (place.xyz, place.rpy)
+    )
     if any(xyz) or any(rpy):
         yield Tag("origin", xyz=numbers(xyz, where), rpy=numbers(rpy, where))
 

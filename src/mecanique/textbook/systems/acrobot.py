@@ -1,21 +1,45 @@
 """Acrobot.
 
-A gymnast of two homogeneous links m1, l1 and m2, l2 hangs from a bar: the hands are a free hinge, and only the hips
-give a torque, tau(t) = K sin(W t). Gravity g acts in the plane of the swing. The generalized coordinates are the
-angle q1 of the first link from the downward vertical, positive towards +x, and the angle q2 of the second link from
-the direction of the first.
+A gymnast of two homogeneous links m1, l1 and m2, l2 hangs from a bar: the hands are a free hinge,
+and only the hips give a torque, tau(t) = K sin(W t). Gravity g acts in the plane of the swing. The
+generalized coordinates are the angle q1 of the first link from the downward vertical, positive
+towards +x, and the angle q2 of the second link from the direction of the first.
 """
 
 import numpy as np
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, Input, JointForce, Mechanism, Parameter, Placement, Revolute, rod, time
-from mecanique.textbook.facts import Acceleration, Eigenvalues, Frequencies, MassMatrix, Number, Steady, Values
+from mecanique.model import (
+    Body,
+    Input,
+    JointForce,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    rod,
+    time,
+)
+from mecanique.textbook.facts import (
+    Acceleration,
+    Eigenvalues,
+    Frequencies,
+    MassMatrix,
+    Number,
+    Steady,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
 def build(
-    m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, K: Parameter, W: Parameter, g: Parameter
+    m1: Parameter,
+    m2: Parameter,
+    l1: Parameter,
+    l2: Parameter,
+    K: Parameter,
+    W: Parameter,
+    g: Parameter,
 ) -> Mechanism:
     """Return both links and the torque between them."""
     from sympy import sin
@@ -26,7 +50,14 @@ def build(
         bodies=(Body("ground"), Body("link1", rod(m1, l1)), Body("link2", rod(m2, l2))),
         joints=(
             Revolute("hands", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute("hips", "link1", "link2", axis=(0, -1, 0), origin=Placement((0, 0, -l1)), coordinate="q2"),
+            Revolute(
+                "hips",
+                "link1",
+                "link2",
+                axis=(0, -1, 0),
+                origin=Placement((0, 0, -l1)),
+                coordinate="q2",
+            ),
         ),
         forces=(JointForce("motor", "hips", tau),),
         parameters=(m1, m2, l1, l2, K, W, g),

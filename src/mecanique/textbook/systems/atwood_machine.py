@@ -1,8 +1,9 @@
 """Atwood's machine.
 
-Weights m1 and m2 hang from the ends of a cord without mass that runs without slip over a homogeneous pulley of mass M
-and radius R on a fixed horizontal axle, under gravity g. The generalized coordinate x is the way m1 has gone down
-from where both weights hang at the depth h below the axle; m2 has gone up as far, and the pulley has turned by x / R.
+Weights m1 and m2 hang from the ends of a cord without mass that runs without slip over a
+homogeneous pulley of mass M and radius R on a fixed horizontal axle, under gravity g. The
+generalized coordinate x is the way m1 has gone down from where both weights hang at the depth h
+below the axle; m2 has gone up as far, and the pulley has turned by x / R.
 """
 
 from mecanique.model import (
@@ -17,13 +18,23 @@ from mecanique.model import (
     coordinate,
     disk,
 )
-from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number, Reaction, Solution, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    MassMatrix,
+    Number,
+    Reaction,
+    Solution,
+    Values,
+)
 from mecanique.textbook.system import System
 
 QUARTER = 1.5707963267948966
 
 
-def build(m1: Parameter, m2: Parameter, M: Parameter, R: Parameter, h: Parameter, g: Parameter) -> Mechanism:
+def build(
+    m1: Parameter, m2: Parameter, M: Parameter, R: Parameter, h: Parameter, g: Parameter
+) -> Mechanism:
     """Return the pulley and both weights."""
     x, size = coordinate("x"), (0.1, 0.1, 0.1)
     return Mechanism(
@@ -35,8 +46,22 @@ def build(m1: Parameter, m2: Parameter, M: Parameter, R: Parameter, h: Parameter
             Body("weight2", box(m2, size)),
         ),
         joints=(
-            Prismatic("cord1", "ground", "weight1", axis=(0, 0, -1), origin=Placement((-R, 0, -h)), coordinate="x"),
-            Prismatic("cord2", "ground", "weight2", axis=(0, 0, -1), origin=Placement((R, 0, -h)), coordinate="x2"),
+            Prismatic(
+                "cord1",
+                "ground",
+                "weight1",
+                axis=(0, 0, -1),
+                origin=Placement((-R, 0, -h)),
+                coordinate="x",
+            ),
+            Prismatic(
+                "cord2",
+                "ground",
+                "weight2",
+                axis=(0, 0, -1),
+                origin=Placement((R, 0, -h)),
+                coordinate="x2",
+            ),
             Revolute("axle", "ground", "pulley", axis=(0, -1, 0), coordinate="turn"),
         ),
         coordinates=Coordinates(("x",), {"x2": -x, "turn": x / R}),
@@ -79,7 +104,11 @@ SYSTEM = System(
             lambda s: {"x": -0.5 + fall(s) * s.t**2 / 2, "x'": fall(s) * s.t},
             until=lambda s: 1.0,
         ),
-        Reaction("the cord pulls m1 up with m1 (g - x'')", "cord1", lambda s: [0, 0, s.m1 * (s.g - fall(s))]),
+        Reaction(
+            "the cord pulls m1 up with m1 (g - x'')",
+            "cord1",
+            lambda s: [0, 0, s.m1 * (s.g - fall(s))],
+        ),
         Conserved(
             "the energy (m1 + m2 + M / 2) x'² / 2 - (m1 - m2) g x",
             lambda s: inertia(s) * s["x'"] ** 2 / 2 - (s.m1 - s.m2) * s.g * s.x,

@@ -1,9 +1,10 @@
 """Chain of bars with rotational springs (Hencky).
 
-n homogeneous bars of mass m and length l stand one on another, the lowest on the ground, joined by hinges with
-rotational springs of stiffness k: a column or cantilever in small pieces. The tip carries a downward force P and a
-couple C; the weight of the bars is ignored. The generalized coordinates q1 … qn are the angles of the bars from the
-upward vertical, positive towards +x; each spring is bent by the difference of two of them.
+n homogeneous bars of mass m and length l stand one on another, the lowest on the ground, joined by
+hinges with rotational springs of stiffness k: a column or cantilever in small pieces. The tip
+carries a downward force P and a couple C; the weight of the bars is ignored. The generalized
+coordinates q1 … qn are the angles of the bars from the upward vertical, positive towards +x; each
+spring is bent by the difference of two of them.
 """
 
 import numpy as np
@@ -21,11 +22,21 @@ from mecanique.model import (
     coordinate,
     rod,
 )
-from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number, StabilityLimit, Steady, Values
+from mecanique.textbook.facts import (
+    Conserved,
+    Frequencies,
+    MassMatrix,
+    Number,
+    StabilityLimit,
+    Steady,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, k: Parameter, P: Parameter, C: Parameter, n: int) -> Mechanism:
+def build(
+    m: Parameter, l: Parameter, k: Parameter, P: Parameter, C: Parameter, n: int
+) -> Mechanism:
     """Return the chain of n bars."""
     bars = range(1, n + 1)
     names = {0: "ground", **{i: f"bar{i}" for i in bars}}
@@ -75,7 +86,12 @@ def energy(s: Values) -> Number:
     """Return T + V, the work of both loads included."""
     q, v = angles(s)
     bends = q - np.concatenate(([0.0], q[:-1]))
-    return v @ mass_matrix(s) @ v / 2 + s.k * bends @ bends / 2 + s.P * s.l * np.sum(np.cos(q)) - s.C * q[-1]
+    return (
+        v @ mass_matrix(s) @ v / 2
+        + s.k * bends @ bends / 2
+        + s.P * s.l * np.sum(np.cos(q))
+        - s.C * q[-1]
+    )
 
 
 def polygon(s: Values) -> dict[str, float]:
@@ -103,9 +119,15 @@ SYSTEM = System(
     duration=6.0,
     tags=("structure", "planar", "spring", "chain", "stability"),
     facts=(
-        MassMatrix("M_ij = m l² (n - max(i, j) + 1/2) cos(qi - qj), M_ii = m l² (n - i + 1/3)", mass_matrix),
+        MassMatrix(
+            "M_ij = m l² (n - max(i, j) + 1/2) cos(qi - qj), M_ii = m l² (n - i + 1/3)", mass_matrix
+        ),
         Conserved("the energy T + k Σ (qi - q_(i-1))² / 2 + P l Σ cos(qi) - C qn", energy),
-        Steady("under the couple alone it bends into a regular polygon, qi = i C / k", polygon, given={"P": 0.0}),
+        Steady(
+            "under the couple alone it bends into a regular polygon, qi = i C / k",
+            polygon,
+            given={"P": 0.0},
+        ),
         StabilityLimit(
             "upright is stable below P = (4 k / l) sin²(pi / (4 n + 2)), in the limit Euler's pi² E I / (4 L²)",
             "P",

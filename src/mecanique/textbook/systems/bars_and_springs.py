@@ -1,11 +1,13 @@
 """Bars and springs, in large motion.
 
-Two massless bars ABC and DEF of length 4 l are pinned to the ground at A, a height l above D; a massless bar CF of
-length l joins their free ends, so that ACFD is a parallelogram and CF stays vertical. A particle m sits at B on ABC,
-3 l from A, a particle 2 m at E in the middle of DEF. A spring k holds the middle B' of ABC from above, a spring 2 k
-holds F from below, both of free length a, relaxed and vertical while the bars are horizontal; gravity is ignored. The
-generalized coordinate q is the vertical displacement of C, positive downwards; both bars turn by asin(q / (4 l)),
-without any smallness, as long as |q| < 4 l. The joint at F is closed by the parallelogram itself.
+Two massless bars ABC and DEF of length 4 l are pinned to the ground at A, a height l above D; a
+massless bar CF of length l joins their free ends, so that ACFD is a parallelogram and CF stays
+vertical. A particle m sits at B on ABC, 3 l from A, a particle 2 m at E in the middle of DEF. A
+spring k holds the middle B' of ABC from above, a spring 2 k holds F from below, both of free length
+a, relaxed and vertical while the bars are horizontal; gravity is ignored. The generalized
+coordinate q is the vertical displacement of C, positive downwards; both bars turn by asin(q / (4
+l)), without any smallness, as long as |q| < 4 l. The joint at F is closed by the parallelogram
+itself.
 """
 
 from numpy import sqrt
@@ -22,7 +24,15 @@ from mecanique.model import (
     coordinate,
     particle,
 )
-from mecanique.textbook.facts import Conserved, Frequencies, KineticEnergy, MassMatrix, Number, Steady, Values
+from mecanique.textbook.facts import (
+    Conserved,
+    Frequencies,
+    KineticEnergy,
+    MassMatrix,
+    Number,
+    Steady,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -40,13 +50,43 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
             Body("CF", bar(l, (0, 0, -1))),
         ),
         joints=(
-            Revolute("A", "ground", "ABC", axis=(0, 1, 0), origin=Placement((0, 0, l)), coordinate="alpha"),
+            Revolute(
+                "A",
+                "ground",
+                "ABC",
+                axis=(0, 1, 0),
+                origin=Placement((0, 0, l)),
+                coordinate="alpha",
+            ),
             Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            Revolute("C", "ABC", "CF", axis=(0, 1, 0), origin=Placement((4 * l, 0, 0)), coordinate="gamma"),
+            Revolute(
+                "C",
+                "ABC",
+                "CF",
+                axis=(0, 1, 0),
+                origin=Placement((4 * l, 0, 0)),
+                coordinate="gamma",
+            ),
         ),
         forces=(
-            Spring("spring_B", "ground", (2 * l, 0, l + a), "ABC", (2 * l, 0, 0), stiffness=k, free_length=a),
-            Spring("spring_F", "ground", (4 * l, 0, -a), "DEF", (4 * l, 0, 0), stiffness=2 * k, free_length=a),
+            Spring(
+                "spring_B",
+                "ground",
+                (2 * l, 0, l + a),
+                "ABC",
+                (2 * l, 0, 0),
+                stiffness=k,
+                free_length=a,
+            ),
+            Spring(
+                "spring_F",
+                "ground",
+                (4 * l, 0, -a),
+                "DEF",
+                (4 * l, 0, 0),
+                stiffness=2 * k,
+                free_length=a,
+            ),
         ),
         coordinates=Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
         parameters=(m, k, l, a),
@@ -72,7 +112,9 @@ SYSTEM = System(
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, without the restriction to small motion",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
-        Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"),
+        Parameter(
+            "k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"
+        ),
         Parameter("l", 0.5, "m", "a quarter of the bars' length"),
         Parameter("a", 2.0, "m", "free length of the springs"),
     ),
@@ -83,10 +125,16 @@ SYSTEM = System(
     facts=(
         MassMatrix("M = 17 m l² / (16 l² - q²)", lambda s: [[mass(s)]]),
         KineticEnergy(
-            "T = M q'² / 2, which is 17 m q'² / 32 while the bars are horizontal", lambda s: mass(s) * s["q'"] ** 2 / 2
+            "T = M q'² / 2, which is 17 m q'² / 32 while the bars are horizontal",
+            lambda s: mass(s) * s["q'"] ** 2 / 2,
         ),
-        Frequencies("linearized, (17/4) m q'' + 9 k q = 0", lambda s: [sqrt(36 * s.k / (17 * s.m))]),
-        Conserved("the energy M q'² / 2 + k (e_B² + 2 e_F²) / 2 with the springs' exact elongations", energy),
+        Frequencies(
+            "linearized, (17/4) m q'' + 9 k q = 0", lambda s: [sqrt(36 * s.k / (17 * s.m))]
+        ),
+        Conserved(
+            "the energy M q'² / 2 + k (e_B² + 2 e_F²) / 2 with the springs' exact elongations",
+            energy,
+        ),
         Steady("q = 0 is an equilibrium", {}),
     ),
 )

@@ -1,18 +1,29 @@
 """Bars and springs, as a closed loop.
 
-Two massless bars ABC and DEF of length 4 l are pinned to the ground at A, a height l above D; a massless bar CF of
-length l hangs on C and is pinned to the other bar's end at F, which closes the loop. A particle m sits at B on ABC,
-3 l from A, a particle 2 m at E in the middle of DEF. A spring k holds the middle B' of ABC from above, a spring 2 k
-holds F from below, both of free length a, relaxed and vertical while the bars are horizontal; gravity is ignored. The
-generalized coordinates are the angles alpha of ABC and delta of DEF, positive downwards, and gamma of CF against ABC;
-the loop leaves one of them free. Nothing is small: C falls by 4 l sin(alpha). The bar CF carries no mass and stays
-vertical, so that its pins transmit vertical forces only. `bars_and_springs` is the same assembly in the one
-coordinate 4 l sin(alpha), without a loop and with its equation in letters.
+Two massless bars ABC and DEF of length 4 l are pinned to the ground at A, a height l above D; a
+massless bar CF of length l hangs on C and is pinned to the other bar's end at F, which closes the
+loop. A particle m sits at B on ABC, 3 l from A, a particle 2 m at E in the middle of DEF. A spring
+k holds the middle B' of ABC from above, a spring 2 k holds F from below, both of free length a,
+relaxed and vertical while the bars are horizontal; gravity is ignored. The generalized coordinates
+are the angles alpha of ABC and delta of DEF, positive downwards, and gamma of CF against ABC; the
+loop leaves one of them free. Nothing is small: C falls by 4 l sin(alpha). The bar CF carries no
+mass and stays vertical, so that its pins transmit vertical forces only. `bars_and_springs` is the
+same assembly in the one coordinate 4 l sin(alpha), without a loop and with its equation in letters.
 """
 
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, Spring, bar, particle
+from mecanique.model import (
+    Body,
+    Loop,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    Spring,
+    bar,
+    particle,
+)
 from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
 from mecanique.textbook.system import System
 
@@ -28,13 +39,43 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
             Body("CF", bar(l, (0, 0, -1))),
         ),
         joints=(
-            Revolute("A", "ground", "ABC", axis=(0, 1, 0), origin=Placement((0, 0, l)), coordinate="alpha"),
+            Revolute(
+                "A",
+                "ground",
+                "ABC",
+                axis=(0, 1, 0),
+                origin=Placement((0, 0, l)),
+                coordinate="alpha",
+            ),
             Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            Revolute("C", "ABC", "CF", axis=(0, 1, 0), origin=Placement((4 * l, 0, 0)), coordinate="gamma"),
+            Revolute(
+                "C",
+                "ABC",
+                "CF",
+                axis=(0, 1, 0),
+                origin=Placement((4 * l, 0, 0)),
+                coordinate="gamma",
+            ),
         ),
         forces=(
-            Spring("spring_B", "ground", (2 * l, 0, l + a), "ABC", (2 * l, 0, 0), stiffness=k, free_length=a),
-            Spring("spring_F", "ground", (4 * l, 0, -a), "DEF", (4 * l, 0, 0), stiffness=2 * k, free_length=a),
+            Spring(
+                "spring_B",
+                "ground",
+                (2 * l, 0, l + a),
+                "ABC",
+                (2 * l, 0, 0),
+                stiffness=k,
+                free_length=a,
+            ),
+            Spring(
+                "spring_F",
+                "ground",
+                (4 * l, 0, -a),
+                "DEF",
+                (4 * l, 0, 0),
+                stiffness=2 * k,
+                free_length=a,
+            ),
         ),
         loops=(Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
         parameters=(m, k, l, a),
@@ -61,7 +102,9 @@ SYSTEM = System(
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j; large motion exact",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
-        Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"),
+        Parameter(
+            "k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"
+        ),
         Parameter("l", 0.5, "m", "a quarter of the bars' length"),
         Parameter("a", 0.8, "m", "free length of the springs"),
     ),
@@ -71,6 +114,9 @@ SYSTEM = System(
     tags=("chapter", "planar", "spring", "massless", "loop", "nonlinear", "structure"),
     facts=(
         KineticEnergy("T = m l² (9 alpha'² + 8 delta'²) / 2", kinetic),
-        Conserved("the energy T + k (upper - a)² / 2 + k (lower - a)², with the springs' exact lengths", energy),
+        Conserved(
+            "the energy T + k (upper - a)² / 2 + k (lower - a)², with the springs' exact lengths",
+            energy,
+        ),
     ),
 )

@@ -1,10 +1,11 @@
 """Bars and springs, in small motion.
 
-The assembly of `bars_and_springs` with all horizontal displacements neglected, as for small motion about the
-horizontal: two massless bars ABC and DEF of length 4 l, pinned at A and D and coupled by the bar CF, with particles m
-at B and 2 m at E. Both bars turn by q / (4 l), where the generalized coordinate q is the vertical displacement of C,
-positive downwards. The vertical springs, k at the middle of ABC and 2 k at F, act on the turning bars like torsional
-springs of stiffness k (2 l)² at A and 2 k (4 l)² at D. Gravity is ignored.
+The assembly of `bars_and_springs` with all horizontal displacements neglected, as for small motion
+about the horizontal: two massless bars ABC and DEF of length 4 l, pinned at A and D and coupled by
+the bar CF, with particles m at B and 2 m at E. Both bars turn by q / (4 l), where the generalized
+coordinate q is the vertical displacement of C, positive downwards. The vertical springs, k at the
+middle of ABC and 2 k at F, act on the turning bars like torsional springs of stiffness k (2 l)² at
+A and 2 k (4 l)² at D. Gravity is ignored.
 """
 
 from numpy import cos, sqrt
@@ -21,7 +22,14 @@ from mecanique.model import (
     coordinate,
     particle,
 )
-from mecanique.textbook.facts import Acceleration, Frequencies, KineticEnergy, Number, Solution, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Frequencies,
+    KineticEnergy,
+    Number,
+    Solution,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -37,9 +45,23 @@ def build(m: Parameter, k: Parameter, l: Parameter) -> Mechanism:
             Body("CF", bar(l, (0, 0, -1))),
         ),
         joints=(
-            Revolute("A", "ground", "ABC", axis=(0, 1, 0), origin=Placement((0, 0, l)), coordinate="alpha"),
+            Revolute(
+                "A",
+                "ground",
+                "ABC",
+                axis=(0, 1, 0),
+                origin=Placement((0, 0, l)),
+                coordinate="alpha",
+            ),
             Revolute("D", "ground", "DEF", axis=(0, 1, 0), coordinate="delta"),
-            Revolute("C", "ABC", "CF", axis=(0, 1, 0), origin=Placement((4 * l, 0, 0)), coordinate="gamma"),
+            Revolute(
+                "C",
+                "ABC",
+                "CF",
+                axis=(0, 1, 0),
+                origin=Placement((4 * l, 0, 0)),
+                coordinate="gamma",
+            ),
         ),
         forces=(
             JointSpring("spring_B", "A", k * (2 * l) ** 2),
@@ -61,7 +83,9 @@ SYSTEM = System(
     source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
-        Parameter("k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"),
+        Parameter(
+            "k", 50.0, "N/m", "stiffness of the spring at B'; the one at F has twice as much"
+        ),
         Parameter("l", 0.5, "m", "a quarter of the bars' length"),
     ),
     build=build,
@@ -72,6 +96,11 @@ SYSTEM = System(
         Acceleration("(17/4) m q'' + 9 k q = 0", lambda s: [-36 * s.k * s.q / (17 * s.m)]),
         KineticEnergy("T = 17 m q'² / 32", lambda s: 17 * s.m * s["q'"] ** 2 / 32),
         Frequencies("ω = sqrt(36 k / (17 m))", lambda s: [frequency(s)]),
-        Solution("q = q0 cos(ω t)", {"q": 0.2}, lambda s: {"q": 0.2 * cos(frequency(s) * s.t)}, until=lambda s: 2.0),
+        Solution(
+            "q = q0 cos(ω t)",
+            {"q": 0.2},
+            lambda s: {"q": 0.2 * cos(frequency(s) * s.t)},
+            until=lambda s: 2.0,
+        ),
     ),
 )

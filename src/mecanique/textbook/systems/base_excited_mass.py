@@ -1,8 +1,8 @@
 """Mass, spring and damper on a moving base.
 
-A block m slides along a horizontal line on a base that is moved as X sin(W t). A spring of stiffness k and free
-length a and a damper c tie it to the base. The generalized coordinate u is the displacement of the block relative to
-the base, from where the spring is free, positive towards +x.
+A block m slides along a horizontal line on a base that is moved as X sin(W t). A spring of
+stiffness k and free length a and a damper c tie it to the base. The generalized coordinate u is the
+displacement of the block relative to the base, from where the spring is free, positive towards +x.
 """
 
 import numpy as np
@@ -22,21 +22,41 @@ from mecanique.model import (
     massless,
     time,
 )
-from mecanique.textbook.facts import Acceleration, Eigenvalues, KineticEnergy, Number, Solution, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Eigenvalues,
+    KineticEnergy,
+    Number,
+    Solution,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, c: Parameter, k: Parameter, a: Parameter, X: Parameter, W: Parameter) -> Mechanism:
+def build(
+    m: Parameter, c: Parameter, k: Parameter, a: Parameter, X: Parameter, W: Parameter
+) -> Mechanism:
     """Return the block on its base."""
     from sympy import sin
 
     wall = Visual(Box((0.05, 0.4, 0.4)), rgba=(0.6, 0.6, 0.6, 1.0))
     return Mechanism(
         name="base_excited_mass",
-        bodies=(Body("ground"), Body("base", massless(wall)), Body("block", box(m, (0.3, 0.3, 0.3)))),
+        bodies=(
+            Body("ground"),
+            Body("base", massless(wall)),
+            Body("block", box(m, (0.3, 0.3, 0.3))),
+        ),
         joints=(
             Prismatic("shaker", "ground", "base", axis=(1, 0, 0), coordinate="x_base"),
-            Prismatic("slide", "base", "block", axis=(1, 0, 0), origin=Placement((a, 0, 0)), coordinate="u"),
+            Prismatic(
+                "slide",
+                "base",
+                "block",
+                axis=(1, 0, 0),
+                origin=Placement((a, 0, 0)),
+                coordinate="u",
+            ),
         ),
         forces=(
             Spring("spring", "base", (0, 0, 0), "block", (0, 0, 0), stiffness=k, free_length=a),

@@ -1,13 +1,24 @@
 """Bead on a rotating hoop.
 
-A bead m slides without friction on a circular hoop of radius R that turns at the constant rate W about its vertical
-diameter, under gravity g. The generalized coordinate theta is the angle of the bead's radius from the downward
-vertical. Turned fast enough, the bead leaves the bottom for one side.
+A bead m slides without friction on a circular hoop of radius R that turns at the constant rate W
+about its vertical diameter, under gravity g. The generalized coordinate theta is the angle of the
+bead's radius from the downward vertical. Turned fast enough, the bead leaves the bottom for one
+side.
 """
 
 from numpy import arccos, cos, sin, sqrt
 
-from mecanique.model import Body, Coordinates, Mechanism, Parameter, Revolute, massless, particle, ring, time
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Parameter,
+    Revolute,
+    massless,
+    particle,
+    ring,
+    time,
+)
 from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, StabilityLimit, Steady
 from mecanique.textbook.system import System
 
@@ -47,7 +58,12 @@ SYSTEM = System(
             "theta'' = (W² cos(theta) - g / R) sin(theta)",
             lambda s: [(s.W**2 * cos(s.theta) - s.g / s.R) * sin(s.theta)],
         ),
-        StabilityLimit("the bottom is stable below W = sqrt(g / R)", "W", lambda s: sqrt(s.g / s.R), stable="below"),
+        StabilityLimit(
+            "the bottom is stable below W = sqrt(g / R)",
+            "W",
+            lambda s: sqrt(s.g / s.R),
+            stable="below",
+        ),
         Steady(
             "above it, cos(theta) = g / (W² R) is an equilibrium",
             lambda s: {"theta": arccos(s.g / (s.W**2 * s.R))},
@@ -59,7 +75,10 @@ SYSTEM = System(
         ),
         Conserved(
             "Jacobi's integral R² (theta'² - W² sin²(theta)) / 2 - g R cos(theta), not the energy",
-            lambda s: s.R**2 * (s["theta'"] ** 2 - s.W**2 * sin(s.theta) ** 2) / 2 - s.g * s.R * cos(s.theta),
+            lambda s: (
+                s.R**2 * (s["theta'"] ** 2 - s.W**2 * sin(s.theta) ** 2) / 2
+                - s.g * s.R * cos(s.theta)
+            ),
         ),
     ),
 )

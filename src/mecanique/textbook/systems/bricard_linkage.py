@@ -1,10 +1,10 @@
 """Bricard's linkage of six hinges.
 
-Six uniform rods of length l and mass m, one of them the ground, make a closed chain of hinges whose axes are
-perpendicular to the rods and, from one hinge to the next, to each other: six edges of a cube. Counting restraints,
-nothing should move, yet the linkage has one degree of freedom; gravity is g. The generalized coordinates q1, q2, q3, q4
-and q5 are the angles of five hinges, zero on the cube; the sixth hinge is the loop, one of whose five equations is
-redundant.
+Six uniform rods of length l and mass m, one of them the ground, make a closed chain of hinges whose
+axes are perpendicular to the rods and, from one hinge to the next, to each other: six edges of a
+cube. Counting restraints, nothing should move, yet the linkage has one degree of freedom; gravity
+is g. The generalized coordinates q1, q2, q3, q4 and q5 are the angles of five hinges, zero on the
+cube; the sixth hinge is the loop, one of whose five equations is redundant.
 """
 
 from numpy import array, cos, cross, sin
@@ -101,9 +101,13 @@ SYSTEM = System(
     facts=(
         KineticEnergy("T = Σ m v²/2 + m l² |ω × e|²/24", kinetic),
         Conserved("the energy", energy),
-        Conserved("the loop: sin q1 sin q2 = sin q1 + sin q2", lambda s: sin(s.q1) * sin(s.q2) - sin(s.q1) - sin(s.q2)),
         Conserved(
-            "the loop is symmetric: q1 + q3, q1 - q5, q2 - q4", lambda s: array([s.q1 + s.q3, s.q1 - s.q5, s.q2 - s.q4])
+            "the loop: sin q1 sin q2 = sin q1 + sin q2",
+            lambda s: sin(s.q1) * sin(s.q2) - sin(s.q1) - sin(s.q2),
+        ),
+        Conserved(
+            "the loop is symmetric: q1 + q3, q1 - q5, q2 - q4",
+            lambda s: array([s.q1 + s.q3, s.q1 - s.q5, s.q2 - s.q4]),
         ),
     ),
 )

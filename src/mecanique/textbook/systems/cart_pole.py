@@ -1,8 +1,9 @@
 """Pendulum on a cart.
 
-A cart of mass M slides along a horizontal line against a damping c and is pushed by a force F(t). A massless rod of
-length l with a particle m at its end hangs from it and swings in the vertical plane under gravity g. The generalized
-coordinates are the cart's position x and the angle q of the rod from the downward vertical, positive towards +x.
+A cart of mass M slides along a horizontal line against a damping c and is pushed by a force F(t). A
+massless rod of length l with a particle m at its end hangs from it and swings in the vertical plane
+under gravity g. The generalized coordinates are the cart's position x and the angle q of the rod
+from the downward vertical, positive towards +x.
 """
 
 from numpy import cos, sin, sqrt
@@ -70,13 +71,17 @@ SYSTEM = System(
     tags=("pendulum", "planar", "control"),
     facts=(
         Acceleration(
-            "(M + m sin²(q)) x'' = m sin(q) (l q'² + g cos(q)) - c x' and l q'' = -x'' cos(q) - g sin(q)", acceleration
+            "(M + m sin²(q)) x'' = m sin(q) (l q'² + g cos(q)) - c x' and l q'' = -x'' cos(q) - g sin(q)",
+            acceleration,
         ),
         MassMatrix(
             "M = [[M + m, m l cos(q)], [m l cos(q), m l²]]",
             lambda s: [[s.M + s.m, s.m * s.l * cos(s.q)], [s.m * s.l * cos(s.q), s.m * s.l**2]],
         ),
-        Frequencies("ω = 0 and sqrt((1 + m/M) g / l), hanging", lambda s: [0, sqrt((1 + s.m / s.M) * s.g / s.l)]),
+        Frequencies(
+            "ω = 0 and sqrt((1 + m/M) g / l), hanging",
+            lambda s: [0, sqrt((1 + s.m / s.M) * s.g / s.l)],
+        ),
         Conserved(
             "(M + m) x' + m l q' cos(q) + c x, the momentum and what the damping took",
             lambda s: (s.M + s.m) * s["x'"] + s.m * s.l * s["q'"] * cos(s.q) + s.c * s.x,

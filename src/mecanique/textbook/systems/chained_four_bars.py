@@ -1,10 +1,11 @@
 """Chain of n four-bar linkages.
 
-n + 1 uniform bars of length l and mass m stand on pins on the ground, a distance l apart, and the tops of neighbors are
-joined by n more of these bars; gravity is g. Every window is a parallelogram and may fold into an antiparallelogram
-when all bars lie on the ground line: there the mechanism is singular, and a solver must pass. The generalized
-coordinates are the angles theta0 … thetan of the standing bars from the horizontal, positive upwards, and phi1 … phin
-of the joining bars against the standing bar before them; n loops of two equations leave one of the 2 n + 1 free.
+n + 1 uniform bars of length l and mass m stand on pins on the ground, a distance l apart, and the
+tops of neighbors are joined by n more of these bars; gravity is g. Every window is a parallelogram
+and may fold into an antiparallelogram when all bars lie on the ground line: there the mechanism is
+singular, and a solver must pass. The generalized coordinates are the angles theta0 … thetan of the
+standing bars from the horizontal, positive upwards, and phi1 … phin of the joining bars against the
+standing bar before them; n loops of two equations leave one of the 2 n + 1 free.
 """
 
 import numpy as np
@@ -49,7 +50,9 @@ def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:
                 for i in windows
             ),
         ),
-        loops=tuple(Loop.pin(f"closing{i}", f"beam{i}", (l, 0, 0), f"post{i}", (l, 0, 0)) for i in windows),
+        loops=tuple(
+            Loop.pin(f"closing{i}", f"beam{i}", (l, 0, 0), f"post{i}", (l, 0, 0)) for i in windows
+        ),
         parameters=(m, l, g),
         gravity=(0, 0, -g),
     )
@@ -75,7 +78,9 @@ def kinetic(s: Values) -> Number:
 def energy(s: Values) -> Number:
     """Return T + V."""
     posts, _, beams, _ = angles(s)
-    return kinetic(s) + s.m * s.g * s.l * (np.sum(sin(posts)) / 2 + np.sum(sin(posts[:-1]) + sin(beams) / 2))
+    return kinetic(s) + s.m * s.g * s.l * (
+        np.sum(sin(posts)) / 2 + np.sum(sin(posts[:-1]) + sin(beams) / 2)
+    )
 
 
 def hanging(s: Values) -> dict[str, Number]:
@@ -107,6 +112,10 @@ SYSTEM = System(
     facts=(
         KineticEnergy("T of 2 n + 1 uniform bars", kinetic),
         Conserved("the energy", energy),
-        Period("hanging, it swings like a pendulum of length l ((n + 1)/3 + n) / ((n + 1)/2 + n)", hanging, period),
+        Period(
+            "hanging, it swings like a pendulum of length l ((n + 1)/3 + n) / ((n + 1)/2 + n)",
+            hanging,
+            period,
+        ),
     ),
 )

@@ -1,8 +1,9 @@
 """Compound pendulum.
 
-The pendulum of a clock: a homogeneous rod of mass m1 and length l, pinned at its upper end, carries at its lower end
-a homogeneous disk of mass m2 and radius r, fixed by its center and upright in the plane of the swing. It swings under
-gravity g. The generalized coordinate q is the angle from the downward vertical, positive towards +x.
+The pendulum of a clock: a homogeneous rod of mass m1 and length l, pinned at its upper end, carries
+at its lower end a homogeneous disk of mass m2 and radius r, fixed by its center and upright in the
+plane of the swing. It swings under gravity g. The generalized coordinate q is the angle from the
+downward vertical, positive towards +x.
 """
 
 from numpy import cos, sin, sqrt
@@ -73,7 +74,10 @@ SYSTEM = System(
             "q'' = -g sin(q) / L, L = (m1 l²/3 + m2 (l² + r²/2)) / ((m1/2 + m2) l)",
             lambda s: [-s.g / length(s) * sin(s.q)],
         ),
-        Frequencies("ω = sqrt(g / L), that of a simple pendulum of length L", lambda s: [sqrt(s.g / length(s))]),
+        Frequencies(
+            "ω = sqrt(g / L), that of a simple pendulum of length L",
+            lambda s: [sqrt(s.g / length(s))],
+        ),
         Period("swings of amplitude A last 4 sqrt(L / g) K(k), k = sin(A/2)", {"q": 1.0}, period),
         Reaction("the pin bears m a_G and the weight", "pin", reaction),
     ),

@@ -1,9 +1,10 @@
 """Coupled pendulums.
 
-Two equal pendulums, particles m on massless rods of length l, hang from pins a distance d apart on a horizontal line.
-A spring of stiffness k and free length d joins the rods at the distance a below the pins. They swing in one vertical
-plane under gravity g. The generalized coordinates q1 and q2 are the angles from the downward vertical, positive
-towards +x. Energy goes to and fro between the pendulums.
+Two equal pendulums, particles m on massless rods of length l, hang from pins a distance d apart on
+a horizontal line. A spring of stiffness k and free length d joins the rods at the distance a below
+the pins. They swing in one vertical plane under gravity g. The generalized coordinates q1 and q2
+are the angles from the downward vertical, positive towards +x. Energy goes to and fro between the
+pendulums.
 """
 
 from numpy import cos, sin, sqrt
@@ -13,16 +14,30 @@ from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number,
 from mecanique.textbook.system import System
 
 
-def build(m: Parameter, l: Parameter, d: Parameter, a: Parameter, k: Parameter, g: Parameter) -> Mechanism:
+def build(
+    m: Parameter, l: Parameter, d: Parameter, a: Parameter, k: Parameter, g: Parameter
+) -> Mechanism:
     """Return both pendulums and the spring."""
     return Mechanism(
         name="coupled_pendulums",
-        bodies=(Body("ground"), *(Body(f"bob{i}", bar(l), particle(m, (0, 0, -l))) for i in (1, 2))),
+        bodies=(
+            Body("ground"),
+            *(Body(f"bob{i}", bar(l), particle(m, (0, 0, -l))) for i in (1, 2)),
+        ),
         joints=(
             Revolute("pin1", "ground", "bob1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute("pin2", "ground", "bob2", axis=(0, -1, 0), origin=Placement((d, 0, 0)), coordinate="q2"),
+            Revolute(
+                "pin2",
+                "ground",
+                "bob2",
+                axis=(0, -1, 0),
+                origin=Placement((d, 0, 0)),
+                coordinate="q2",
+            ),
         ),
-        forces=(Spring("spring", "bob1", (0, 0, -a), "bob2", (0, 0, -a), stiffness=k, free_length=d),),
+        forces=(
+            Spring("spring", "bob1", (0, 0, -a), "bob2", (0, 0, -a), stiffness=k, free_length=d),
+        ),
         parameters=(m, l, d, a, k, g),
         gravity=(0, 0, -g),
     )
@@ -60,7 +75,9 @@ SYSTEM = System(
     duration=30.0,
     tags=("pendulum", "planar", "spring", "modes"),
     facts=(
-        MassMatrix("M = m l² times the unit matrix", lambda s: [[s.m * s.l**2, 0], [0, s.m * s.l**2]]),
+        MassMatrix(
+            "M = m l² times the unit matrix", lambda s: [[s.m * s.l**2, 0], [0, s.m * s.l**2]]
+        ),
         Frequencies(
             "ω² = g / l side by side, g / l + 2 k a² / (m l²) against each other",
             lambda s: [sqrt(s.g / s.l), sqrt(s.g / s.l + 2 * s.k * s.a**2 / (s.m * s.l**2))],

@@ -1,9 +1,10 @@
 """Crane with a hoisted load.
 
-A trolley M runs on a horizontal beam, pushed by F(t). From it hangs a load m, a particle, by a cable without mass
-whose length is wound up at the constant rate w from l0: l = l0 − w t, for as long as l > 0; gravity g acts. The
-generalized coordinates are the trolley's position x and the angle theta of the cable from the downward vertical,
-positive towards +x. Hoisting makes the load swing wider.
+A trolley M runs on a horizontal beam, pushed by F(t). From it hangs a load m, a particle, by a
+cable without mass whose length is wound up at the constant rate w from l0: l = l0 − w t, for as
+long as l > 0; gravity g acts. The generalized coordinates are the trolley's position x and the
+angle theta of the cable from the downward vertical, positive towards +x. Hoisting makes the load
+swing wider.
 """
 
 from numpy import cos, sin
@@ -21,7 +22,14 @@ from mecanique.model import (
     particle,
     time,
 )
-from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassMatrix, Number, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Frequencies,
+    MassMatrix,
+    Number,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -94,7 +102,9 @@ SYSTEM = System(
             "l theta'' = 2 w theta' - g sin(theta) - x'' cos(theta)",
             acceleration,
         ),
-        Conserved("the horizontal momentum (M + m) x' + m (l theta' cos(theta) - w sin(theta))", momentum),
+        Conserved(
+            "the horizontal momentum (M + m) x' + m (l theta' cos(theta) - w sin(theta))", momentum
+        ),
         Frequencies(
             "with the hoist at rest, ω = 0 and sqrt((1 + m / M) g / l0)",
             lambda s: [0, ((1 + s.m / s.M) * s.g / s.l0) ** 0.5],

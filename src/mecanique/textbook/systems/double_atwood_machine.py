@@ -1,9 +1,10 @@
 """Double Atwood machine.
 
-A cord over a fixed pulley carries a weight m1 at one end and a second pulley at the other; a cord over that one
-carries weights m2 and m3. Cords and pulleys, of radius R, have no mass, and gravity g acts. The generalized
-coordinates are the way x that m1 has gone down and the way y that m2 has gone down as seen from the second pulley. At
-x = y = 0 all hang at the depth h below the pulley that carries them.
+A cord over a fixed pulley carries a weight m1 at one end and a second pulley at the other; a cord
+over that one carries weights m2 and m3. Cords and pulleys, of radius R, have no mass, and gravity g
+acts. The generalized coordinates are the way x that m1 has gone down and the way y that m2 has gone
+down as seen from the second pulley. At x = y = 0 all hang at the depth h below the pulley that
+carries them.
 """
 
 from mecanique.model import (
@@ -25,10 +26,14 @@ from mecanique.textbook.system import System
 QUARTER = 1.5707963267948966
 
 
-def build(m1: Parameter, m2: Parameter, m3: Parameter, R: Parameter, h: Parameter, g: Parameter) -> Mechanism:
+def build(
+    m1: Parameter, m2: Parameter, m3: Parameter, R: Parameter, h: Parameter, g: Parameter
+) -> Mechanism:
     """Return the weights and both pulleys."""
     x, y, size = coordinate("x"), coordinate("y"), (0.1, 0.1, 0.1)
-    wheel = massless(Visual(Cylinder(R, 0.02), Placement(rpy=(QUARTER, 0, 0)), (0.6, 0.6, 0.6, 1.0)))
+    wheel = massless(
+        Visual(Cylinder(R, 0.02), Placement(rpy=(QUARTER, 0, 0)), (0.6, 0.6, 0.6, 1.0))
+    )
     return Mechanism(
         name="double_atwood_machine",
         bodies=(
@@ -39,10 +44,38 @@ def build(m1: Parameter, m2: Parameter, m3: Parameter, R: Parameter, h: Paramete
             Body("weight3", box(m3, size)),
         ),
         joints=(
-            Prismatic("cord1", "ground", "weight1", axis=(0, 0, -1), origin=Placement((-R, 0, -h)), coordinate="x"),
-            Prismatic("hook", "ground", "pulley", axis=(0, 0, -1), origin=Placement((R, 0, -h)), coordinate="down"),
-            Prismatic("cord2", "pulley", "weight2", axis=(0, 0, -1), origin=Placement((-R, 0, -h)), coordinate="y"),
-            Prismatic("cord3", "pulley", "weight3", axis=(0, 0, -1), origin=Placement((R, 0, -h)), coordinate="y3"),
+            Prismatic(
+                "cord1",
+                "ground",
+                "weight1",
+                axis=(0, 0, -1),
+                origin=Placement((-R, 0, -h)),
+                coordinate="x",
+            ),
+            Prismatic(
+                "hook",
+                "ground",
+                "pulley",
+                axis=(0, 0, -1),
+                origin=Placement((R, 0, -h)),
+                coordinate="down",
+            ),
+            Prismatic(
+                "cord2",
+                "pulley",
+                "weight2",
+                axis=(0, 0, -1),
+                origin=Placement((-R, 0, -h)),
+                coordinate="y",
+            ),
+            Prismatic(
+                "cord3",
+                "pulley",
+                "weight3",
+                axis=(0, 0, -1),
+                origin=Placement((R, 0, -h)),
+                coordinate="y3",
+            ),
         ),
         coordinates=Coordinates(("x", "y"), {"down": -x, "y3": -y}),
         parameters=(m1, m2, m3, R, h, g),
@@ -70,7 +103,12 @@ SYSTEM = System(
         Parameter("m2", 2.0, "kg", "mass of one weight on the moving pulley's cord"),
         Parameter("m3", 1.0, "kg", "mass of the other"),
         Parameter("R", 0.2, "m", "radius of the pulleys"),
-        Parameter("h", 1.0, "m", "depth of the weights and of the moving pulley below their pulleys at x = y = 0"),
+        Parameter(
+            "h",
+            1.0,
+            "m",
+            "depth of the weights and of the moving pulley below their pulleys at x = y = 0",
+        ),
         Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
     ),
     build=build,
@@ -79,13 +117,16 @@ SYSTEM = System(
     tags=("pulley", "planar", "linear", "massless", "mimic"),
     facts=(
         Acceleration(
-            "x'' = (m1 (m2 + m3) - 4 m2 m3) g / D, y'' = 2 m1 (m2 - m3) g / D, D = m1 (m2 + m3) + 4 m2 m3", acceleration
+            "x'' = (m1 (m2 + m3) - 4 m2 m3) g / D, y'' = 2 m1 (m2 - m3) g / D, D = m1 (m2 + m3) + 4 m2 m3",
+            acceleration,
         ),
         MassMatrix(
             "M = [[m1 + m2 + m3, m3 - m2], [m3 - m2, m2 + m3]]",
             lambda s: [[s.m1 + s.m2 + s.m3, s.m3 - s.m2], [s.m3 - s.m2, s.m2 + s.m3]],
         ),
         Conserved("the energy", energy),
-        Steady("in balance if m1 = m2 + m3 and m2 = m3", {}, given={"m1": 2.0, "m2": 1.0, "m3": 1.0}),
+        Steady(
+            "in balance if m1 = m2 + m3 and m2 = m3", {}, given={"m1": 2.0, "m2": 1.0, "m3": 1.0}
+        ),
     ),
 )

@@ -1,13 +1,22 @@
 """Double pendulum of uniform rods.
 
-A rod m1, l1 hangs from a fixed pin, a second rod m2, l2 from its lower end; both swing in one vertical plane under
-gravity g. The generalized coordinates q1 and q2 are the angles of the rods from the downward vertical, positive
-towards +x; the second joint turns by q2 − q1.
+A rod m1, l1 hangs from a fixed pin, a second rod m2, l2 from its lower end; both swing in one
+vertical plane under gravity g. The generalized coordinates q1 and q2 are the angles of the rods
+from the downward vertical, positive towards +x; the second joint turns by q2 − q1.
 """
 
 from numpy import cos, sqrt
 
-from mecanique.model import Body, Coordinates, Mechanism, Parameter, Placement, Revolute, coordinate, rod
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    coordinate,
+    rod,
+)
 from mecanique.textbook.facts import Conserved, Frequencies, MassMatrix, Number, Values
 from mecanique.textbook.system import System
 
@@ -20,7 +29,14 @@ def build(m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, g: Paramet
         bodies=(Body("ground"), Body("rod1", rod(m1, l1)), Body("rod2", rod(m2, l2))),
         joints=(
             Revolute("pin1", "ground", "rod1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute("pin2", "rod1", "rod2", axis=(0, -1, 0), origin=Placement((0, 0, -l1)), coordinate="theta2"),
+            Revolute(
+                "pin2",
+                "rod1",
+                "rod2",
+                axis=(0, -1, 0),
+                origin=Placement((0, 0, -l1)),
+                coordinate="theta2",
+            ),
         ),
         coordinates=Coordinates(("q1", "q2"), {"theta2": q2 - q1}),
         parameters=(m1, m2, l1, l2, g),
@@ -62,7 +78,8 @@ SYSTEM = System(
     tags=("pendulum", "planar", "chaos"),
     facts=(
         MassMatrix(
-            "M = [[(m1/3 + m2) l1², m2 l1 l2 cos(q1 - q2) / 2], [m2 l1 l2 cos(q1 - q2) / 2, m2 l2² / 3]]", mass_matrix
+            "M = [[(m1/3 + m2) l1², m2 l1 l2 cos(q1 - q2) / 2], [m2 l1 l2 cos(q1 - q2) / 2, m2 l2² / 3]]",
+            mass_matrix,
         ),
         Frequencies(
             "equal rods: ω² = 3 (1 ± 2 / sqrt(7)) g / l",
@@ -70,6 +87,8 @@ SYSTEM = System(
             given={"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 1.0},
         ),
         Conserved("the energy T - (m1/2 + m2) g l1 cos(q1) - m2 g l2 cos(q2) / 2", energy),
-        Conserved("without gravity, the angular momentum about the upper pin", spin, given={"g": 0.0}),
+        Conserved(
+            "without gravity, the angular momentum about the upper pin", spin, given={"g": 0.0}
+        ),
     ),
 )

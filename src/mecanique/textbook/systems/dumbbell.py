@@ -1,9 +1,10 @@
 """Two particles joined by a rigid rod.
 
-Particles m1 and m2 are kept at the distance l by a massless rod and thrown under gravity g. Six rectangular
-coordinates with one constraint leave N = 3·2 − 1 = 5 degrees of freedom. The generalized coordinates are x, y, z of
-the center of mass, the azimuth phi of the rod about the vertical, from the x axis, and its angle theta from the
-upward vertical (phi has no meaning while the rod is vertical). The rod points from m1 to m2.
+Particles m1 and m2 are kept at the distance l by a massless rod and thrown under gravity g. Six
+rectangular coordinates with one constraint leave N = 3·2 − 1 = 5 degrees of freedom. The
+generalized coordinates are x, y, z of the center of mass, the azimuth phi of the rod about the
+vertical, from the x axis, and its angle theta from the upward vertical (phi has no meaning while
+the rod is vertical). The rod points from m1 to m2.
 """
 
 from numpy import cos, sin, tan
@@ -43,7 +44,10 @@ def inertia(s: Values) -> Number:
 def mass_matrix(s: Values) -> list[list[Number]]:
     """Return M, diagonal in these coordinates."""
     entries = [s.m1 + s.m2] * 3 + [inertia(s) * sin(s.theta) ** 2, inertia(s)]
-    return [[entry if row == column else 0.0 for column in range(5)] for row, entry in enumerate(entries)]
+    return [
+        [entry if row == column else 0.0 for column in range(5)]
+        for row, entry in enumerate(entries)
+    ]
 
 
 def acceleration(s: Values) -> list[float]:
@@ -67,9 +71,13 @@ SYSTEM = System(
     duration=2.0,
     tags=("chapter", "particle", "spatial", "free"),
     facts=(
-        MassMatrix("M = diag(m, m, m, I sin²(theta), I), m = m1 + m2, I = m1 m2 l² / (m1 + m2)", mass_matrix),
+        MassMatrix(
+            "M = diag(m, m, m, I sin²(theta), I), m = m1 + m2, I = m1 m2 l² / (m1 + m2)",
+            mass_matrix,
+        ),
         Acceleration(
-            "z'' = -g, phi'' = -2 phi' theta' cot(theta), theta'' = phi'² sin(theta) cos(theta)", acceleration
+            "z'' = -g, phi'' = -2 phi' theta' cot(theta), theta'' = phi'² sin(theta) cos(theta)",
+            acceleration,
         ),
         Conserved(
             "phi' sin²(theta), the angular momentum about the vertical per I",

@@ -1,9 +1,10 @@
 """Elastic pendulum.
 
-A particle m hangs from a fixed pin by a spring of stiffness k and free length l0 and swings in a vertical plane under
-gravity g. The generalized coordinates are the spring's length r, which must stay positive, and the angle theta of the
-spring from the downward vertical, positive towards +x. Where k = 3 m g / l0, swinging and bouncing are in 1:2
-resonance and energy wanders from one to the other and back.
+A particle m hangs from a fixed pin by a spring of stiffness k and free length l0 and swings in a
+vertical plane under gravity g. The generalized coordinates are the spring's length r, which must
+stay positive, and the angle theta of the spring from the downward vertical, positive towards +x.
+Where k = 3 m g / l0, swinging and bouncing are in 1:2 resonance and energy wanders from one to the
+other and back.
 """
 
 from numpy import cos, sin, sqrt
@@ -67,13 +68,16 @@ SYSTEM = System(
     tags=("pendulum", "planar", "spring", "chaos"),
     facts=(
         Acceleration(
-            "r'' = r theta'² + g cos(theta) - k (r - l0) / m, r theta'' = -g sin(theta) - 2 r' theta'", acceleration
+            "r'' = r theta'² + g cos(theta) - k (r - l0) / m, r theta'' = -g sin(theta) - 2 r' theta'",
+            acceleration,
         ),
         Frequencies(
             "at rest r = l0 + m g / k, and ω = sqrt(k / m), sqrt(g / (l0 + m g / k))",
             lambda s: [sqrt(s.k / s.m), sqrt(s.g / (s.l0 + s.m * s.g / s.k))],
             at=lambda s: {"r": s.l0 + s.m * s.g / s.k},
         ),
-        Conserved("the energy m (r'² + r² theta'²) / 2 + k (r - l0)² / 2 - m g r cos(theta)", energy),
+        Conserved(
+            "the energy m (r'² + r² theta'²) / 2 + k (r - l0)² / 2 - m g r cos(theta)", energy
+        ),
     ),
 )

@@ -1,10 +1,11 @@
 """Pendulum on a rotating platform (Foucault).
 
-A particle m hangs by a massless rod of length l from a frame that stands on a platform; the platform turns at the
-constant rate W about the vertical through the point of suspension, under gravity g. The generalized coordinates are
-the angles of the Cardan joint the rod hangs from, as seen on the platform: alpha about the platform's x axis, then
-beta about the turned y axis; the particle is at (−l sin(beta), l sin(alpha) cos(beta), −l cos(alpha) cos(beta)). On
-the platform the plane of small swings turns backwards at W. On the earth W is the vertical part of the earth's rate.
+A particle m hangs by a massless rod of length l from a frame that stands on a platform; the
+platform turns at the constant rate W about the vertical through the point of suspension, under
+gravity g. The generalized coordinates are the angles of the Cardan joint the rod hangs from, as
+seen on the platform: alpha about the platform's x axis, then beta about the turned y axis; the
+particle is at (−l sin(beta), l sin(alpha) cos(beta), −l cos(alpha) cos(beta)). On the platform the
+plane of small swings turns backwards at W. On the earth W is the vertical part of the earth's rate.
 """
 
 from numpy import cos, sin, sqrt
@@ -33,7 +34,11 @@ def build(m: Parameter, l: Parameter, g: Parameter, W: Parameter) -> Mechanism:
     floor = Visual(Box((l, l, l / 50)), Placement((0, 0, -1.1 * l)), (0.8, 0.8, 0.8, 1.0))
     return Mechanism(
         name="foucault_pendulum",
-        bodies=(Body("ground"), Body("platform", massless(floor)), Body("bob", bar(l), particle(m, (0, 0, -l)))),
+        bodies=(
+            Body("ground"),
+            Body("platform", massless(floor)),
+            Body("bob", bar(l), particle(m, (0, 0, -l))),
+        ),
         joints=(
             Revolute("turntable", "ground", "platform", axis=(0, 0, 1), coordinate="turn"),
             Universal("cardan", "platform", "bob", names=("alpha", "beta")),
@@ -48,7 +53,9 @@ def place(s: Values) -> tuple[Number, Number]:
     """Return where the particle is on the platform, as x + i y and its rate, both by real and imaginary part."""
     x, y = -s.l * sin(s.beta), s.l * sin(s.alpha) * cos(s.beta)
     x_rate = -s.l * cos(s.beta) * s["beta'"]
-    y_rate = s.l * (cos(s.alpha) * cos(s.beta) * s["alpha'"] - sin(s.alpha) * sin(s.beta) * s["beta'"])
+    y_rate = s.l * (
+        cos(s.alpha) * cos(s.beta) * s["alpha'"] - sin(s.alpha) * sin(s.beta) * s["beta'"]
+    )
     return (x, y), (x_rate, y_rate)
 
 
@@ -79,7 +86,10 @@ SYSTEM = System(
     duration=32.0,
     tags=("pendulum", "spatial", "prescribed motion", "rotating frame"),
     facts=(
-        MassMatrix("M = m l² diag(cos²(beta), 1)", lambda s: [[s.m * (s.l * cos(s.beta)) ** 2, 0], [0, s.m * s.l**2]]),
+        MassMatrix(
+            "M = m l² diag(cos²(beta), 1)",
+            lambda s: [[s.m * (s.l * cos(s.beta)) ** 2, 0], [0, s.m * s.l**2]],
+        ),
         Eigenvalues(
             "small swings turn at -W on the platform: λ = ±i (sqrt(g / l) ± W)",
             lambda s: [a * 1j * (sqrt(s.g / s.l) + b * s.W) for a in (1, -1) for b in (1, -1)],

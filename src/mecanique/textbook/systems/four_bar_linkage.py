@@ -1,9 +1,10 @@
 """Four-bar linkage.
 
-A crank of length a and mass m1 and a rocker of length c and mass m3 turn about pins on the ground, a distance d apart;
-a coupler of length b and mass m2 joins their ends. All bars are uniform and move in one vertical plane under gravity g.
-The generalized coordinates are the angles phi of the crank and psi of the rocker from the horizontal, positive upwards,
-and theta of the coupler against the crank; the loop at the rocker's end leaves one of them free.
+A crank of length a and mass m1 and a rocker of length c and mass m3 turn about pins on the ground,
+a distance d apart; a coupler of length b and mass m2 joins their ends. All bars are uniform and
+move in one vertical plane under gravity g. The generalized coordinates are the angles phi of the
+crank and psi of the rocker from the horizontal, positive upwards, and theta of the coupler against
+the crank; the loop at the rocker's end leaves one of them free.
 """
 
 from numpy import cos, pi, sin, sqrt
@@ -34,8 +35,22 @@ def build(
         ),
         joints=(
             Revolute("A", "ground", "crank", axis=(0, -1, 0), coordinate="phi"),
-            Revolute("B", "crank", "coupler", axis=(0, -1, 0), origin=Placement((a, 0, 0)), coordinate="theta"),
-            Revolute("D", "ground", "rocker", axis=(0, -1, 0), origin=Placement((d, 0, 0)), coordinate="psi"),
+            Revolute(
+                "B",
+                "crank",
+                "coupler",
+                axis=(0, -1, 0),
+                origin=Placement((a, 0, 0)),
+                coordinate="theta",
+            ),
+            Revolute(
+                "D",
+                "ground",
+                "rocker",
+                axis=(0, -1, 0),
+                origin=Placement((d, 0, 0)),
+                coordinate="psi",
+            ),
         ),
         loops=(Loop.pin("C", "coupler", (b, 0, 0), "rocker", (c, 0, 0)),),
         parameters=(a, b, c, d, m1, m2, m3, g),
@@ -89,7 +104,10 @@ SYSTEM = System(
     start={"phi": 1.1, "theta": -0.76, "psi": 1.25},
     tags=("linkage", "planar", "loop"),
     facts=(
-        Conserved("the loop: (d/a) cos psi - (d/c) cos phi + (a²-b²+c²+d²)/(2 a c) = cos(phi - psi)", freudenstein),
+        Conserved(
+            "the loop: (d/a) cos psi - (d/c) cos phi + (a²-b²+c²+d²)/(2 a c) = cos(phi - psi)",
+            freudenstein,
+        ),
         KineticEnergy("T of three uniform bars", kinetic),
         Conserved("the energy", energy),
         Period(

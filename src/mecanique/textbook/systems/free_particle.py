@@ -1,7 +1,8 @@
 """Free particle.
 
-A particle m is thrown and falls freely under gravity g; nothing constrains it, so it has three degrees of freedom.
-The generalized coordinates are its rectangular coordinates x, y, z, with z upwards.
+A particle m is thrown and falls freely under gravity g; nothing constrains it, so it has three
+degrees of freedom. The generalized coordinates are its rectangular coordinates x, y, z, with z
+upwards.
 """
 
 from mecanique.model import Body, Mechanism, Parameter, Prismatic, particle
@@ -26,7 +27,12 @@ def build(m: Parameter, g: Parameter) -> Mechanism:
 
 def flight(s: Values) -> dict[str, float]:
     """Return the parabola of the throw."""
-    return {"x": 1.0 + 3.0 * s.t, "y": 2.0 * s.t, "z": 4.0 * s.t - s.g * s.t**2 / 2, "z'": 4.0 - s.g * s.t}
+    return {
+        "x": 1.0 + 3.0 * s.t,
+        "y": 2.0 * s.t,
+        "z": 4.0 * s.t - s.g * s.t**2 / 2,
+        "z'": 4.0 - s.g * s.t,
+    }
 
 
 SYSTEM = System(
@@ -42,7 +48,9 @@ SYSTEM = System(
     tags=("chapter", "particle", "spatial", "free", "linear"),
     facts=(
         Acceleration("m (x'', y'', z'') = (0, 0, -m g)", lambda s: [0, 0, -s.g]),
-        MassMatrix("M = m times the unit matrix", lambda s: [[s.m, 0, 0], [0, s.m, 0], [0, 0, s.m]]),
+        MassMatrix(
+            "M = m times the unit matrix", lambda s: [[s.m, 0, 0], [0, s.m, 0], [0, 0, s.m]]
+        ),
         Solution(
             "r = r0 + v0 t - g t² e_z / 2",
             {"x": 1.0, "x'": 3.0, "y'": 2.0, "z'": 4.0},

@@ -1,12 +1,20 @@
 """Free planar body.
 
-A homogeneous rectangular plate of mass m and sides a and b is thrown in its own, vertical plane under gravity g: at
-most three degrees of freedom are possible in planar motion. The generalized coordinates are x and z of the center of
-mass and the angle theta of the plate, positive from x towards z.
+A homogeneous rectangular plate of mass m and sides a and b is thrown in its own, vertical plane
+under gravity g: at most three degrees of freedom are possible in planar motion. The generalized
+coordinates are x and z of the center of mass and the angle theta of the plate, positive from x
+towards z.
 """
 
 from mecanique.model import Body, Mechanism, Parameter, Planar, plate
-from mecanique.textbook.facts import Acceleration, KineticEnergy, MassMatrix, Number, Solution, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    KineticEnergy,
+    MassMatrix,
+    Number,
+    Solution,
+    Values,
+)
 from mecanique.textbook.system import System
 
 QUARTER = 1.5707963267948966
@@ -30,7 +38,12 @@ def inertia(s: Values) -> Number:
 
 def flight(s: Values) -> dict[str, float]:
     """Return the throw: a parabola and a steady turn."""
-    return {"x": 2.0 * s.t, "z": 5.0 * s.t - s.g * s.t**2 / 2, "theta": 0.5 + 3.0 * s.t, "theta'": 3.0}
+    return {
+        "x": 2.0 * s.t,
+        "z": 5.0 * s.t - s.g * s.t**2 / 2,
+        "theta": 0.5 + 3.0 * s.t,
+        "theta'": 3.0,
+    }
 
 
 SYSTEM = System(

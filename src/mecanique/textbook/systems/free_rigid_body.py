@@ -1,14 +1,22 @@
 """Free rigid body.
 
-A homogeneous cylinder of mass m, radius r and length l, along its z axis, is thrown spinning, under gravity g. Its
-six degrees of freedom are the position x, y, z of the center and the attitude, a unit quaternion (qx, qy, qz, qw),
-which has no singular direction; the velocities are those of the center and of the turning, in the body's own axes.
+A homogeneous cylinder of mass m, radius r and length l, along its z axis, is thrown spinning, under
+gravity g. Its six degrees of freedom are the position x, y, z of the center and the attitude, a
+unit quaternion (qx, qy, qz, qw), which has no singular direction; the velocities are those of the
+center and of the turning, in the body's own axes.
 """
 
 import numpy as np
 
 from mecanique.model import Body, Floating, Mechanism, Parameter, cylinder
-from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Solution, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    KineticEnergy,
+    Number,
+    Solution,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -17,7 +25,9 @@ def build(m: Parameter, r: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     return Mechanism(
         name="free_rigid_body",
         bodies=(Body("ground"), Body("cylinder", cylinder(m, r, l))),
-        joints=(Floating("free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")),),
+        joints=(
+            Floating("free", "ground", "cylinder", names=("x", "y", "z", "qx", "qy", "qz", "qw")),
+        ),
         parameters=(m, r, l, g),
         gravity=(0, 0, -g),
     )
@@ -31,7 +41,9 @@ def inertia(s: Values) -> Number:
 
 def velocities(s: Values) -> tuple[Number, Number]:
     """Return the velocity of the center and the angular velocity in the body's axes, shape (3,) each."""
-    return np.array([s[f"free_v{axis}"] for axis in "xyz"]), np.array([s[f"free_w{axis}"] for axis in "xyz"])
+    return np.array([s[f"free_v{axis}"] for axis in "xyz"]), np.array(
+        [s[f"free_w{axis}"] for axis in "xyz"]
+    )
 
 
 def turned(s: Values, u: Number) -> Number:
@@ -57,7 +69,9 @@ def constants(s: Values) -> Number:
     """Return the angular momentum about the center, the horizontal momentum and the energy."""
     v, w = velocities(s)
     T = (s.m * v @ v + w @ (inertia(s) * w)) / 2
-    return np.concatenate((turned(s, inertia(s) * w), s.m * turned(s, v)[:2], [T + s.m * s.g * s.z]))
+    return np.concatenate(
+        (turned(s, inertia(s) * w), s.m * turned(s, v)[:2], [T + s.m * s.g * s.z])
+    )
 
 
 def throw(s: Values) -> dict[str, float]:
@@ -91,7 +105,10 @@ SYSTEM = System(
         Acceleration("v' = R^T g - w × v and I w' = (I w) × w in the body's axes", acceleration),
         KineticEnergy(
             "T = m v² / 2 + w·I w / 2",
-            lambda s: sum(s.m * v**2 / 2 + i * w**2 / 2 for v, w, i in zip(*velocities(s), inertia(s), strict=True)),
+            lambda s: sum(
+                s.m * v**2 / 2 + i * w**2 / 2
+                for v, w, i in zip(*velocities(s), inertia(s), strict=True)
+            ),
         ),
         Conserved("the angular momentum R I w, the horizontal momentum and the energy", constants),
         Solution(

@@ -1,16 +1,36 @@
 """Pendulum on a rotating arm (Furuta).
 
-A homogeneous arm of mass M and length r turns in a horizontal plane about a fixed vertical axis at one end; a torque
-tau(t) drives it. From its other end a particle m hangs by a massless rod of length l and swings across the arm under
-gravity g. The generalized coordinates are the angle alpha of the arm from the x axis, positive towards y, and the
-angle theta of the rod from the downward vertical, positive towards the arm's own turning.
+A homogeneous arm of mass M and length r turns in a horizontal plane about a fixed vertical axis at
+one end; a torque tau(t) drives it. From its other end a particle m hangs by a massless rod of
+length l and swings across the arm under gravity g. The generalized coordinates are the angle alpha
+of the arm from the x axis, positive towards y, and the angle theta of the rod from the downward
+vertical, positive towards the arm's own turning.
 """
 
 import numpy as np
 from numpy import cos, sin, sqrt
 
-from mecanique.model import Body, Input, JointForce, Mechanism, Parameter, Placement, Revolute, bar, particle, rod
-from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassMatrix, Number, Steady, Values
+from mecanique.model import (
+    Body,
+    Input,
+    JointForce,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    bar,
+    particle,
+    rod,
+)
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Frequencies,
+    MassMatrix,
+    Number,
+    Steady,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -19,10 +39,16 @@ def build(M: Parameter, m: Parameter, r: Parameter, l: Parameter, g: Parameter) 
     tau = Input("tau", 0.0, "N·m", "torque on the arm")
     return Mechanism(
         name="furuta_pendulum",
-        bodies=(Body("ground"), Body("arm", rod(M, r, (1, 0, 0))), Body("bob", bar(l), particle(m, (0, 0, -l)))),
+        bodies=(
+            Body("ground"),
+            Body("arm", rod(M, r, (1, 0, 0))),
+            Body("bob", bar(l), particle(m, (0, 0, -l))),
+        ),
         joints=(
             Revolute("motor", "ground", "arm", axis=(0, 0, 1), coordinate="alpha"),
-            Revolute("pin", "arm", "bob", axis=(1, 0, 0), origin=Placement((r, 0, 0)), coordinate="theta"),
+            Revolute(
+                "pin", "arm", "bob", axis=(1, 0, 0), origin=Placement((r, 0, 0)), coordinate="theta"
+            ),
         ),
         forces=(JointForce("drive", "motor", tau),),
         parameters=(M, m, r, l, g),
@@ -69,7 +95,10 @@ SYSTEM = System(
     start={"theta": 3.0},
     tags=("pendulum", "spatial", "control"),
     facts=(
-        MassMatrix("M = [[M r²/3 + m (r² + l² sin²(theta)), m r l cos(theta)], [m r l cos(theta), m l²]]", mass_matrix),
+        MassMatrix(
+            "M = [[M r²/3 + m (r² + l² sin²(theta)), m r l cos(theta)], [m r l cos(theta), m l²]]",
+            mass_matrix,
+        ),
         Acceleration(
             "M v' = (m r l sin(theta) theta'² - m l² sin(2 theta) alpha' theta', "
             "m l² sin(2 theta) alpha'² / 2 - m g l sin(theta))",
@@ -81,7 +110,8 @@ SYSTEM = System(
             lambda s: {"theta": 0.8, "alpha'": sqrt(s.g / (s.l * cos(0.8)))},
         ),
         Frequencies(
-            "hanging, ω = 0 and sqrt((1 + 3 m / M) g / l)", lambda s: [0, sqrt((1 + 3 * s.m / s.M) * s.g / s.l)]
+            "hanging, ω = 0 and sqrt((1 + 3 m / M) g / l)",
+            lambda s: [0, sqrt((1 + 3 * s.m / s.M) * s.g / s.l)],
         ),
     ),
 )

@@ -1,15 +1,27 @@
 """Porter's governor with a spring.
 
-Two massless arms of length l hang on pins at the top of a spindle, which turns about the vertical with the moment of
-inertia J; each carries a ball m at its end. Massless links of length l join the balls to a sleeve M that slides on the
-spindle, and a spring of stiffness k and free length a joins the sleeve to the top; gravity is g. The generalized
-coordinates are the angle psi of the spindle, the angles theta1 and theta2 of the arms from the vertical, and the
-distance s of the sleeve from the top; two loops, the links, leave two of these free.
+Two massless arms of length l hang on pins at the top of a spindle, which turns about the vertical
+with the moment of inertia J; each carries a ball m at its end. Massless links of length l join the
+balls to a sleeve M that slides on the spindle, and a spring of stiffness k and free length a joins
+the sleeve to the top; gravity is g. The generalized coordinates are the angle psi of the spindle,
+the angles theta1 and theta2 of the arms from the vertical, and the distance s of the sleeve from
+the top; two loops, the links, leave two of these free.
 """
 
 from numpy import cos, pi, sin, sqrt
 
-from mecanique.model import Body, Loop, Mechanism, Parameter, Prismatic, Revolute, Spring, bar, disk, particle
+from mecanique.model import (
+    Body,
+    Loop,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    Spring,
+    bar,
+    disk,
+    particle,
+)
 from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Steady, Values
 from mecanique.textbook.system import System
 
@@ -40,7 +52,9 @@ def build(
             Revolute("pin2", "spindle", "arm2", axis=(0, 1, 0), coordinate="theta2"),
             Prismatic("guide", "spindle", "sleeve", axis=(0, 0, -1), coordinate="s"),
         ),
-        forces=(Spring("spring", "spindle", (0, 0, 0), "sleeve", (0, 0, 0), stiffness=k, free_length=a),),
+        forces=(
+            Spring("spring", "spindle", (0, 0, 0), "sleeve", (0, 0, 0), stiffness=k, free_length=a),
+        ),
         loops=(
             Loop.distance("link1", "arm1", (0, 0, -l), "sleeve", (0, 0, 0), l),
             Loop.distance("link2", "arm2", (0, 0, -l), "sleeve", (0, 0, 0), l),

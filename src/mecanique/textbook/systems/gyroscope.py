@@ -1,10 +1,11 @@
 """Gyroscope on gimbals.
 
-A disk of mass m and radius r spins about its axle in an inner gimbal, a ring m2 of radius r2; the inner gimbal turns
-about a horizontal axle in an outer gimbal, a ring m1 of radius r1, which turns about the vertical. All axes meet in
-the center. A small weight w on the rotor's axle, at the distance d from the center, makes the gyroscope precess under
-gravity g. The generalized coordinates are the turn phi of the outer gimbal about the upward vertical, the tilt theta
-of the rotor's axle from the upward vertical, and the spin psi of the rotor in the inner gimbal.
+A disk of mass m and radius r spins about its axle in an inner gimbal, a ring m2 of radius r2; the
+inner gimbal turns about a horizontal axle in an outer gimbal, a ring m1 of radius r1, which turns
+about the vertical. All axes meet in the center. A small weight w on the rotor's axle, at the
+distance d from the center, makes the gyroscope precess under gravity g. The generalized coordinates
+are the turn phi of the outer gimbal about the upward vertical, the tilt theta of the rotor's axle
+from the upward vertical, and the spin psi of the rotor in the inner gimbal.
 """
 
 from numpy import cos, sin, sqrt
@@ -34,7 +35,12 @@ def build(
         bodies=(
             Body("ground"),
             Body("outer", ring(m1, r1).at(rpy=upright)),
-            Body("inner", ring(m2, r2).at(rpy=upright), bar(d, (0, 0, 1), radius=0.004), particle(w, (0, 0, d), 0.015)),
+            Body(
+                "inner",
+                ring(m2, r2).at(rpy=upright),
+                bar(d, (0, 0, 1), radius=0.004),
+                particle(w, (0, 0, d), 0.015),
+            ),
             Body("rotor", disk(m, r)),
         ),
         joints=(
@@ -112,7 +118,11 @@ SYSTEM = System(
         ),
         Conserved("p_phi and p_psi = C (psi' + phi' cos(theta))", momenta),
         Steady("it precesses with B cos(theta) phi'² - p_psi phi' + w g d = 0", drift),
-        Steady("without the weight the axle keeps its direction", {"theta": TILT, "psi'": SPIN}, given={"w": 0.0}),
+        Steady(
+            "without the weight the axle keeps its direction",
+            {"theta": TILT, "psi'": SPIN},
+            given={"w": 0.0},
+        ),
         Eigenvalues(
             "without the weight it nutates with ω = p_psi sin(theta) / sqrt(B (J + B sin²(theta)))",
             lambda s: [1j * nutation(s), -1j * nutation(s)],

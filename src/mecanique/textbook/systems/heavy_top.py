@@ -1,9 +1,9 @@
 """Heavy symmetric top.
 
-A homogeneous cone of mass m, base radius r and height h spins about its axis while its apex stays at a fixed point,
-under gravity g. The generalized coordinates are Euler's angles: the precession phi about the upward vertical, the
-nutation theta of the axis from the upward vertical, and the spin psi about the axis (phi and psi cannot be told apart
-while the axis is vertical).
+A homogeneous cone of mass m, base radius r and height h spins about its axis while its apex stays
+at a fixed point, under gravity g. The generalized coordinates are Euler's angles: the precession
+phi about the upward vertical, the nutation theta of the axis from the upward vertical, and the spin
+psi about the axis (phi and psi cannot be told apart while the axis is vertical).
 """
 
 from numpy import cos, sin, sqrt
@@ -44,7 +44,10 @@ def momenta(s: Values) -> tuple[Number, Number]:
 def energy(s: Values) -> Number:
     """Return T + V."""
     A, C, S = inertias(s)
-    T = A * (s["theta'"] ** 2 + (s["phi'"] * sin(s.theta)) ** 2) + C * (s["psi'"] + s["phi'"] * cos(s.theta)) ** 2
+    T = (
+        A * (s["theta'"] ** 2 + (s["phi'"] * sin(s.theta)) ** 2)
+        + C * (s["psi'"] + s["phi'"] * cos(s.theta)) ** 2
+    )
     return T / 2 + S * s.g * cos(s.theta)
 
 
@@ -62,7 +65,9 @@ TILT, SPIN = 0.6, 80.0
 def rate(s: Values, sign: int) -> Number:
     """Return the slow (−1) or fast (+1) rate of steady precession."""
     A, C, S = inertias(s)
-    return (C * SPIN + sign * sqrt((C * SPIN) ** 2 - 4 * A * S * s.g * cos(TILT))) / (2 * A * cos(TILT))
+    return (C * SPIN + sign * sqrt((C * SPIN) ** 2 - 4 * A * S * s.g * cos(TILT))) / (
+        2 * A * cos(TILT)
+    )
 
 
 def precession(s: Values, sign: int) -> dict[str, float]:
@@ -97,7 +102,10 @@ SYSTEM = System(
             "A = 3 m (r² + 4 h²) / 20, C = 3 m r² / 10",
             mass_matrix,
         ),
-        Conserved("p_phi = A phi' sin²(theta) + p_psi cos(theta) and p_psi = C (psi' + phi' cos(theta))", momenta),
+        Conserved(
+            "p_phi = A phi' sin²(theta) + p_psi cos(theta) and p_psi = C (psi' + phi' cos(theta))",
+            momenta,
+        ),
         Conserved("the energy, with V = 3 m g h cos(theta) / 4", energy),
         Steady(
             "slow precession phi' = (p - sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta)), p = p_psi",

@@ -1,8 +1,8 @@
 """Pendulum on a driven pivot (Kapitza).
 
-A particle m hangs by a massless rod of length l from a pivot that is moved up and down as A cos(W t), under gravity
-g. The generalized coordinate q is the angle from the downward vertical, positive towards +x. Shaken fast enough, the
-pendulum stands upright.
+A particle m hangs by a massless rod of length l from a pivot that is moved up and down as A cos(W
+t), under gravity g. The generalized coordinate q is the angle from the downward vertical, positive
+towards +x. Shaken fast enough, the pendulum stands upright.
 """
 
 from numpy import cos, sin, sqrt

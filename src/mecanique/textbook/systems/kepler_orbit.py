@@ -1,9 +1,9 @@
 """Planet in a central field (Kepler).
 
-A planet, a particle of mass m, moves about a fixed sun that attracts it with the force mu m / r² towards the center;
-mu is the gravitational constant times the mass of the sun, here of a sun fit for a table. The generalized coordinates
-are the distance r from the sun, which must stay positive, and the angle phi of the planet's radius from the x axis in
-the plane of the orbit, x-y.
+A planet, a particle of mass m, moves about a fixed sun that attracts it with the force mu m / r²
+towards the center; mu is the gravitational constant times the mass of the sun, here of a sun fit
+for a table. The generalized coordinates are the distance r from the sun, which must stay positive,
+and the angle phi of the planet's radius from the x axis in the plane of the orbit, x-y.
 """
 
 from numpy import cos, pi, sin, sqrt
@@ -21,7 +21,15 @@ from mecanique.model import (
     massless,
     particle,
 )
-from mecanique.textbook.facts import Acceleration, Conserved, Eigenvalues, Number, Period, Steady, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Eigenvalues,
+    Number,
+    Period,
+    Steady,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -35,7 +43,15 @@ def build(m: Parameter, mu: Parameter) -> Mechanism:
             Revolute("phi", "ground", "radius", axis=(0, 0, 1)),
             Prismatic("r", "radius", "planet", axis=(1, 0, 0)),
         ),
-        forces=(Force("attraction", "planet", (0, 0, 0), (-mu * m / coordinate("r") ** 2, 0, 0), axes="radius"),),
+        forces=(
+            Force(
+                "attraction",
+                "planet",
+                (0, 0, 0),
+                (-mu * m / coordinate("r") ** 2, 0, 0),
+                axes="radius",
+            ),
+        ),
         parameters=(m, mu),
         gravity=(0, 0, 0),
     )
@@ -81,7 +97,10 @@ SYSTEM = System(
             lambda s: [-2 * s["r'"] * s["phi'"] / s.r, s.r * s["phi'"] ** 2 - s.mu / s.r**2],
         ),
         Conserved("r² phi' and the energy v² / 2 - mu / r, per mass", constants),
-        Conserved("the eccentricity vector v × (r × v) / mu - r / |r|: the ellipse stays where it is", axis),
+        Conserved(
+            "the eccentricity vector v × (r × v) / mu - r / |r|: the ellipse stays where it is",
+            axis,
+        ),
         Period(
             "Kepler's third law, T = 2 pi sqrt(a³ / mu), a = 2.5 from the perihelion 1 with eccentricity 0.6",
             perihelion,

@@ -1,14 +1,32 @@
 """Pendulum of n links.
 
-n equal particles m hang one below the other by massless rods of length l from a fixed pin and swing in one vertical
-plane under gravity g. The generalized coordinates q1 … qn are the angles of the rods from the downward vertical,
-positive towards +x; each joint turns by the difference of two of them.
+n equal particles m hang one below the other by massless rods of length l from a fixed pin and swing
+in one vertical plane under gravity g. The generalized coordinates q1 … qn are the angles of the
+rods from the downward vertical, positive towards +x; each joint turns by the difference of two of
+them.
 """
 
 import numpy as np
 
-from mecanique.model import Body, Coordinates, Mechanism, Parameter, Placement, Revolute, bar, coordinate, particle
-from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, MassMatrix, Number, Values
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    bar,
+    coordinate,
+    particle,
+)
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Frequencies,
+    MassMatrix,
+    Number,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -17,7 +35,10 @@ def build(m: Parameter, l: Parameter, g: Parameter, n: int) -> Mechanism:
     links = range(1, n + 1)
     return Mechanism(
         name="n_link_pendulum",
-        bodies=(Body("ground"), *(Body(f"link{i}", bar(l), particle(m, (0, 0, -l))) for i in links)),
+        bodies=(
+            Body("ground"),
+            *(Body(f"link{i}", bar(l), particle(m, (0, 0, -l))) for i in links),
+        ),
         joints=(
             Revolute("pin1", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
             *(
@@ -63,7 +84,9 @@ def acceleration(s: Values) -> Number:
     """Return q'' from M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0."""
     q, v = angles(s)
     turning = s.m * s.l**2 * (carried(s) * np.sin(np.subtract.outer(q, q))) @ v**2
-    return np.linalg.solve(mass_matrix(s), -turning - s.m * s.g * s.l * np.diag(carried(s)) * np.sin(q))
+    return np.linalg.solve(
+        mass_matrix(s), -turning - s.m * s.g * s.l * np.diag(carried(s)) * np.sin(q)
+    )
 
 
 def energy(s: Values) -> Number:
@@ -94,7 +117,8 @@ SYSTEM = System(
     facts=(
         MassMatrix("M_ij = m l² (n + 1 - max(i, j)) cos(qi - qj)", mass_matrix),
         Acceleration(
-            "Σ_j M_ij qj'' + m l² (n + 1 - max(i, j)) sin(qi - qj) qj'² = -(n + 1 - i) m g l sin(qi)", acceleration
+            "Σ_j M_ij qj'' + m l² (n + 1 - max(i, j)) sin(qi - qj) qj'² = -(n + 1 - i) m g l sin(qi)",
+            acceleration,
         ),
         Frequencies("ω² = g x / l for the n roots x of Laguerre's polynomial L_n", frequencies),
         Conserved("the energy v·M v / 2 - m g l Σ (n + 1 - i) cos(qi)", energy),

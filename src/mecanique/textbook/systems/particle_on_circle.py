@@ -1,8 +1,9 @@
 """Particle on a circle, located by an angle.
 
-A particle m moves without friction on a fixed horizontal circle of radius R, across gravity g. Two constraints, z = 0
-and x² + y² = R², leave one degree of freedom. The generalized coordinate theta is the angle from the x axis to the
-particle's radius, positive towards the y axis; it reaches every point of the circle.
+A particle m moves without friction on a fixed horizontal circle of radius R, across gravity g. Two
+constraints, z = 0 and x² + y² = R², leave one degree of freedom. The generalized coordinate theta
+is the angle from the x axis to the particle's radius, positive towards the y axis; it reaches every
+point of the circle.
 """
 
 from numpy import cos, sin
@@ -16,7 +17,10 @@ def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
     """Return the particle, held by a massless spoke."""
     return Mechanism(
         name="particle_on_circle",
-        bodies=(Body("ground"), Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0)))),
+        bodies=(
+            Body("ground"),
+            Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0))),
+        ),
         joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
         parameters=(m, R, g),
         gravity=(0, 0, -g),

@@ -1,14 +1,24 @@
 """Particle on a circle, located by its abscissa.
 
-The same particle m on the same horizontal circle of radius R, across gravity g, as in `particle_on_circle`, with its
-rectangular coordinate x as generalized coordinate: y = +sqrt(R² - x²), so that theta = acos(x/R). The coordinate
-serves on the half y > 0 only; at x = ±R, where the circle turns back, its mass matrix grows without bound and the
-chart ends: a motion that goes on there needs the angle.
+The same particle m on the same horizontal circle of radius R, across gravity g, as in
+`particle_on_circle`, with its rectangular coordinate x as generalized coordinate: y = +sqrt(R² -
+x²), so that theta = acos(x/R). The coordinate serves on the half y > 0 only; at x = ±R, where the
+circle turns back, its mass matrix grows without bound and the chart ends: a motion that goes on
+there needs the angle.
 """
 
 from numpy import arccos, cos, sin, sqrt
 
-from mecanique.model import Body, Coordinates, Mechanism, Parameter, Revolute, bar, coordinate, particle
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Mechanism,
+    Parameter,
+    Revolute,
+    bar,
+    coordinate,
+    particle,
+)
 from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Solution, Values
 from mecanique.textbook.system import System
 
@@ -19,9 +29,14 @@ def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
 
     return Mechanism(
         name="particle_on_circle_x",
-        bodies=(Body("ground"), Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0)))),
+        bodies=(
+            Body("ground"),
+            Body("particle", bar(R, (1, 0, 0), radius=0.005), particle(m, (R, 0, 0))),
+        ),
         joints=(Revolute("center", "ground", "particle", axis=(0, 0, 1), coordinate="theta"),),
-        coordinates=Coordinates(("x",), {"theta": acos(coordinate("x") / R)}, limits={"x": (-R, R)}),
+        coordinates=Coordinates(
+            ("x",), {"theta": acos(coordinate("x") / R)}, limits={"x": (-R, R)}
+        ),
         parameters=(m, R, g),
         gravity=(0, 0, -g),
     )
@@ -47,7 +62,9 @@ SYSTEM = System(
     duration=2.4,
     tags=("chapter", "particle", "planar", "chart"),
     facts=(
-        Acceleration("x'' = -x x'² / (R² - x²)", lambda s: [-s.x * s["x'"] ** 2 / (s.R**2 - s.x**2)]),
+        Acceleration(
+            "x'' = -x x'² / (R² - x²)", lambda s: [-s.x * s["x'"] ** 2 / (s.R**2 - s.x**2)]
+        ),
         MassMatrix("M = m R² / (R² - x²)", lambda s: [[s.m * s.R**2 / (s.R**2 - s.x**2)]]),
         Conserved("theta' = -x' / sqrt(R² - x²)", lambda s: -s["x'"] / sqrt(s.R**2 - s.x**2)),
         Solution(

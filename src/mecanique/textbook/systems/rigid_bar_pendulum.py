@@ -1,13 +1,21 @@
 """Rigid-bar pendulum.
 
-A homogeneous rod of mass m and length l hangs from a pin at its upper end and swings in a vertical plane under
-gravity g. The generalized coordinate q is the angle from the downward vertical, positive towards +x.
+A homogeneous rod of mass m and length l hangs from a pin at its upper end and swings in a vertical
+plane under gravity g. The generalized coordinate q is the angle from the downward vertical,
+positive towards +x.
 """
 
 from numpy import cos, sin, sqrt
 
 from mecanique.model import Body, Mechanism, Parameter, Revolute, rod
-from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Period, Reaction, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    KineticEnergy,
+    Period,
+    Reaction,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -55,7 +63,11 @@ SYSTEM = System(
             "the energy m l² q'² / 6 - m g l cos(q) / 2",
             lambda s: s.m * s.l**2 * s["q'"] ** 2 / 6 - s.m * s.g * s.l * cos(s.q) / 2,
         ),
-        Reaction("R_n = m g cos(q) + m l q'² / 2 and R_t = m g sin(q) + m l q'' / 2", "pin", reaction),
-        Period("swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)", {"q": 2.0}, period),
+        Reaction(
+            "R_n = m g cos(q) + m l q'² / 2 and R_t = m g sin(q) + m l q'' / 2", "pin", reaction
+        ),
+        Period(
+            "swings of amplitude A last 4 sqrt(2 l / (3 g)) K(k), k = sin(A/2)", {"q": 2.0}, period
+        ),
     ),
 )

@@ -1,8 +1,8 @@
 """Disk rolling down an incline.
 
-A homogeneous disk of mass m and radius R rolls down an incline of slope alpha without slip, upright and straight,
-under gravity g. Rolling along a line is a holonomic constraint: the disk turns by x / R, where the generalized
-coordinate x is the way of its center down the slope.
+A homogeneous disk of mass m and radius R rolls down an incline of slope alpha without slip, upright
+and straight, under gravity g. Rolling along a line is a holonomic constraint: the disk turns by x /
+R, where the generalized coordinate x is the way of its center down the slope.
 """
 
 from numpy import sin
@@ -40,8 +40,22 @@ def build(m: Parameter, R: Parameter, alpha: Parameter, g: Parameter) -> Mechani
             Body("disk", disk(m, R, 0.05).at(rpy=(QUARTER, 0, 0)), mark),
         ),
         joints=(
-            Prismatic("slide", "ground", "center", axis=(1, 0, 0), origin=Placement(rpy=(0, alpha, 0)), coordinate="x"),
-            Revolute("roll", "center", "disk", axis=(0, 1, 0), origin=Placement((0, 0, R)), coordinate="turn"),
+            Prismatic(
+                "slide",
+                "ground",
+                "center",
+                axis=(1, 0, 0),
+                origin=Placement(rpy=(0, alpha, 0)),
+                coordinate="x",
+            ),
+            Revolute(
+                "roll",
+                "center",
+                "disk",
+                axis=(0, 1, 0),
+                origin=Placement((0, 0, R)),
+                coordinate="turn",
+            ),
         ),
         coordinates=Coordinates(("x",), {"turn": coordinate("x") / R}),
         parameters=(m, R, alpha, g),

@@ -1,14 +1,22 @@
 """Rotating floor plate.
 
-A homogeneous rectangular floor plate of mass m and sides a and b lies in the horizontal plane and turns about a fixed
-vertical axis through its corner o, held by a torsional stiffness k; gravity g acts along the axis. The generalized
-coordinate theta is the angle of side a from the x axis, positive towards y, zero where the stiffness is relaxed.
+A homogeneous rectangular floor plate of mass m and sides a and b lies in the horizontal plane and
+turns about a fixed vertical axis through its corner o, held by a torsional stiffness k; gravity g
+acts along the axis. The generalized coordinate theta is the angle of side a from the x axis,
+positive towards y, zero where the stiffness is relaxed.
 """
 
 from numpy import cos, sin, sqrt
 
 from mecanique.model import Body, JointSpring, Mechanism, Parameter, Revolute, plate
-from mecanique.textbook.facts import Acceleration, Frequencies, KineticEnergy, Number, Reaction, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Frequencies,
+    KineticEnergy,
+    Number,
+    Reaction,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
@@ -16,7 +24,10 @@ def build(m: Parameter, a: Parameter, b: Parameter, k: Parameter, g: Parameter) 
     """Return the plate."""
     return Mechanism(
         name="rotating_plate",
-        bodies=(Body("ground"), Body("plate", plate(m, (a, b), thickness=0.2).at((a / 2, b / 2, 0)))),
+        bodies=(
+            Body("ground"),
+            Body("plate", plate(m, (a, b), thickness=0.2).at((a / 2, b / 2, 0))),
+        ),
         joints=(Revolute("corner", "ground", "plate", axis=(0, 0, 1), coordinate="theta"),),
         forces=(JointSpring("columns", "corner", k),),
         parameters=(m, a, b, k, g),
@@ -32,7 +43,10 @@ def inertia(s: Values) -> Number:
 def support(s: Values) -> tuple[float, float, float]:
     """Return mass times acceleration of the center, and the weight."""
     alpha, w2 = -s.k * s.theta / inertia(s), s["theta'"] ** 2
-    x, y = s.a / 2 * cos(s.theta) - s.b / 2 * sin(s.theta), s.a / 2 * sin(s.theta) + s.b / 2 * cos(s.theta)
+    x, y = (
+        s.a / 2 * cos(s.theta) - s.b / 2 * sin(s.theta),
+        s.a / 2 * sin(s.theta) + s.b / 2 * cos(s.theta),
+    )
     return s.m * (-alpha * y - w2 * x), s.m * (alpha * x - w2 * y), s.m * s.g
 
 
@@ -51,7 +65,10 @@ SYSTEM = System(
     duration=5.0,
     tags=("chapter", "planar", "spring", "linear", "structure"),
     facts=(
-        KineticEnergy("T = I_o theta'² / 2, I_o = m (a² + b²) / 3", lambda s: inertia(s) * s["theta'"] ** 2 / 2),
+        KineticEnergy(
+            "T = I_o theta'² / 2, I_o = m (a² + b²) / 3",
+            lambda s: inertia(s) * s["theta'"] ** 2 / 2,
+        ),
         Acceleration("I_o theta'' + k theta = 0", lambda s: [-s.k * s.theta / inertia(s)]),
         Frequencies("ω = sqrt(k / I_o)", lambda s: [sqrt(s.k / inertia(s))]),
         Reaction("the axis bears m a_G and the weight", "corner", support),

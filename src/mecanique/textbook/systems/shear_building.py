@@ -1,9 +1,10 @@
 """Shear building of n storeys.
 
-n equal rigid floor plates of mass m, each h above the one below, may only shift horizontally along x. The columns of
-each storey resist the shift of one floor against the next with stiffness k and damping c. The ground shakes with the
-acceleration ag(t) = A sin(W t), which acts on every floor as the force −m ag; gravity g acts along the columns. The
-generalized coordinates u1 … un are the displacements of the floors relative to the ground, positive towards +x.
+n equal rigid floor plates of mass m, each h above the one below, may only shift horizontally along
+x. The columns of each storey resist the shift of one floor against the next with stiffness k and
+damping c. The ground shakes with the acceleration ag(t) = A sin(W t), which acts on every floor as
+the force −m ag; gravity g acts along the columns. The generalized coordinates u1 … un are the
+displacements of the floors relative to the ground, positive towards +x.
 """
 
 import numpy as np
@@ -23,12 +24,26 @@ from mecanique.model import (
     plate,
     time,
 )
-from mecanique.textbook.facts import Acceleration, Eigenvalues, Frequencies, MassMatrix, Number, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Eigenvalues,
+    Frequencies,
+    MassMatrix,
+    Number,
+    Values,
+)
 from mecanique.textbook.system import System
 
 
 def build(
-    m: Parameter, k: Parameter, c: Parameter, h: Parameter, A: Parameter, W: Parameter, g: Parameter, n: int
+    m: Parameter,
+    k: Parameter,
+    c: Parameter,
+    h: Parameter,
+    A: Parameter,
+    W: Parameter,
+    g: Parameter,
+    n: int,
 ) -> Mechanism:
     """Return the building; each floor slides on the one below by its drift."""
     from sympy import sin
@@ -39,7 +54,10 @@ def build(
     u = {0: 0, **{i: coordinate(f"u{i}") for i in floors}}
     return Mechanism(
         name="shear_building",
-        bodies=(Body("ground"), *(Body(names[i], plate(m, (2 * h, 2 * h), thickness=h / 20)) for i in floors)),
+        bodies=(
+            Body("ground"),
+            *(Body(names[i], plate(m, (2 * h, 2 * h), thickness=h / 20)) for i in floors),
+        ),
         joints=tuple(
             Prismatic(
                 f"storey{i}",
@@ -56,7 +74,9 @@ def build(
             *(JointDamper(f"damping{i}", f"storey{i}", c) for i in floors),
             *(Force(f"quake{i}", names[i], (0, 0, 0), force=(-m * ag, 0, 0)) for i in floors),
         ),
-        coordinates=Coordinates(tuple(f"u{i}" for i in floors), {f"drift{i}": u[i] - u[i - 1] for i in floors[1:]}),
+        coordinates=Coordinates(
+            tuple(f"u{i}" for i in floors), {f"drift{i}": u[i] - u[i - 1] for i in floors[1:]}
+        ),
         parameters=(m, k, c, h, A, W, g),
         inputs=(ag,),
         gravity=(0, 0, -g),
@@ -113,7 +133,10 @@ SYSTEM = System(
     tags=("structure", "planar", "spring", "damper", "linear", "chain", "modes"),
     facts=(
         MassMatrix("M = m times the unit matrix", lambda s: s.m * np.eye(s.n)),
-        Acceleration("m ui'' + c (2 ui' - u_(i-1)' - u_(i+1)') + k (2 ui - u_(i-1) - u_(i+1)) = -m ag", acceleration),
+        Acceleration(
+            "m ui'' + c (2 ui' - u_(i-1)' - u_(i+1)') + k (2 ui - u_(i-1) - u_(i+1)) = -m ag",
+            acceleration,
+        ),
         Frequencies("ω_j = 2 sqrt(k / m) sin((2 j - 1) pi / (4 n + 2))", frequencies),
         Eigenvalues("free motion decays as e^(λ t), λ² + (c / k) ω_j² λ + ω_j² = 0", roots),
     ),

@@ -1,7 +1,8 @@
 """Simple pendulum.
 
-A particle m hangs from a fixed pin by a massless rod of length l and swings in a vertical plane under gravity g. The
-generalized coordinate q is the angle from the downward vertical, positive towards +x.
+A particle m hangs from a fixed pin by a massless rod of length l and swings in a vertical plane
+under gravity g. The generalized coordinate q is the angle from the downward vertical, positive
+towards +x.
 """
 
 from numpy import arcsin, cos, sin, sqrt

@@ -1,17 +1,29 @@
 """Slider-crank.
 
-A uniform crank of length r and mass m1 turns about a pin on the ground; a massless connecting rod of length l joins its
-end to a slider of mass m2 that moves along the horizontal line through the pin, under gravity g. The generalized
-coordinates are the angle theta of the crank from that line, positive upwards, the angle beta of the rod against the
-crank, and the distance x of the slider from the pin; the loop at the slider's pin leaves one of them free. Without the
-loop, theta alone carries the motion in closed form, beta = -theta - asin(r sin(theta) / l) and x = r cos(theta) +
-sqrt(l² - r² sin²(theta)) for l > r: as `Coordinates(("theta",), {"beta": ..., "x": ...})` this gives the equation of
-motion in letters.
+A uniform crank of length r and mass m1 turns about a pin on the ground; a massless connecting rod
+of length l joins its end to a slider of mass m2 that moves along the horizontal line through the
+pin, under gravity g. The generalized coordinates are the angle theta of the crank from that line,
+positive upwards, the angle beta of the rod against the crank, and the distance x of the slider from
+the pin; the loop at the slider's pin leaves one of them free. Without the loop, theta alone carries
+the motion in closed form, beta = -theta - asin(r sin(theta) / l) and x = r cos(theta) + sqrt(l² -
+r² sin²(theta)) for l > r: as `Coordinates(("theta",), {"beta": ..., "x": ...})` this gives the
+equation of motion in letters.
 """
 
 from numpy import cos, sin
 
-from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Prismatic, Revolute, bar, box, rod
+from mecanique.model import (
+    Body,
+    Loop,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    Revolute,
+    bar,
+    box,
+    rod,
+)
 from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Values
 from mecanique.textbook.system import System
 
@@ -28,7 +40,9 @@ def build(r: Parameter, l: Parameter, m1: Parameter, m2: Parameter, g: Parameter
         ),
         joints=(
             Revolute("O", "ground", "crank", axis=(0, -1, 0), coordinate="theta"),
-            Revolute("A", "crank", "rod", axis=(0, -1, 0), origin=Placement((r, 0, 0)), coordinate="beta"),
+            Revolute(
+                "A", "crank", "rod", axis=(0, -1, 0), origin=Placement((r, 0, 0)), coordinate="beta"
+            ),
             Prismatic("guide", "ground", "slider", axis=(1, 0, 0), coordinate="x"),
         ),
         loops=(Loop.pin("B", "rod", (l, 0, 0), "slider", (0, 0, 0)),),
@@ -72,9 +86,17 @@ SYSTEM = System(
     start={"theta": 0.7, "beta": -0.97, "x": 1.54},
     tags=("linkage", "planar", "loop", "massless", "engine"),
     facts=(
-        Acceleration("Eksergian's equation with x(theta) of the loop, on both branches", acceleration),
+        Acceleration(
+            "Eksergian's equation with x(theta) of the loop, on both branches", acceleration
+        ),
         KineticEnergy("T = m1 r² theta'² / 6 + m2 x'² / 2", kinetic),
-        Conserved("the loop: (x - r cos theta)² + r² sin² theta = l²", lambda s: s.x**2 - 2 * s.r * s.x * cos(s.theta)),
-        Conserved("the energy T + m1 g r sin(theta) / 2", lambda s: kinetic(s) + s.m1 * s.g * s.r * sin(s.theta) / 2),
+        Conserved(
+            "the loop: (x - r cos theta)² + r² sin² theta = l²",
+            lambda s: s.x**2 - 2 * s.r * s.x * cos(s.theta),
+        ),
+        Conserved(
+            "the energy T + m1 g r sin(theta) / 2",
+            lambda s: kinetic(s) + s.m1 * s.g * s.r * sin(s.theta) / 2,
+        ),
     ),
 )

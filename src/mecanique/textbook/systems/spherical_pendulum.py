@@ -1,8 +1,9 @@
 """Spherical pendulum.
 
-A particle m hangs from a fixed point by a massless rod of length l and moves on a sphere under gravity g. The
-generalized coordinates are the angle theta of the rod from the downward vertical and the azimuth phi of its vertical
-plane about the upward vertical, from the x axis (phi has no meaning while the rod is vertical).
+A particle m hangs from a fixed point by a massless rod of length l and moves on a sphere under
+gravity g. The generalized coordinates are the angle theta of the rod from the downward vertical and
+the azimuth phi of its vertical plane about the upward vertical, from the x axis (phi has no meaning
+while the rod is vertical).
 """
 
 from numpy import cos, sin, sqrt, tan
@@ -60,21 +61,29 @@ SYSTEM = System(
     tags=("pendulum", "spatial"),
     facts=(
         Acceleration(
-            "theta'' = sin(theta) cos(theta) phi'² - g sin(theta) / l, phi'' = -2 theta' phi' cot(theta)", acceleration
+            "theta'' = sin(theta) cos(theta) phi'² - g sin(theta) / l, phi'' = -2 theta' phi' cot(theta)",
+            acceleration,
         ),
         Conserved(
             "phi' sin²(theta) and l (theta'² + phi'² sin²(theta)) / 2 - g cos(theta)",
             lambda s: [
                 s["phi'"] * sin(s.theta) ** 2,
-                s.l * (s["theta'"] ** 2 + s["phi'"] ** 2 * sin(s.theta) ** 2) / 2 - s.g * cos(s.theta),
+                s.l * (s["theta'"] ** 2 + s["phi'"] ** 2 * sin(s.theta) ** 2) / 2
+                - s.g * cos(s.theta),
             ],
         ),
         Steady("it circles at constant theta with phi'² = g / (l cos(theta))", cone),
         Eigenvalues(
             "near that circle theta swings with ω² = (g / l) (1 + 3 cos²(theta)) / cos(theta)",
-            lambda s: [sign * 1j * sqrt(s.g / s.l * (1 + 3 * cos(1.0) ** 2) / cos(1.0)) for sign in (1, -1)],
+            lambda s: [
+                sign * 1j * sqrt(s.g / s.l * (1 + 3 * cos(1.0) ** 2) / cos(1.0)) for sign in (1, -1)
+            ],
             at=cone,
         ),
-        Reaction("the rod pulls with m g cos(theta) + m l (theta'² + phi'² sin²(theta))", "swing", tension),
+        Reaction(
+            "the rod pulls with m g cos(theta) + m l (theta'² + phi'² sin²(theta))",
+            "swing",
+            tension,
+        ),
     ),
 )

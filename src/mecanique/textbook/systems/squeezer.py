@@ -1,16 +1,27 @@
 """Andrews' squeezer.
 
-Seven bodies in a plane, three of them on fixed pins: the crank K1 turns about the origin by beta, driven by the
-constant torque mom; K2 hangs on it and turns by theta against it, and its tip P is pinned to three other bodies: K3,
-which turns by gamma about B and is held by a spring of stiffness c0 and free length l0, K4, which turns by phi against
-K5, itself on A with the angle delta, and K6, which turns by omega against K7, itself on A with the angle epsilon.
-Gravity is left out. The generalized coordinates are the seven angles; three loops at P leave one of them free. Masses,
+Seven bodies in a plane, three of them on fixed pins: the crank K1 turns about the origin by beta,
+driven by the constant torque mom; K2 hangs on it and turns by theta against it, and its tip P is
+pinned to three other bodies: K3, which turns by gamma about B and is held by a spring of stiffness
+c0 and free length l0, K4, which turns by phi against K5, itself on A with the angle delta, and K6,
+which turns by omega against K7, itself on A with the angle epsilon. Gravity is left out. The
+generalized coordinates are the seven angles; three loops at P leave one of them free. Masses,
 inertias and lengths are the published ones. The plane is x-z, and the published y is z here.
 """
 
 from numpy import cos, hypot, sin, sqrt
 
-from mecanique.model import Body, JointForce, Loop, Mechanism, Parameter, Placement, Revolute, Spring, bar
+from mecanique.model import (
+    Body,
+    JointForce,
+    Loop,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    Spring,
+    bar,
+)
 from mecanique.model.shapes import Shape
 from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
 from mecanique.textbook.system import System
@@ -27,14 +38,30 @@ U, UA, UB = 4e-2, 1228e-5, 449e-5
 def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
     """Return the squeezer."""
     centers = ((RA, 0), (-DA, 0), (SB, -SA), (0, EA - E), (TA, TB), (ZF - FA, 0), (-UB, -UA))
-    arms = (((RR, 0),), ((-D, 0),), ((0, -SS), (SD, -SC)), ((0, -E),), ((ZT, 0),), ((ZF, 0),), ((0, -U),))
+    arms = (
+        ((RR, 0),),
+        ((-D, 0),),
+        ((0, -SS), (SD, -SC)),
+        ((0, -E),),
+        ((ZT, 0),),
+        ((ZF, 0),),
+        ((0, -U),),
+    )
     bodies = tuple(
-        Body(f"K{k + 1}", _piece(MASSES[k], INERTIAS[k], centers[k]), *(_arm(x, z) for x, z in arms[k]))
+        Body(
+            f"K{k + 1}",
+            _piece(MASSES[k], INERTIAS[k], centers[k]),
+            *(_arm(x, z) for x, z in arms[k]),
+        )
         for k in range(7)
     )
 
-    def hinge(name: str, parent: str, child: str, angle: str, x: float = 0.0, z: float = 0.0) -> Revolute:
-        return Revolute(name, parent, child, axis=(0, -1, 0), origin=Placement((x, 0, z)), coordinate=angle)
+    def hinge(
+        name: str, parent: str, child: str, angle: str, x: float = 0.0, z: float = 0.0
+    ) -> Revolute:
+        return Revolute(
+            name, parent, child, axis=(0, -1, 0), origin=Placement((x, 0, z)), coordinate=angle
+        )
 
     return Mechanism(
         name="squeezer",
@@ -49,7 +76,9 @@ def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
             hinge("K7_K6", "K7", "K6", "omega", 0.0, -U),
         ),
         forces=(
-            Spring("spring", "ground", (XC, 0, YC), "K3", (SD, 0, -SC), stiffness=c0, free_length=l0),
+            Spring(
+                "spring", "ground", (XC, 0, YC), "K3", (SD, 0, -SC), stiffness=c0, free_length=l0
+            ),
             JointForce("drive", "O", mom),
         ),
         loops=(
@@ -64,7 +93,9 @@ def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
 
 def _piece(mass: float, inertia: float, center: tuple[float, float]) -> Shape:
     """A flat piece in the plane x-z; only its inertia about y is published, and only that matters."""
-    return Shape(mass, (center[0], 0.0, center[1]), (inertia / 2, inertia, inertia / 2, 0.0, 0.0, 0.0))
+    return Shape(
+        mass, (center[0], 0.0, center[1]), (inertia / 2, inertia, inertia / 2, 0.0, 0.0, 0.0)
+    )
 
 
 def _arm(x: float, z: float) -> Shape:
@@ -73,7 +104,9 @@ def _arm(x: float, z: float) -> Shape:
 
 def kinetic(s: Values) -> Number:
     """Return T of the seven bodies, from the published positions of their centers."""
-    angle = {name: s[name] for name in ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")}
+    angle = {
+        name: s[name] for name in ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")
+    }
     rate = {name: s[f"{name}'"] for name in angle}
 
     def turned(x: float, y: float, a: Number, w: Number) -> tuple[Number, Number]:
@@ -99,7 +132,9 @@ def kinetic(s: Values) -> Number:
     total = 0.0
     for mass, inertia, (carried, (x, y), a, w) in zip(MASSES, INERTIAS, bodies, strict=True):
         vx, vy = turned(x, y, a, w)
-        total = total + (mass * ((carried[0] + vx) ** 2 + (carried[1] + vy) ** 2) + inertia * w**2) / 2
+        total = (
+            total + (mass * ((carried[0] + vx) ** 2 + (carried[1] + vy) ** 2) + inertia * w**2) / 2
+        )
     return total
 
 

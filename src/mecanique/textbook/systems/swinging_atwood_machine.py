@@ -1,10 +1,10 @@
 """Swinging Atwood machine.
 
-A cord without mass over two small pulleys at the distance d carries a counterweight M, which moves up and down at the
-depth h − r below its pulley, and a particle m, which may also swing in the vertical plane, under gravity g. The
-generalized coordinates are the length r of cord on the particle's side, which must stay positive, and its angle theta
-from the downward vertical, positive towards +x. For M = 3 m, and not otherwise, the motion has a second constant
-besides its energy.
+A cord without mass over two small pulleys at the distance d carries a counterweight M, which moves
+up and down at the depth h − r below its pulley, and a particle m, which may also swing in the
+vertical plane, under gravity g. The generalized coordinates are the length r of cord on the
+particle's side, which must stay positive, and its angle theta from the downward vertical, positive
+towards +x. For M = 3 m, and not otherwise, the motion has a second constant besides its energy.
 """
 
 from numpy import cos, sin
@@ -37,7 +37,12 @@ def build(M: Parameter, m: Parameter, d: Parameter, h: Parameter, g: Parameter) 
         ),
         joints=(
             Prismatic(
-                "lift", "ground", "counterweight", axis=(0, 0, 1), origin=Placement((-d, 0, -h)), coordinate="up"
+                "lift",
+                "ground",
+                "counterweight",
+                axis=(0, 0, 1),
+                origin=Placement((-d, 0, -h)),
+                coordinate="up",
             ),
             Revolute("pulley", "ground", "cord", axis=(0, -1, 0), coordinate="theta"),
             Prismatic("pay_out", "cord", "bob", axis=(0, 0, -1), coordinate="r"),
@@ -65,7 +70,10 @@ def energy(s: Values) -> Number:
 def second(s: Values) -> Number:
     """Return the second integral of the case M = 3 m, per m r (Tufillaro 1986)."""
     half, w = s.theta / 2, s.r * s["theta'"]
-    return s.r * w * (s["r'"] * cos(half) - w / 2 * sin(half)) + s.g * s.r**2 * sin(half) * cos(half) ** 2
+    return (
+        s.r * w * (s["r'"] * cos(half) - w / 2 * sin(half))
+        + s.g * s.r**2 * sin(half) * cos(half) ** 2
+    )
 
 
 SYSTEM = System(
@@ -84,7 +92,8 @@ SYSTEM = System(
     tags=("pulley", "pendulum", "planar", "chaos", "mimic"),
     facts=(
         Acceleration(
-            "(M + m) r'' = m r theta'² + g (m cos(theta) - M), r theta'' = -g sin(theta) - 2 r' theta'", acceleration
+            "(M + m) r'' = m r theta'² + g (m cos(theta) - M), r theta'' = -g sin(theta) - 2 r' theta'",
+            acceleration,
         ),
         MassMatrix("M = diag(M + m, m r²)", lambda s: [[s.M + s.m, 0], [0, s.m * s.r**2]]),
         Conserved("the energy ((M + m) r'² + m r² theta'²) / 2 + g r (M - m cos(theta))", energy),

@@ -1,9 +1,9 @@
 """Free asymmetric body (tennis racket).
 
-A homogeneous box of mass m with the unequal edges a > b > c along its x, y, z axes turns freely about its center,
-where no force has a moment. Its attitude is a unit quaternion (qx, qy, qz, qw), its velocities are the components of
-the angular velocity in its own axes. Spun about the y axis, that of the intermediate moment of inertia, it turns over
-again and again.
+A homogeneous box of mass m with the unequal edges a > b > c along its x, y, z axes turns freely
+about its center, where no force has a moment. Its attitude is a unit quaternion (qx, qy, qz, qw),
+its velocities are the components of the angular velocity in its own axes. Spun about the y axis,
+that of the intermediate moment of inertia, it turns over again and again.
 """
 
 import numpy as np

@@ -1,20 +1,37 @@
 """Two blocks and two springs.
 
-Two blocks m1 and m2 slide without friction along a horizontal line. A spring k1 of free length a ties the first to a
-wall, a like spring k2 ties the second to the first, and a force F(t) = F0 cos(W t) acts on the second. The
-generalized coordinates q1 and q2 are the displacements of the blocks from where both springs are free, positive away
-from the wall.
+Two blocks m1 and m2 slide without friction along a horizontal line. A spring k1 of free length a
+ties the first to a wall, a like spring k2 ties the second to the first, and a force F(t) = F0 cos(W
+t) acts on the second. The generalized coordinates q1 and q2 are the displacements of the blocks
+from where both springs are free, positive away from the wall.
 """
 
 import numpy as np
 
-from mecanique.model import Body, Force, Input, Mechanism, Parameter, Placement, Prismatic, Spring, box, time
+from mecanique.model import (
+    Body,
+    Force,
+    Input,
+    Mechanism,
+    Parameter,
+    Placement,
+    Prismatic,
+    Spring,
+    box,
+    time,
+)
 from mecanique.textbook.facts import Acceleration, Conserved, Frequencies, Solution, Values
 from mecanique.textbook.system import System
 
 
 def build(
-    m1: Parameter, m2: Parameter, k1: Parameter, k2: Parameter, a: Parameter, F0: Parameter, W: Parameter
+    m1: Parameter,
+    m2: Parameter,
+    k1: Parameter,
+    k2: Parameter,
+    a: Parameter,
+    F0: Parameter,
+    W: Parameter,
 ) -> Mechanism:
     """Return the blocks."""
     from sympy import cos
@@ -24,12 +41,30 @@ def build(
         name="two_blocks",
         bodies=(Body("ground"), Body("block1", box(m1, size)), Body("block2", box(m2, size))),
         joints=(
-            Prismatic("slide1", "ground", "block1", axis=(1, 0, 0), origin=Placement((a, 0, 0)), coordinate="q1"),
-            Prismatic("slide2", "ground", "block2", axis=(1, 0, 0), origin=Placement((2 * a, 0, 0)), coordinate="q2"),
+            Prismatic(
+                "slide1",
+                "ground",
+                "block1",
+                axis=(1, 0, 0),
+                origin=Placement((a, 0, 0)),
+                coordinate="q1",
+            ),
+            Prismatic(
+                "slide2",
+                "ground",
+                "block2",
+                axis=(1, 0, 0),
+                origin=Placement((2 * a, 0, 0)),
+                coordinate="q2",
+            ),
         ),
         forces=(
-            Spring("spring1", "ground", (0, 0, 0), "block1", (0, 0, 0), stiffness=k1, free_length=a),
-            Spring("spring2", "block1", (0, 0, 0), "block2", (0, 0, 0), stiffness=k2, free_length=a),
+            Spring(
+                "spring1", "ground", (0, 0, 0), "block1", (0, 0, 0), stiffness=k1, free_length=a
+            ),
+            Spring(
+                "spring2", "block1", (0, 0, 0), "block2", (0, 0, 0), stiffness=k2, free_length=a
+            ),
             Force(
                 "load",
                 "block2",
@@ -94,7 +129,15 @@ SYSTEM = System(
         ),
         Conserved(
             "without the force, the energy (m1 q1'² + m2 q2'² + k1 q1² + k2 (q2 - q1)²) / 2",
-            lambda s: (s.m1 * s["q1'"] ** 2 + s.m2 * s["q2'"] ** 2 + s.k1 * s.q1**2 + s.k2 * (s.q2 - s.q1) ** 2) / 2,
+            lambda s: (
+                (
+                    s.m1 * s["q1'"] ** 2
+                    + s.m2 * s["q2'"] ** 2
+                    + s.k1 * s.q1**2
+                    + s.k2 * (s.q2 - s.q1) ** 2
+                )
+                / 2
+            ),
             given={"F0": 0.0},
         ),
     ),

@@ -1,9 +1,9 @@
 """Two-link arm.
 
-Two homogeneous links m1, l1 and m2, l2 form a planar arm in a vertical plane; motors at shoulder and elbow give the
-torques tau1(t) and tau2(t), and both bearings have the damping b; gravity g acts. The generalized coordinates are the
-joint angles, as in robotics: q1 of the first link from the horizontal x axis, positive upwards, and q2 of the second
-link from the direction of the first.
+Two homogeneous links m1, l1 and m2, l2 form a planar arm in a vertical plane; motors at shoulder
+and elbow give the torques tau1(t) and tau2(t), and both bearings have the damping b; gravity g
+acts. The generalized coordinates are the joint angles, as in robotics: q1 of the first link from
+the horizontal x axis, positive upwards, and q2 of the second link from the direction of the first.
 """
 
 import numpy as np
@@ -24,15 +24,28 @@ from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number
 from mecanique.textbook.system import System
 
 
-def build(m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, b: Parameter, g: Parameter) -> Mechanism:
+def build(
+    m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, b: Parameter, g: Parameter
+) -> Mechanism:
     """Return the arm."""
     tau1, tau2 = (Input(f"tau{i}", 0.0, "N·m", f"torque of motor {i}") for i in (1, 2))
     return Mechanism(
         name="two_link_arm",
-        bodies=(Body("ground"), Body("link1", rod(m1, l1, (1, 0, 0))), Body("link2", rod(m2, l2, (1, 0, 0)))),
+        bodies=(
+            Body("ground"),
+            Body("link1", rod(m1, l1, (1, 0, 0))),
+            Body("link2", rod(m2, l2, (1, 0, 0))),
+        ),
         joints=(
             Revolute("shoulder", "ground", "link1", axis=(0, -1, 0), coordinate="q1"),
-            Revolute("elbow", "link1", "link2", axis=(0, -1, 0), origin=Placement((l1, 0, 0)), coordinate="q2"),
+            Revolute(
+                "elbow",
+                "link1",
+                "link2",
+                axis=(0, -1, 0),
+                origin=Placement((l1, 0, 0)),
+                coordinate="q2",
+            ),
         ),
         forces=(
             JointForce("motor1", "shoulder", tau1),

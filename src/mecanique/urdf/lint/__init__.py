@@ -2,8 +2,8 @@
 
 from mecanique.urdf.findings import Finding
 from mecanique.urdf.lint.check import lint
-from mecanique.urdf.lint.mend import mend
 from mecanique.urdf.lint.output import as_json, as_text
+from mecanique.urdf.lint.repair import mend
 from mecanique.urdf.lint.sarif import as_sarif
 
 __all__ = ["Finding", "as_json", "as_sarif", "as_text", "lint", "mend"]

@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 
 from mecanique.errors import InputError
-from mecanique.urdf.document import Source, read_document
 from mecanique.urdf.findings import Finding
 from mecanique.urdf.lint import engines, masses, spelling, units
-from mecanique.urdf.meshes import PackagePath
 from mecanique.urdf.read import mechanism_of
+from mecanique.urdf.reading.document import Source, read_document
+from mecanique.urdf.reading.meshes import PackagePath
 
 __all__ = ["lint"]
 
@@ -21,7 +21,8 @@ def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tu
 
     Args:
         path_or_text: the path of a URDF file, or its text.
-        package_path: folders to search for the packages of meshes, before those of ROS_PACKAGE_PATH.
+        package_path: folders to search for the packages of meshes, before those of
+            ROS_PACKAGE_PATH.
 
     Raises:
         InputError: if it is neither a path nor a text.

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 from mecanique.urdf.dialect import DRAKE_JOINT, WORLD
-from mecanique.urdf.document import Document
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
-from mecanique.urdf.joints import SINGLE, JointText
+from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.joints import SINGLE, JointText
 
 __all__ = ["check"]
 
@@ -28,7 +28,9 @@ def check(document: Document, report: Report) -> None:
     _each(document, report)
     report.together("M501", document.lost, "its mesh file is not found")
     report.together(
-        "M507", [(link.element, link.where) for link in document.links if link.collisions], "collisions are not modeled"
+        "M507",
+        [(link.element, link.where) for link in document.links if link.collisions],
+        "collisions are not modeled",
     )
     mimics = [joint for joint in joints if joint.name in document.mimics]
     report.together("M404", _places(mimics), "it mimics another joint")
@@ -36,12 +38,24 @@ def check(document: Document, report: Report) -> None:
     report.together("M704", _places(damped), "damping is applied")
     rubbing = [joint for joint in joints if joint.friction and joint.moving]
     report.together("M313", _places(rubbing), "dry friction is left out")
-    others = [j for j in joints if j.kind == "floating" or (j.kind == "planar" and j.element.tag != DRAKE_JOINT)]
+    others = [
+        j
+        for j in joints
+        if j.kind == "floating" or (j.kind == "planar" and j.element.tag != DRAKE_JOINT)
+    ]
     report.together("M706", _places(others), "its type is read differently")
     drake = list(document.extensions.used)
     drake += [joint.element for joint in joints if joint.element.tag == DRAKE_JOINT]
-    report.together("M606", [(element, f"<{element.tag}>") for element in drake], "only Drake and mecanique read it")
-    report.together("M608", [(element, f"<{element.tag}>") for element in document.rotors], "a rotor adds inertia")
+    report.together(
+        "M606",
+        [(element, f"<{element.tag}>") for element in drake],
+        "only Drake and mecanique read it",
+    )
+    report.together(
+        "M608",
+        [(element, f"<{element.tag}>") for element in document.rotors],
+        "a rotor adds inertia",
+    )
     _size(document, report)
 
 
@@ -51,25 +65,46 @@ def _each(document: Document, report: Report) -> None:
         if joint.kind == "planar":
             length = math.hypot(*joint.axis)
             if joint.axis[2] < (1 - 1e-9) * length:
-                report.add("M305", joint.element, joint.where, f"the normal of its plane is {_shown(joint.axis)}")
+                report.add(
+                    "M305",
+                    joint.element,
+                    joint.where,
+                    f"the normal of its plane is {_shown(joint.axis)}",
+                )
         if joint.name in document.mimics and joint.mimic is not None:
             leader = by_name[joint.mimic.joint]
             if leader.mimic is not None:
                 message = f"it mimics {leader.name!r}, which mimics {leader.mimic.joint!r}"
                 report.add("M405", joint.mimic.element, joint.where, message)
             if document.mimics[joint.name].multiplier == 0:
-                report.add("M406", joint.mimic.element, joint.where, "it mimics with the multiplier 0")
+                report.add(
+                    "M406", joint.mimic.element, joint.where, "it mimics with the multiplier 0"
+                )
         if joint.name in ("universe", "root_joint"):
-            report.add("M114", joint.element, joint.where, "Pinocchio has a joint of this name of its own")
+            report.add(
+                "M114", joint.element, joint.where, "Pinocchio has a joint of this name of its own"
+            )
     for link in document.links:
         if link.name == "universe":
-            report.add("M114", link.element, link.where, "Pinocchio has a frame of this name of its own")
-        elif link.name == WORLD and document.root is not None and (link.name != document.root or not link.massless):
-            report.add("M114", link.element, link.where, "Drake takes this link for the inertial frame")
+            report.add(
+                "M114", link.element, link.where, "Pinocchio has a frame of this name of its own"
+            )
+        elif (
+            link.name == WORLD
+            and document.root is not None
+            and (link.name != document.root or not link.massless)
+        ):
+            report.add(
+                "M114", link.element, link.where, "Drake takes this link for the inertial frame"
+            )
 
 
 def _size(document: Document, report: Report) -> None:
-    count = sum(_VELOCITIES.get(joint.kind, 0) for joint in document.joints if joint.name not in document.mimics)
+    count = sum(
+        _VELOCITIES.get(joint.kind, 0)
+        for joint in document.joints
+        if joint.name not in document.mimics
+    )
     if count > _MOST_VELOCITIES:
         report.add("M701", document.element, "", f"the robot has {count} velocities")
     if document.root is None:
@@ -83,7 +118,9 @@ def _size(document: Document, report: Report) -> None:
         start = depth[chain[-1]]
         depth.update({name: start + k for k, name in enumerate(reversed(chain))})
     if max(depth.values()) > _MOST_DEPTH:
-        report.add("M702", document.element, "", f"the longest chain has {max(depth.values())} joints")
+        report.add(
+            "M702", document.element, "", f"the longest chain has {max(depth.values())} joints"
+        )
 
 
 def _places(joints: list[JointText]) -> list[tuple[Element, str]]:

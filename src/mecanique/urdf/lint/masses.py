@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from mecanique.urdf.document import Document
 from mecanique.urdf.findings import Report
-from mecanique.urdf.joints import JointText
-from mecanique.urdf.links import Link
+from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.joints import JointText
+from mecanique.urdf.reading.links import Link
 
 __all__ = ["check"]
 
@@ -23,14 +23,18 @@ def check(document: Document, report: Report) -> None:
     """
     root = document.root
     points = [link for link in document.links if link.mass and not any(link.inertia)]
-    report.together("M205", [(link.element, link.where) for link in points], "a mass without inertia")
+    report.together(
+        "M205", [(link.element, link.where) for link in points], "a mass without inertia"
+    )
     for link in document.links:
         if link.mass == 0 and any(link.inertia):
             report.add("M204", link.element, link.where, "it has inertia but no mass")
         if 0 < link.mass < _TINY:
             report.add("M207", link.element, link.where, f"its mass is {link.mass:g} kg")
         if link.name == root and not link.massless:
-            report.add("M211", link.element, link.where, f"the root link has a mass of {link.mass:g} kg")
+            report.add(
+                "M211", link.element, link.where, f"the root link has a mass of {link.mass:g} kg"
+            )
     if root is not None:
         _massless(document, root, report)
 
@@ -53,8 +57,15 @@ def _massless(document: Document, root: str, report: Report) -> None:
             continue
         if not carried[joint.child]:
             report.add("M206", joint.element, joint.where, "it moves nothing that has mass")
-        elif carried[joint.child] == [links[joint.child]] and _no_resistance(joint, links[joint.child]):
-            report.add("M206", joint.element, joint.where, f"link {joint.child!r} does not resist this motion")
+        elif carried[joint.child] == [links[joint.child]] and _no_resistance(
+            joint, links[joint.child]
+        ):
+            report.add(
+                "M206",
+                joint.element,
+                joint.where,
+                f"link {joint.child!r} does not resist this motion",
+            )
 
 
 def _no_resistance(joint: JointText, link: Link) -> bool:

@@ -18,7 +18,11 @@ def as_text(findings: Sequence[Finding]) -> str:
     Args:
         findings: from `lint`.
     """
-    lines = [line for finding in findings for line in (str(finding), f"    {finding.why} {finding.remedy}")]
+    lines = [
+        line
+        for finding in findings
+        for line in (str(finding), f"    {finding.why} {finding.remedy}")
+    ]
     counts: Counter[str] = Counter(finding.severity for finding in findings)
     told = [
         f"{counts[severity]} {word if counts[severity] == 1 else word + 's'}"

@@ -6,18 +6,31 @@ from collections.abc import Collection
 from difflib import get_close_matches
 
 from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS, LOOP, LOOP_FRAMES
-from mecanique.urdf.document import Document
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.reading.document import Document
 
 __all__ = ["check"]
 
 _JOINT = (
     {"name", "type"},
-    {"origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller"},
+    {
+        "origin",
+        "parent",
+        "child",
+        "axis",
+        "limit",
+        "dynamics",
+        "mimic",
+        "calibration",
+        "safety_controller",
+    },
 )
 _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
-    "robot": ({"name", "version"}, {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS, LOOP}),
+    "robot": (
+        {"name", "version"},
+        {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS, LOOP},
+    ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
     "joint": _JOINT,
     "drake:joint": _JOINT,
@@ -47,7 +60,16 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
 """Attributes and children of each element."""
 
 _UNUSED = {"safety_controller", "calibration", "transmission", "texture"}
-_OTHERS = {"gazebo", "transmission", "ros2_control", "sensor", "mujoco", "loop_joint", "texture", "contact"}
+_OTHERS = {
+    "gazebo",
+    "transmission",
+    "ros2_control",
+    "sensor",
+    "mujoco",
+    "loop_joint",
+    "texture",
+    "contact",
+}
 
 
 def check(document: Document, report: Report) -> None:
@@ -69,7 +91,9 @@ def check(document: Document, report: Report) -> None:
         attributes, children = _WORDS[element.tag]
         for name in element.attributes:
             if name not in attributes and not name.startswith(("xmlns", "drake:")):
-                _unknown(name, f"{name}=… of <{element.tag}>", attributes, element, where, report, unused)
+                _unknown(
+                    name, f"{name}=… of <{element.tag}>", attributes, element, where, report, unused
+                )
         for child in element.children:
             inside = where or _place(child)
             if child.tag in children:
@@ -79,9 +103,20 @@ def check(document: Document, report: Report) -> None:
                     waiting.append((child, inside))
             elif child.tag.startswith("drake:"):
                 if element.tag in ("robot", "joint", "drake:joint"):
-                    report.add("M601", child, inside, f"<{child.tag}> in <{element.tag}> is not known")
-            elif child.tag in _WORDS and child.tag not in _OTHERS and (element.tag, child.tag) not in _COMMON:
-                report.add("M113", child, inside, f"<{child.tag}> has no meaning in <{element.tag}>; it is ignored")
+                    report.add(
+                        "M601", child, inside, f"<{child.tag}> in <{element.tag}> is not known"
+                    )
+            elif (
+                child.tag in _WORDS
+                and child.tag not in _OTHERS
+                and (element.tag, child.tag) not in _COMMON
+            ):
+                report.add(
+                    "M113",
+                    child,
+                    inside,
+                    f"<{child.tag}> has no meaning in <{element.tag}>; it is ignored",
+                )
             else:
                 what = f"<{child.tag}> in <{element.tag}>"
                 _unknown(child.tag, what, children, child, inside, report, unused)
@@ -107,7 +142,11 @@ def _unknown(
     report: Report,
     unused: dict[str, list[tuple[Element, str]]],
 ) -> None:
-    near = [] if word in _OTHERS or len(word) > 30 else get_close_matches(word.lower(), known, n=1, cutoff=0.7)
+    near = (
+        []
+        if word in _OTHERS or len(word) > 30
+        else get_close_matches(word.lower(), known, n=1, cutoff=0.7)
+    )
     if near and abs(len(near[0]) - len(word)) <= 2:
         report.add("M113", element, where, f"{what} is ignored; did you mean {near[0]!r}?")
     else:
@@ -118,8 +157,12 @@ def _namespace(robot: Element, report: Report) -> None:
     if "xmlns:drake" in robot.attributes:
         return
     for element in robot.walk():
-        if element.tag.startswith("drake:") or any(name.startswith("drake:") for name in element.attributes):
-            report.add("M607", element, f"<{element.tag}>", "the prefix drake: is used but not declared")
+        if element.tag.startswith("drake:") or any(
+            name.startswith("drake:") for name in element.attributes
+        ):
+            report.add(
+                "M607", element, f"<{element.tag}>", "the prefix drake: is used but not declared"
+            )
             return
 
 
@@ -129,7 +172,14 @@ def _rotors(robot: Element, report: Report) -> None:
         if element.tag == "actuator":
             continue
         for child in element.children:
-            if child.tag in (ACTUATOR_INERTIA, ACTUATOR_GEAR) and element.tag not in ("joint", "drake:joint", "robot"):
+            if child.tag in (ACTUATOR_INERTIA, ACTUATOR_GEAR) and element.tag not in (
+                "joint",
+                "drake:joint",
+                "robot",
+            ):
                 report.add(
-                    "M601", child, f"<{element.tag}>", f"<{child.tag}> counts only in <actuator>; it is left out"
+                    "M601",
+                    child,
+                    f"<{element.tag}>",
+                    f"<{child.tag}> counts only in <actuator>; it is left out",
                 )

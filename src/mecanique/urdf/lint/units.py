@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 from mecanique.model.placement import Placement
 from mecanique.model.visuals import Box, Cylinder, Sphere, Visual
-from mecanique.urdf.document import Document
 from mecanique.urdf.findings import Report
-from mecanique.urdf.links import Link
+from mecanique.urdf.reading.document import Document
+from mecanique.urdf.reading.links import Link
 
 __all__ = ["check"]
 
@@ -67,7 +67,9 @@ def _link(link: Link, reach: float, report: Report) -> None:
     if len(shapes) == len(link.collisions) == 1:
         volume = _volume(shapes[0])
         if link.mass > 5 and link.mass > _DENSE * volume:
-            report.add("M209", link.element, link.where, f"its density is {link.mass / volume:.3g} kg/m³")
+            report.add(
+                "M209", link.element, link.where, f"its density is {link.mass / volume:.3g} kg/m³"
+            )
     shapes = shapes or [visual for visual in link.visuals if _size(visual) > 0]
     if len(shapes) == 1:
         _point(link, shapes[0], report)
@@ -88,7 +90,9 @@ def _point(link: Link, shape: Visual, report: Report) -> None:
         message = "its mass is at its origin, but its inertia is that of its shape, whose center is elsewhere"
         report.add("M210", link.element, link.where, message)
     elif _near(link.frame.xyz, place):
-        message = "its inertia is that of its shape about the link's origin, not about the center of mass"
+        message = (
+            "its inertia is that of its shape about the link's origin, not about the center of mass"
+        )
         report.add("M210", link.element, link.where, message)
 
 

@@ -1,0 +1,60 @@
+"""Whether all methods lead to the same equations of motion: not at some states, but as closed forms."""
+
+from __future__ import annotations
+
+from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.symbolic.newton_euler import NewtonEuler
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.virtual_work import VirtualWork
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["agreement", "derivations"]
+
+
+def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
+    """Return the derivations by all methods in the same symbols, by method, in textbook order.
+
+    Args:
+        mechanism: any mechanism without loops.
+
+    Raises:
+        DerivationError: if it has loops, or no closed form of reasonable length.
+    """
+    algebra = Algebra(mechanism)
+    return {
+        "newton_euler": NewtonEuler(mechanism, algebra).derivation(),
+        "virtual_work": VirtualWork(mechanism, algebra).derivation(),
+        "lagrange": Lagrange(mechanism, algebra).derivation(),
+    }
+
+
+def agreement(mechanism: Mechanism) -> str:
+    """Return in a sentence whether the methods give the same equations: the differences of their left sides are zero.
+
+    Quaternions are of unit length only along a motion, so that with one the difference need not
+    vanish identically.
+
+    Args:
+        mechanism: any mechanism without loops.
+
+    Raises:
+        DerivationError: if it has loops, or no closed form of reasonable length.
+    """
+    found = derivations(mechanism)
+    *others, lagrange = found.values()
+    for row, name in enumerate(mechanism.velocities):
+        for other in others:
+            if not (other.rows[row] - lagrange.rows[row]).vanishes():
+                return (
+                    f"The closed forms of the equation for {name} differ; compare them by numbers."
+                )
+    said = "All three methods give the same equations of motion: the differences of their left sides vanish identically."
+    reactions = found["newton_euler"].reactions
+    if reactions:
+        said += (
+            f" The reactions {', '.join(reactions)} stand in the balances of the single bodies and in their "
+            "equilibrium with the inertia forces; in the sum of the virtual work and in Lagrange's equations they do "
+            "not appear. Once the motion is known they follow from it, as listed under Reactions."
+        )
+    return said

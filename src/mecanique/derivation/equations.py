@@ -1,0 +1,440 @@
+"""Equations of motion as a result: M(q, t) a + bias(q, v, t) = forces(q, v, t), to read and to compute with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, final
+
+import numpy as np
+
+from mecanique.derivation.states import Given, States
+from mecanique.errors import DerivationError, InputError
+from mecanique.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from mecanique.derivation.matrix_form import Linear
+    from mecanique.derivation.numeric.multipliers import Constrained
+    from mecanique.derivation.numeric.newton_euler import Reaction
+    from mecanique.derivation.printing.equations import Equation
+    from mecanique.derivation.symbolic.derivation import Derivation, Stage
+
+__all__ = ["Equations", "Numeric"]
+
+
+class Numeric(Protocol):
+    """What a method offers to compute with, for n states at once."""
+
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M, shape (n, nv, nv)."""
+
+    def bias(self, states: States) -> np.ndarray:
+        """Return the bias, shape (n, nv)."""
+
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces, shape (n, nv)."""
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return the accelerations, shape (n, nv)."""
+
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv)."""
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, shape (n, nv)."""
+
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return kinetic and potential energy, each shape (n,)."""
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the origin and about the center of mass, each shape (n, 3)."""
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Equations:
+    """Derived equations of motion M(q, t) a + bias(q, v, t) = forces(q, v, t).
+
+    What is computed is there for any mechanism; of one with loops, M, bias and forces are those of
+    its tree. What is read (`M`, `h`, `Q`, `equations`, `steps`, and the text, LaTeX and MathML of
+    these) is derived when it is first asked for, and is there if `symbolic` is true.
+
+    Args:
+        mechanism: what they describe.
+        method: how they were derived.
+        numeric: computes them.
+        derive_symbols: derives them symbolically; raises a DerivationError if they have no closed
+            form of reasonable length.
+    """
+
+    mechanism: Mechanism
+    method: str
+    numeric: Numeric
+    derive_symbols: Callable[[], Derivation]
+
+    @cached_property
+    def _outcome(self) -> Derivation | DerivationError:
+        try:
+            return self.derive_symbols()
+        except DerivationError as error:
+            return error
+
+    @property
+    def symbolic(self) -> bool:
+        """Whether they can be read, not only computed."""
+        return not isinstance(self._outcome, DerivationError)
+
+    @property
+    def why_not(self) -> str:
+        """Why they cannot be read, in one sentence; empty if they can."""
+        return str(self._outcome) if isinstance(self._outcome, DerivationError) else ""
+
+    @property
+    def derivation(self) -> Derivation:
+        """The derivation as Poisson series.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        if isinstance(self._outcome, DerivationError):
+            raise self._outcome
+        return self._outcome
+
+    @cached_property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations of motion as a textbook prints them, one for each velocity, then those of the loops.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        from mecanique.derivation.printing.equations import equations
+        from mecanique.derivation.scalars.cancel import without_common_divisor
+
+        rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
+        return equations([without_common_divisor(row) for row in rows])
+
+    @cached_property
+    def M(self) -> Any:
+        """The mass matrix, a sympy Matrix of shape (nv, nv).
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return _matrix(self.derivation.M)
+
+    @cached_property
+    def h(self) -> Any:
+        """Coriolis, centrifugal and rheonomic inertia terms and gravity, a sympy Matrix of shape (nv, 1).
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return _matrix([[entry] for entry in self.derivation.h])
+
+    @cached_property
+    def Q(self) -> Any:
+        """Generalized forces of springs, dampers, drives and loads, a sympy Matrix of shape (nv, 1).
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return _matrix([[entry] for entry in self.derivation.Q])
+
+    @property
+    def steps(self) -> tuple[Stage, ...]:
+        """The steps of the derivation.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return self.derivation.stages
+
+    @cached_property
+    def linear(self) -> Linear | None:
+        """The matrices of M q'' + C q' + K q = f if the equations are linear with constant coefficients, else None.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        from mecanique.derivation.matrix_form import linear
+
+        return linear(self.derivation)
+
+    def matrix_form(self) -> str:
+        """Return linear equations of motion as M q'' + C q' + K q = f with all matrices, as text.
+
+        Raises:
+            DerivationError: if they are not linear with constant coefficients.
+        """
+        if self.linear is None:
+            raise DerivationError(
+                f"the equations of {self.mechanism.name!r} are not linear with constant coefficients; "
+                "linearize them about an equilibrium first"
+            )
+        return self.linear.text()
+
+    def holds(self, q: Given, t: float = 0.0) -> bool:
+        """Return whether a state is one that the symbolic equations hold for, e.g. springs not turned inside out.
+
+        Args:
+            q: shape (nq,), or values by coordinate name.
+            t: [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if there is no symbolic form.
+        """
+        states = States.of(self.mechanism, q, None, t)
+        values = {name: float(np.ravel(value)[0]) for name, value in states.values.items()}
+        return all(assumption.holds(values) for assumption in self.derivation.assumptions)
+
+    def text(self, steps: bool = False) -> str:
+        """Return the equations of motion as text, one line each.
+
+        Args:
+            steps: whether to show how they came about.
+        """
+        from mecanique.derivation.document import text
+
+        return text(self, steps) if self.symbolic else self._absent()
+
+    def latex(self, steps: bool = False) -> str:
+        """Return the equations of motion in LaTeX, for mathematics mode; with steps, a fragment of a document.
+
+        Args:
+            steps: whether to show how they came about.
+        """
+        from mecanique.derivation.document import latex
+
+        return latex(self, steps) if self.symbolic else f"\\text{{{self._absent()}}}"
+
+    def mathml(self, steps: bool = False) -> str:
+        """Return the equations of motion in MathML, an element each; with steps, a fragment of an HTML page.
+
+        Args:
+            steps: whether to show how they came about.
+        """
+        from mecanique.derivation.document import mathml
+
+        return mathml(self, steps)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        return f"<Equations of {self.mechanism.name!r} by {self.method}, v = ({', '.join(self.mechanism.velocities)})>"
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def _absent(self) -> str:
+        return f"The equations of {self.mechanism.name!r} are computed, not written out: {self.why_not}."
+
+    def mass_matrix(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the mass matrix M, shape (nv, nv) or (n, nv, nv).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, None, t)
+        return states.shaped(self.numeric.mass_matrix(states))
+
+    def bias(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (nv,) or (n, nv).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        return states.shaped(self.numeric.bias(states))
+
+    def forces(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (nv,) or (n, nv).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        return states.shaped(self.numeric.forces(states))
+
+    def acceleration(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the accelerations a, shape (nv,) or (n, nv).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if a motion meets no inertia.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        if self.mechanism.loops:
+            return states.shaped(self._constrained.motion(states).acceleration)
+        return states.shaped(self.numeric.acceleration(states))
+
+    def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
+        """Return Lagrange's multipliers λ of the loops, by row, "loop: motion it closes"; each shape () or (n,).
+
+        With these M a + bias − forces = Jᵀ λ. Along x, y, z and length they are forces [N] of body
+        a on body b, about x, y, z moments [N·m], in the axes of frame a. Redundant rows share their
+        load with the least sum of squares.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name; the loops closed.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if a motion meets no inertia.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        if not self.mechanism.loops:
+            return {}
+        found = self._constrained.motion(states).multipliers.T
+        return {
+            name: states.shaped(row)
+            for name, row in zip(self._constrained.names, found, strict=True)
+        }
+
+    @cached_property
+    def _constrained(self) -> Constrained:
+        from mecanique.derivation.numeric.multipliers import Constrained
+
+        return Constrained(self.mechanism, self.numeric)
+
+    def reactions(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, Reaction]:
+        """Return what each joint's parent does to its child, by joint name: force and moment, world axes.
+
+        The moment is about the origin of the child's frame. Springs, dampers, drives and loads are
+        no part of it.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if the method shows no reactions, if a motion meets no inertia, or if
+                there are loops.
+        """
+        from mecanique.derivation.numeric.newton_euler import Balances, Reaction
+
+        if not isinstance(self.numeric, Balances):
+            raise DerivationError(
+                f'the method {self.method!r} shows no reactions, which do no virtual work; use method="newton_euler"'
+            )
+        if self.mechanism.loops:
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its tree leave out; "
+                "use Reference"
+            )
+        states = States.of(self.mechanism, q, v, t)
+        found = self.numeric.reactions(states)
+        return {
+            name: Reaction(*(states.shaped(part) for part in both)) for name, both in found.items()
+        }
+
+    def inverse_dynamics(
+        self, q: Given, v: Given, a: Given, t: float | np.ndarray = 0.0
+    ) -> np.ndarray:
+        """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            a: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        rates = States.of(self.mechanism, None, a)
+        if len(states) != len(rates) and 1 not in (len(states), len(rates)):
+            raise InputError(
+                f"expected as many accelerations as states, got {len(rates)} and {len(states)}"
+            )
+        if len(states) < len(rates):
+            q, v, t = (np.repeat(x, len(rates), axis=0) for x in (states.q, states.v, states.t))
+            states = States(self.mechanism, q, v, t, single=False)
+        given = np.broadcast_to(rates.v, states.v.shape)
+        return states.shaped(
+            self.numeric.inverse_dynamics(states, given) - self.numeric.forces(states)
+        )
+
+    def gravity(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+        """Return the part of the bias that gravity makes, ∂V/∂q of gravity, shape (nv,) or (n, nv).
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, None, t)
+        return states.shaped(self.numeric.gravity(states))
+
+    def momentum(
+        self, q: Given, v: Given, t: float | np.ndarray = 0.0
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, world axes.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Returns:
+            Each shape (3,) or (n, 3) [kg·m/s, then kg·m²/s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        linear, angular, about_center = self.numeric.momentum(states)
+        return states.shaped(linear), states.shaped(angular), states.shaped(about_center)
+
+    def energy(
+        self, q: Given, v: Given, t: float | np.ndarray = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the kinetic energy T and the potential energy V of gravity and springs, each shape () or (n,) [J].
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        T, V = self.numeric.energy(states)
+        return states.shaped(T), states.shaped(V)
+
+
+def _matrix(rows: Any) -> Any:
+    from sympy import Matrix
+
+    from mecanique.derivation.printing.expressions import to_sympy
+
+    return Matrix([[to_sympy(entry) for entry in row] for row in rows])

@@ -1,0 +1,145 @@
+"""What every symbol of a derivation means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
+
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.model.joints import (
+    Fixed,
+    Floating,
+    Joint,
+    Planar,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
+from mecanique.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from mecanique.derivation.equations import Equations
+
+__all__ = ["Meaning", "meanings"]
+
+_PARTS = ("x component", "y component", "z component", "scalar part")
+
+
+@final
+@dataclass(frozen=True)
+class Meaning:
+    """What a symbol stands for.
+
+    Args:
+        name: the symbol.
+        sentence: what it is, with its unit.
+        radicand: what it is the square root of, if anything.
+    """
+
+    name: str
+    sentence: str
+    radicand: Series | None = None
+
+
+def meanings(equations: Equations) -> tuple[Meaning, ...]:
+    """Return the meaning of every symbol in the steps and the equations: coordinates, parameters, inputs, lengths, t.
+
+    Args:
+        equations: derived symbolically.
+    """
+    derivation, mechanism = equations.derivation, equations.mechanism
+    ring = derivation.algebra.ring
+    results = [result for stage in derivation.stages for result in stage.results]
+    shown = [*derivation.rows, *(result.right for result in results)]
+    shown += [result.left for result in results if isinstance(result.left, Series)]
+    used = {generator.name: generator.kind for series in shown for generator in series.generators()}
+    found = [*_coordinates(mechanism)]
+    for parameter in mechanism.parameters:
+        if parameter.symbol in used:
+            found.append(
+                Meaning(
+                    parameter.symbol, _sentence(parameter.meaning or "parameter", parameter.unit)
+                )
+            )
+    for signal in mechanism.inputs:
+        if signal.symbol in used:
+            found.append(Meaning(signal.symbol, _sentence(signal.meaning or "input", signal.unit)))
+    for index, atom in ring.atoms.items():
+        generator = ring.generators[index]
+        if atom.named and used.get(generator.name) is Kind.ATOM:
+            found.append(
+                Meaning(
+                    generator.name, derivation.lengths.get(generator.name, "root"), atom.argument
+                )
+            )
+    found += [Meaning(name, sentence) for name, sentence in derivation.unknowns.items()]
+    if used.get("t") is Kind.TIME:
+        found.append(Meaning("t", "time [s]"))
+    return tuple(found)
+
+
+def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
+    own = {name: sentence for joint in mechanism.joints for name, sentence in _of_joint(joint)}
+    for name in mechanism.coordinates:
+        yield Meaning(name, own.get(name, "generalized coordinate"))
+    for joint in mechanism.joints:
+        if isinstance(joint, (Spherical, Floating)):
+            for velocity in joint.velocities:
+                what, unit = (
+                    ("velocity", "m/s")
+                    if velocity in joint.velocities[:-3]
+                    else ("angular velocity", "rad/s")
+                )
+                yield Meaning(
+                    velocity,
+                    f"{velocity[-1]} component of the {what} of {joint.child}, in its own axes [{unit}]",
+                )
+
+
+def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
+    """Name and meaning of each coordinate of a joint."""
+    names = joint.coordinates
+    match joint:
+        case Revolute():
+            sentences = [f"angle of the hinge {joint.name}, about {_axis(joint)} [rad]"]
+        case Prismatic():
+            sentences = [f"displacement in the slide {joint.name}, along {_axis(joint)} [m]"]
+        case Planar():
+            sentences = [
+                f"displacement of {joint.child} along {_along(axis, joint)} [m]"
+                for axis in joint.directions
+            ]
+            sentences.append(f"angle of {joint.child} about {_axis(joint)} [rad]")
+        case Universal():
+            sentences = [
+                f"angle of the Cardan joint {joint.name} about {axis} [rad]"
+                for axis in ("x", "the turned y")
+            ]
+        case Fixed():
+            sentences = []
+        case Spherical() | Floating():
+            sentences = [
+                f"{axis} coordinate of {joint.child} [m]" for axis in "xyz"[: len(names) - 4]
+            ]
+            sentences += [f"{part} of the unit quaternion of {joint.child}" for part in _PARTS]
+    yield from zip(names, sentences, strict=True)
+
+
+def _axis(joint: Revolute | Prismatic | Planar) -> str:
+    return _along(joint.axis, joint)
+
+
+def _along(axis: tuple[float, float, float], joint: Joint) -> str:
+    """An axis in words, e.g. −y of ground; the joint's frame is named where it is turned against its parent."""
+    turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
+    of = f"the frame of joint {joint.name}" if turned else joint.parent
+    for name, component in zip("xyz", axis, strict=True):
+        if abs(component) > 1 - 1e-12:
+            return f"{'-' if component < 0 else ''}{name} of {of}"
+    return f"({', '.join(f'{component:.6g}' for component in axis)}) of {of}"
+
+
+def _sentence(meaning: str, unit: str) -> str:
+    return meaning if unit == "1" else f"{meaning} [{unit}]"

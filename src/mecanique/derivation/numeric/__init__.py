@@ -1,0 +1,1 @@
+"""Derivations in numbers, batched over states, for mechanisms of any size."""

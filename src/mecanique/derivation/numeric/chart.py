@@ -1,0 +1,130 @@
+"""From generalized coordinates to joint coordinates: r = φ(q, t), u = G v + φ_t, u̇ = G a + γ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.states import States
+from mecanique.derivation.tree.links import Link
+from mecanique.errors import InputError
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Chart", "Motions"]
+
+
+@final
+@dataclass(frozen=True)
+class Motions:
+    """Joint coordinates and velocities of n states.
+
+    Args:
+        r: value of each joint coordinate, shape (n,).
+        u: shape (n, nu), joint velocities in the order of the tree.
+        gamma: shape (n, nu), their rates when the generalized velocities are constant.
+        order: shape (nu,), which generalized velocity each joint velocity is; −1 for a driven
+            joint.
+        G: shape (n, nu, nv), ∂u/∂v; None without driven joints.
+    """
+
+    r: dict[str, Any]
+    u: np.ndarray
+    gamma: np.ndarray
+    order: np.ndarray
+    G: np.ndarray | None
+
+    def spread(self, a: np.ndarray) -> np.ndarray:
+        """Return G a, shape (n, nu).
+
+        Args:
+            a: shape (n, nv).
+        """
+        return np.asarray(a[:, self.order] if self.G is None else (self.G @ a[..., None])[..., 0])
+
+    def projected(self, tau: np.ndarray) -> np.ndarray:
+        """Return Gᵀ τ, shape (n, nv).
+
+        Args:
+            tau: shape (n, nu).
+        """
+        if self.G is not None:
+            return np.asarray((tau[:, None, :] @ self.G)[:, 0])
+        out = np.empty_like(tau)
+        out[:, self.order] = tau
+        return out
+
+    def projected_matrix(self, M: np.ndarray) -> np.ndarray:
+        """Return Gᵀ M G, shape (n, nv, nv).
+
+        Args:
+            M: shape (n, nu, nu).
+        """
+        if self.G is not None:
+            return np.asarray(np.swapaxes(self.G, -1, -2) @ M @ self.G)
+        out = np.empty_like(M)
+        out[:, self.order[:, None], self.order[None, :]] = M
+        return out
+
+
+@final
+class Chart:
+    """The coordinate map of a mechanism.
+
+    Args:
+        mechanism: whose map.
+        tree: its links.
+    """
+
+    def __init__(self, mechanism: Mechanism, tree: tuple[Link, ...]) -> None:
+        self._mechanism = mechanism
+        self._coordinates = [name for link in tree for name in link.coordinates]
+        self._velocities = [name for link in tree for name in link.velocities]
+        place = {name: k for k, name in enumerate(mechanism.velocities)}
+        driven = {f"{name}'": name for name in mechanism.coordinates.driven}
+        self._order = np.array(
+            [-1 if u in driven else place[u] for u in self._velocities], dtype=int
+        )
+        self._driven = {k: driven[u] for k, u in enumerate(self._velocities) if u in driven}
+
+    def motions(self, states: States) -> Motions:
+        """Return joint coordinates and velocities.
+
+        Args:
+            states: generalized positions, velocities and times.
+
+        Raises:
+            DerivationError: if the map cannot be differentiated.
+        """
+        n = len(states)
+        values = states.values
+        if not self._driven and len(self._order) == self._mechanism.nv:
+            r = {name: values[name] for name in self._coordinates}
+            u = states.v[:, self._order]
+            return Motions(r, u, np.zeros_like(u), self._order, None)
+        from mecanique.derivation.numeric.paths import driven_paths
+
+        r = {name: values[name] for name in self._coordinates if name in values}
+        u, gamma = np.zeros((n, len(self._order))), np.zeros((n, len(self._order)))
+        G = np.zeros((n, len(self._order), self._mechanism.nv))
+        free = np.flatnonzero(self._order >= 0)
+        u[:, free] = states.v[:, self._order[free]]
+        G[:, free, self._order[free]] = 1.0
+        with np.errstate(invalid="ignore", divide="ignore"):
+            paths = driven_paths(states)
+        for k, name in self._driven.items():
+            c = paths[name]
+            bad = ~np.isfinite(c).all(axis=(0, 1))
+            if bad.any():
+                at = ", ".join(
+                    f"{q} = {x:g}"
+                    for q, x in zip(self._mechanism.coordinates, states.q[bad][0], strict=True)
+                )
+                raise InputError(
+                    f"the coordinate map of mechanism {self._mechanism.name!r} gives no smooth {name!r} at {at}; "
+                    "expected coordinates inside its range"
+                )
+            r[name], u[:, k], gamma[:, k] = c[0, 0], c[1, 0], 2 * c[2, 0]
+            G[:, k] = c[0, 1:].T
+        return Motions(r, u, gamma, self._order, G)

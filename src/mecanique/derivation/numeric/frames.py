@@ -1,0 +1,145 @@
+"""How the frames of a tree move, on batched floats, by the vector relations of rigid motion.
+
+v = v_P + ω_P × r and a = a_P + α_P × r + ω_P × (ω_P × r), plus what the joint adds (Beer &
+Johnston, Vector Mechanics for Engineers: Dynamics, ch. 15). All vectors are in world axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from mecanique.derivation.numeric.chart import Motions
+from mecanique.derivation.numeric.recursion import stacked
+from mecanique.derivation.tree.links import Link
+from mecanique.derivation.tree.poses import Arithmetic, local
+
+__all__ = ["Frame", "frames"]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """The frame of a link over n states.
+
+    Args:
+        turn: shape (n, 3, 3), its axes in the world.
+        seat: shape (n, 3), its origin [m].
+        velocity: shape (n, 3), of the origin [m/s].
+        spin: shape (n, 3), angular velocity [rad/s].
+        gamma: shape (n, 3), acceleration of the origin while the generalized velocities are
+            constant [m/s²].
+        gamma_spin: shape (n, 3), angular acceleration then [rad/s²].
+        J: shape (n, 3, nu), velocity of the origin by joint velocity.
+        J_spin: shape (n, 3, nu), angular velocity by joint velocity.
+        axes: shape (n, 6, k), of each joint velocity of the link: direction of its velocity, of its
+            angular velocity.
+    """
+
+    turn: np.ndarray
+    seat: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    gamma: np.ndarray
+    gamma_spin: np.ndarray
+    J: np.ndarray
+    J_spin: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def pose(self) -> np.ndarray:
+        """The frame as homogeneous matrices, shape (n, 4, 4)."""
+        return _homogeneous(self.turn, self.seat, 1.0)
+
+    @property
+    def pose_rate(self) -> np.ndarray:
+        """The rate of the pose, shape (n, 4, 4) [1/s]."""
+        turning = np.cross(self.spin[:, :, None], self.turn, axis=1)
+        return _homogeneous(turning, self.velocity, 0.0)
+
+
+def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> list[Frame]:
+    """Return the frame of every link.
+
+    Args:
+        tree: the links.
+        places: where each link's own frame stands in its parent, each shape (4, 4).
+        move: joint coordinates and velocities.
+    """
+    n, nu = move.u.shape
+    ground = Frame(
+        turn=np.broadcast_to(np.eye(3), (n, 3, 3)),
+        seat=np.zeros((n, 3)),
+        velocity=np.zeros((n, 3)),
+        spin=np.zeros((n, 3)),
+        gamma=np.zeros((n, 3)),
+        gamma_spin=np.zeros((n, 3)),
+        J=np.zeros((n, 3, nu)),
+        J_spin=np.zeros((n, 3, nu)),
+        axes=np.zeros((n, 6, 0)),
+    )
+    found: list[Frame] = []
+    first = 0
+    for link, place in zip(tree, places, strict=True):
+        parent = found[link.parent] if link.parent >= 0 else ground
+        count = len(link.velocities)
+        found.append(_carried(parent, link, place, move, slice(first, first + count)))
+        first += count
+    return found
+
+
+def _carried(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: slice) -> Frame:
+    n = len(move.u)
+    here = place @ stacked(local(link, move.r, Arithmetic()), n)
+    turn = parent.turn @ here[:, :3, :3]
+    r = np.einsum("nij,nj->ni", parent.turn, here[:, :3, 3])
+    axes = _axes(link, turn)
+    slide, roll = axes[:, :3], axes[:, 3:]
+    u, rates = move.u[:, own, None], move.gamma[:, own, None]
+    sliding, rolling = (slide @ u)[..., 0], (roll @ u)[..., 0]
+    spin = parent.spin + rolling
+    # directions that are fixed in the child turn with it, those of a slide turn with the parent as
+    # well
+    bent = np.cross(spin if link.kind == "free" else parent.spin, sliding)
+    J = parent.J + np.cross(parent.J_spin, r[:, :, None], axis=1)
+    J_spin = parent.J_spin.copy()
+    J[:, :, own] += slide
+    J_spin[:, :, own] += roll
+    return Frame(
+        turn=turn,
+        seat=parent.seat + r,
+        velocity=parent.velocity + np.cross(parent.spin, r) + sliding,
+        spin=spin,
+        gamma=parent.gamma
+        + np.cross(parent.gamma_spin, r)
+        + np.cross(parent.spin, np.cross(parent.spin, r) + sliding)
+        + bent
+        + (slide @ rates)[..., 0],
+        gamma_spin=parent.gamma_spin + np.cross(parent.spin, rolling) + (roll @ rates)[..., 0],
+        J=J,
+        J_spin=J_spin,
+        axes=axes,
+    )
+
+
+def _axes(link: Link, turn: np.ndarray) -> np.ndarray:
+    """Directions of a link's velocities in the world, shape (n, 6, k)."""
+    axes = np.zeros((len(turn), 6, len(link.velocities)))
+    along = (turn @ np.array(link.axis))[:, :, None]
+    if link.kind == "turn":
+        axes[:, 3:] = along
+    elif link.kind == "slide":
+        axes[:, :3] = along
+    elif link.kind == "ball":
+        axes[:, 3:] = turn
+    elif link.kind == "free":
+        axes[:, :3, :3] = axes[:, 3:, 3:] = turn
+    return axes
+
+
+def _homogeneous(block: np.ndarray, column: np.ndarray, corner: float) -> np.ndarray:
+    out = np.zeros((len(block), 4, 4))
+    out[:, :3, :3], out[:, :3, 3], out[:, 3, 3] = block, column, corner
+    return out

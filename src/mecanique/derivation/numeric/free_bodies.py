@@ -1,0 +1,271 @@
+"""Every body cut free, on batched floats: how it moves, what acts on it, and where its joint holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.chart import Chart, Motions
+from mecanique.derivation.numeric.frames import Frame, frames
+from mecanique.derivation.numeric.loads import Loads
+from mecanique.derivation.numeric.recursion import stacked
+from mecanique.derivation.states import States
+from mecanique.derivation.tree.links import links, moving, place_of
+from mecanique.derivation.tree.poses import Arithmetic, origin
+from mecanique.model.expression import Scalar
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["FreeBodies", "FreeBody", "Snapshot", "spread", "times", "total_momentum"]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FreeBody:
+    """One body over n states, world axes; its accelerations are J a + γ with the generalized accelerations a.
+
+    Args:
+        name: of the body.
+        joint: name of the joint that holds it.
+        parent: place of its parent among the free bodies, −1 for the ground.
+        mass: [kg].
+        seat: shape (n, 3), where its joint is, the origin of its frame [m].
+        center: shape (n, 3), its center of mass [m].
+        velocity: shape (n, 3), of the center of mass [m/s].
+        spin: shape (n, 3), angular velocity [rad/s].
+        inertia: shape (n, 3, 3), about the center of mass [kg·m²].
+        J: shape (n, 3, nv), velocity of the center of mass by generalized velocity.
+        gamma: shape (n, 3), acceleration of the center of mass for a = 0 [m/s²].
+        J_spin: shape (n, 3, nv), angular velocity by generalized velocity.
+        gamma_spin: shape (n, 3), angular acceleration for a = 0 [rad/s²].
+        force: shape (n, 3), resultant of springs, dampers, drives and loads [N].
+        moment: shape (n, 3), their moment about the center of mass [N·m].
+    """
+
+    name: str
+    joint: str
+    parent: int
+    mass: float
+    seat: np.ndarray
+    center: np.ndarray
+    velocity: np.ndarray
+    spin: np.ndarray
+    inertia: np.ndarray
+    J: np.ndarray
+    gamma: np.ndarray
+    J_spin: np.ndarray
+    gamma_spin: np.ndarray
+    force: np.ndarray
+    moment: np.ndarray
+
+    @property
+    def angular_momentum(self) -> np.ndarray:
+        """Angular momentum about the center of mass, shape (n, 3) [kg·m²/s]."""
+        return times(self.inertia, self.spin)
+
+    @property
+    def tumbling(self) -> np.ndarray:
+        """Rate of the angular momentum about the center of mass for a = 0, I γ + ω × I ω, shape (n, 3) [N·m]."""
+        return times(self.inertia, self.gamma_spin) + np.cross(self.spin, self.angular_momentum)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Snapshot:
+    """All free bodies of a mechanism at n states.
+
+    Args:
+        bodies: each after its parent.
+        motions: joint coordinates and velocities.
+        axes: shape (n, 6, nu), direction of each joint velocity's force and moment at the seat of
+            its body.
+        holders: shape (nu,), place of the free body that each joint velocity moves against its
+            parent.
+        armature: shape (nu,), inertia of each joint's rotor [kg·m² or kg].
+        springs: shape (n,), energy of the springs [J].
+    """
+
+    bodies: tuple[FreeBody, ...]
+    motions: Motions
+    axes: np.ndarray
+    holders: np.ndarray
+    armature: np.ndarray
+    springs: np.ndarray
+
+    @property
+    def rates(self) -> np.ndarray:
+        """Joint velocities by generalized velocity, ∂u/∂v, shape (n, nu, nv)."""
+        nu = len(self.armature)
+        return spread(np.broadcast_to(np.eye(nu), (len(self.springs), nu, nu)), self.motions)
+
+
+@final
+class FreeBodies:
+    """Cuts the bodies of a mechanism free.
+
+    Args:
+        mechanism: any mechanism; of one with loops, its tree.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._tree = links(mechanism)
+        self._chart = Chart(mechanism, self._tree)
+        self._loads = Loads(mechanism, self._tree)
+        self._place = place_of(self._tree, mechanism)
+        self.gravity = self._numbers(mechanism.gravity)
+        floats, constants = Arithmetic(), mechanism.values
+        self._origins = [
+            stacked(origin(link.origin, constants, floats), 1)[0] for link in self._tree
+        ]
+        self._joints = mechanism.tree
+        order = {joint.child: k for k, joint in enumerate(self._joints)}
+        self._parents = [order.get(joint.parent, -1) for joint in self._joints]
+        holder = {joint.name: k for k, joint in enumerate(self._joints)}
+        self._holders = np.array(
+            [holder[link.joint] for link in self._tree for _ in link.velocities], dtype=int
+        )
+        self._armature = np.array(
+            [mechanism.evaluate(link.armature) for link in self._tree for _ in link.velocities],
+            dtype=float,
+        )
+        self._free = moving(self._tree)
+        self._masses = [self._mass(joint.child) for joint in self._joints]
+
+    def at(self, states: States) -> Snapshot:
+        """Return the free bodies at n states.
+
+        Args:
+            states: where, how fast and when.
+        """
+        move = self._chart.motions(states)
+        found = frames(self._tree, self._origins, move)
+        axes = np.concatenate(
+            [np.zeros((len(states), 6, 0)), *(frame.axes for frame in found)], axis=2
+        )
+        poses = [frame.pose for frame in found]
+        loaded = self._loads.on_bodies(
+            poses, [frame.pose_rate for frame in found], states.values, len(states)
+        )
+        drives = self._loads.on_joints(move.u, move.r, states.values)
+        wrenches = self._wrenches(found, loaded, drives[:, None, :] * axes)
+        bodies = []
+        for k, joint in enumerate(self._joints):
+            bodies.append(self._body(k, found[self._place[joint.child]], move, *wrenches[k]))
+        springs = self._loads.energy(poses, move.r, len(states))
+        return Snapshot(tuple(bodies), move, axes, self._holders, self._armature, springs)
+
+    def moving(self, states: States) -> list[FreeBody]:
+        """Return the free bodies that a joint lets move against the ground.
+
+        Args:
+            states: where and how fast.
+        """
+        return [body for body in self.at(states).bodies if self._free[self._place[body.name]]]
+
+    def _body(
+        self, k: int, frame: Frame, move: Motions, force: np.ndarray, moment: np.ndarray
+    ) -> FreeBody:
+        mass, center, inertia = self._masses[k]
+        arm = frame.turn @ center
+        at = frame.seat + arm
+        inward = np.cross(frame.spin, arm)
+        return FreeBody(
+            name=self._joints[k].child,
+            joint=self._joints[k].name,
+            parent=self._parents[k],
+            mass=mass,
+            seat=frame.seat,
+            center=at,
+            velocity=frame.velocity + inward,
+            spin=frame.spin,
+            inertia=frame.turn @ inertia @ np.swapaxes(frame.turn, 1, 2),
+            J=spread(frame.J + np.cross(frame.J_spin, arm[:, :, None], axis=1), move),
+            gamma=frame.gamma + np.cross(frame.gamma_spin, arm) + np.cross(frame.spin, inward),
+            J_spin=spread(frame.J_spin, move),
+            gamma_spin=frame.gamma_spin,
+            force=force,
+            moment=moment - np.cross(at, force),
+        )
+
+    def _wrenches(
+        self, found: list[Frame], loaded: dict[int, np.ndarray], drives: np.ndarray
+    ) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Force and moment about the world's origin of what is applied to each free body."""
+        n = len(drives)
+        force, moment = np.zeros((len(self._joints), n, 3)), np.zeros((len(self._joints), n, 3))
+        place = {self._place[joint.child]: k for k, joint in enumerate(self._joints)}
+        for link, D in loaded.items():
+            # (p, 1) F in world coordinates: the skew part is p × F
+            outer = found[link].pose @ D
+            skew = outer - np.swapaxes(outer, 1, 2)
+            force[place[link]] += D[:, 3, :3]
+            moment[place[link]] += np.stack([skew[:, 1, 2], skew[:, 2, 0], skew[:, 0, 1]], axis=-1)
+        for u, k in enumerate(self._holders):
+            F, seat = drives[:, :3, u], found[self._place[self._joints[k].child]].seat
+            M = drives[:, 3:, u] + np.cross(seat, F)
+            force[k] += F
+            moment[k] += M
+            if self._parents[k] >= 0:
+                force[self._parents[k]] -= F
+                moment[self._parents[k]] -= M
+        return list(zip(force, moment, strict=True))
+
+    def _mass(self, name: str) -> tuple[float, np.ndarray, np.ndarray]:
+        body = self.mechanism.body(name)
+        ixx, iyy, izz, ixy, ixz, iyz = self._numbers(body.inertia)
+        tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        return self.mechanism.evaluate(body.mass), self._numbers(body.center), tensor
+
+    def _numbers(self, components: Any) -> np.ndarray:
+        scalars: tuple[Scalar, ...] = tuple(components)
+        return np.array([self.mechanism.evaluate(component) for component in scalars])
+
+
+def total_momentum(
+    bodies: Sequence[FreeBody], count: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+    Sums of m v_C and of H_C + r_C × m v_C (Fundamentals of Dynamics, eqs. 1.7, 1.9, 1.11).
+
+    Args:
+        bodies: what moves.
+        count: number of states.
+    """
+    linear, angular, first = (np.zeros((count, 3)) for _ in range(3))
+    mass = 0.0
+    for body in bodies:
+        push = body.mass * body.velocity
+        linear = linear + push
+        angular = angular + body.angular_momentum + np.cross(body.center, push)
+        first, mass = first + body.mass * body.center, mass + body.mass
+    center = first / mass if mass else first
+    return linear, angular, angular - np.cross(center, linear)
+
+
+def spread(columns: np.ndarray, move: Motions) -> np.ndarray:
+    """Return derivatives by generalized velocity, shape (n, k, nv), from those by joint velocity.
+
+    Args:
+        columns: shape (n, k, nu).
+        move: joint velocities by generalized velocity.
+    """
+    if move.G is not None:
+        return np.asarray(columns @ move.G)
+    out = np.empty_like(columns)
+    out[:, :, move.order] = columns
+    return out
+
+
+def times(matrix: np.ndarray, vector: np.ndarray) -> np.ndarray:
+    """Return products of matrices and vectors, shape (n, 3).
+
+    Args:
+        matrix: shape (n, 3, 3).
+        vector: shape (n, 3).
+    """
+    product: np.ndarray = (matrix @ vector[..., None])[..., 0]
+    return product

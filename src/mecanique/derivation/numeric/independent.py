@@ -1,0 +1,293 @@
+"""Lagrange's equations of the second kind in as many coordinates as there are degrees of freedom.
+
+The loops make the other coordinates functions of the independent ones. These functions are never
+written down: as jets they are found by Newton's method in the ring of jets, x ← x − J⁻¹ Φ(x) with
+the constant J of the state, one order of ε after the other. Lagrange's operator then sees the
+independent coordinates alone, on the same definition as for a tree
+(`mecanique.derivation.numeric.lagrange`).
+
+A joint that turns by a quaternion has the Gibbs vector g against the state as coordinates, p = p₀
+(g/2, 1)/√(1 + g²/4), and a free one the components of its displacement in the axes it has in the
+state: at the state their rates are the joint's velocities (Shuster, J. Astronaut. Sci. 41 (1993)
+439, eq. 337).
+"""
+
+from __future__ import annotations
+
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.loops import Closure
+from mecanique.derivation.numeric.multipliers import constraints
+from mecanique.derivation.numeric.paths import JETS
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.states import States
+from mecanique.derivation.tree.links import links, place_of
+from mecanique.derivation.tree.poses import (
+    Arithmetic,
+    combination,
+    joint_values,
+    moments,
+    poses,
+    quaternion_rotation,
+)
+from mecanique.errors import DerivationError
+from mecanique.model.expression import evaluate
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Reduced"]
+
+_SWEEPS = 40
+_ROUNDING = 1e-12
+"""Loops and their rates that are this near to closed, in their units, are left as they are."""
+
+_RANK = 1e-8
+"""Pivots and singular values of J below this part of the largest count as zero."""
+
+_REGULAR = 0.05
+"""Least singular value of the part of J that determines the dependent coordinates, compared with all of J."""
+
+
+@final
+class Reduced:
+    """Accelerations of a closed mechanism from its equations in independent coordinates.
+
+    Args:
+        mechanism: a mechanism with loops.
+
+    Raises:
+        DerivationError: if an input is a function.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        for signal in mechanism.inputs:
+            if callable(signal.signal):
+                raise DerivationError(
+                    f"input {signal.symbol!r} is a function, which has no exact derivatives"
+                )
+        self._mechanism = mechanism
+        self._tree = links(mechanism)
+        self._closure = Closure(mechanism)
+        at = {name: k for k, name in enumerate(mechanism.velocities)}
+        self._plain = {name: at[f"{name}'"] for name in mechanism.coordinates if f"{name}'" in at}
+        self._definition = Definition(mechanism)
+        place = place_of(self._tree, mechanism)
+        self._bodies = [
+            (place[body.name], np.array(moments(body, mechanism.values, Arithmetic()), dtype=float))
+            for body in mechanism.bodies
+            if body.shapes and place[body.name] >= 0
+        ]
+        self._gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return a, shape (n, nv).
+
+        Args:
+            states: where, how fast and when; the loops closed.
+
+        Raises:
+            DerivationError: if a motion that the loops leave free meets no inertia.
+        """
+        J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
+        forces = self._definition.forces(states)
+        result = np.empty_like(states.v)
+        waiting = np.arange(len(states))
+        while len(waiting):
+            rows, dependent = _chosen(J[waiting[0]])
+            block = J[waiting][:, rows][:, :, dependent]
+            fit = np.array([_is_regular(*pair) for pair in zip(block, J[waiting], strict=True)])
+            fit[0] = True
+            at = waiting[fit]
+            some = States(self._mechanism, states.q[at], states.v[at], states.t[at], single=False)
+            result[at] = self._solved(some, forces[at], rows, dependent, np.linalg.inv(block[fit]))
+            waiting = waiting[~fit]
+        return result
+
+    def _solved(
+        self,
+        states: States,
+        forces: np.ndarray,
+        rows: np.ndarray,
+        dependent: np.ndarray,
+        inverse: np.ndarray,
+    ) -> np.ndarray:
+        nv, n = self._mechanism.nv, len(states)
+        free = np.setdiff1d(np.arange(nv), dependent)
+        rest, E, weight = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
+        # the partials of the coordinates: how all follow the independent ones
+        follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
+        M = np.empty((n, len(free), len(free)))
+        for k in range(len(free)):
+            a = np.zeros((n, len(free)))
+            a[:, k] = 1.0
+            M[:, :, k] = self._operator(states, a, rows, dependent, inverse)[1] - E
+        right = np.einsum("nvk,nv->nk", follow, forces) - E - weight
+        try:
+            independent = np.linalg.solve(M, right[..., None])[..., 0]
+        except np.linalg.LinAlgError:
+            raise DerivationError(
+                f"mechanism {self._mechanism.name!r}: its loops leave a motion free that meets no inertia; give a body "
+                "in it mass"
+            ) from None
+        without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
+        found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
+        for joint in self._mechanism.joints:
+            if isinstance(joint, Floating):  # the velocity's components turn with the body
+                at = [self._mechanism.velocities.index(name) for name in joint.velocities]
+                found[:, at[:3]] -= np.cross(states.v[:, at[3:]], states.v[:, at[:3]])
+        return found
+
+    def _operator(
+        self,
+        states: States,
+        a: np.ndarray,
+        rows: np.ndarray,
+        dependent: np.ndarray,
+        inverse: np.ndarray,
+    ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
+        """The coordinates as jets, Lagrange's operator on T in the independent ones, ∂V/∂q of gravity, (n, free)."""
+        q = self._paths(states, a, rows, dependent, inverse)
+        r, H = self._placed(states, q)
+        E = np.zeros((a.shape[1], len(states)))
+        terms = [(Jet(H[place].c @ (0.5 * J)), H[place]) for place, J in self._bodies]
+        for half, pose in terms:
+            now = half.ddt().trace_with(pose.ddt())
+            later = _delayed(half).ddt().trace_with(_delayed(pose).ddt())
+            E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
+        weight = np.zeros_like(E)
+        for place, J in self._bodies:
+            weight = weight - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
+        for link in self._tree:
+            inertia = self._mechanism.evaluate(link.armature)
+            if inertia:
+                x = r[link.coordinates[0]]
+                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, _delayed(x)))
+                E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
+        return q, np.asarray(E.T), np.asarray(weight.T)
+
+    def _paths(
+        self,
+        states: States,
+        a: np.ndarray,
+        rows: np.ndarray,
+        dependent: np.ndarray,
+        inverse: np.ndarray,
+    ) -> list[Jet]:
+        nv, n = self._mechanism.nv, len(states)
+        free = np.setdiff1d(np.arange(nv), dependent).tolist()
+        c = np.zeros((nv, 3, 1 + len(free), n))
+        for name, q in zip(self._mechanism.coordinates, states.q.T, strict=True):
+            if name in self._plain:
+                c[self._plain[name], 0, 0] = q
+        for k, at in enumerate(free):
+            c[at, 1, 0], c[at, 2, 0], c[at, 0, 1 + k] = states.v[:, at], a[:, k] / 2, 1.0
+        c[dependent, 1, 0] = states.v[:, dependent].T
+        units = self._closure.units
+        x = [Jet(path) for path in c]
+        for order in range(3):
+            # the state itself is closed: next to a singular position its rounding would grow with
+            # every order
+            given = order < 2
+            last = np.inf
+            for _ in range(_SWEEPS):
+                phi = self._closure.rows(self._placed(states, x)[1])
+                off = np.stack([phi[i].c[order] / units[i] for i in rows], axis=-1)
+                if given and float(np.abs(off[0]).max(initial=0.0)) < _ROUNDING:
+                    off[0] = 0.0
+                size = float(np.abs(off).max(initial=0.0))
+                if size < 1e-15 or (size < 1e-10 and size >= last):
+                    break
+                last = size
+                c[dependent, order] -= np.moveaxis((inverse @ off[..., None])[..., 0], -1, 0)
+                x = [Jet(path) for path in c]
+        return x
+
+    def _placed(self, states: States, x: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
+        mechanism = self._mechanism
+        values: dict[str, Any] = {
+            **mechanism.values,
+            **{name: x[at] for name, at in self._plain.items()},
+        }
+        q = dict(zip(mechanism.coordinates, states.q.T, strict=True))
+        for joint in mechanism.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                place = [mechanism.velocities.index(name) for name in joint.velocities]
+                own = _turned([q[name] for name in joint.coordinates], [x[at] for at in place])
+                values |= zip(joint.coordinates, own, strict=True)
+        c = np.zeros(x[0].c.shape)
+        c[0, 0], c[1, 0] = states.t, 1.0
+        values["t"] = Jet(c)
+        for signal in mechanism.inputs:
+            values[signal.symbol] = evaluate(signal.signal, values, function=function)
+        values = joint_values(mechanism, values, JETS)
+        return values, [_as_jet(rows, x[0]) for rows in poses(self._tree, values, JETS)]
+
+
+def _turned(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
+    """The coordinates of a joint with a quaternion, from those in the state and the displacement since."""
+    *origin, px, py, pz, pw = start
+    gx, gy, gz = (g * 0.5 for g in x[-3:])
+    size = (1 + gx * gx + gy * gy + gz * gz).sqrt()
+    quaternion = [
+        (gx * pw + gz * py - gy * pz + px) / size,
+        (gy * pw + gx * pz - gz * px + py) / size,
+        (gz * pw + gy * px - gx * py + pz) / size,
+        (pw - gx * px - gy * py - gz * pz) / size,
+    ]
+    if not origin:
+        return quaternion
+    turn = quaternion_rotation(px, py, pz, pw)
+    moved = [combination(row, x[:3]) + p for row, p in zip(turn, origin, strict=True)]
+    return [*moved, *quaternion]
+
+
+def _as_jet(rows: list[list[Any]], like: Jet) -> Jet:
+    c = np.zeros((*like.c.shape, 4, 4))
+    c[0, 0, :, 3, 3] = 1.0
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            if isinstance(entry, Jet):
+                c[..., i, k] = entry.c
+            else:
+                c[0, 0, :, i, k] = entry
+    return Jet(c)
+
+
+def _delayed(x: Jet) -> Jet:
+    """The same motion with the variation η = ε instead of η = 1."""
+    c = np.zeros_like(x.c)
+    c[:, 0] = x.c[:, 0]
+    c[1:, 1:] = x.c[:-1, 1:]
+    return Jet(c)
+
+
+def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows that are independent, and as many coordinates that they determine best, by full pivoting."""
+    J = J.copy()
+    rows: list[int] = []
+    columns: list[int] = []
+    top = float(np.abs(J).max(initial=0.0))
+    while len(rows) < min(J.shape):
+        i, k = np.unravel_index(int(np.abs(J).argmax()), J.shape)
+        if not abs(J[i, k]) > _RANK * top:
+            break
+        rows.append(int(i))
+        columns.append(int(k))
+        J -= np.outer(J[:, k] / J[i, k], J[i])
+        J[:, k] = 0.0
+        J[i] = 0.0
+    return np.array(sorted(rows), dtype=int), np.array(sorted(columns), dtype=int)
+
+
+def _is_regular(block: np.ndarray, J: np.ndarray) -> bool:
+    """Whether a block of J, taken for the dependent coordinates, is about as well conditioned as J itself."""
+    sizes = np.linalg.svd(J, compute_uv=False)
+    if int((sizes > _RANK * sizes[0]).sum()) != len(block):
+        return False
+    return not len(block) or bool(
+        np.linalg.svd(block, compute_uv=False)[-1] > _REGULAR * sizes[len(block) - 1]
+    )

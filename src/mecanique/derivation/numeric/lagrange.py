@@ -1,0 +1,324 @@
+"""The equations of motion by the definition of Lagrange's operator, on jets.
+
+Poses H(ε) follow a motion through the state; their duals are the variations δH. For
+quasi-velocities a variation η(ε) turns a pose as δA = A S η, so that δT = A η + B η' and Lagrange's
+operator E = B' − A is, with the coefficients [εᵏ] of δT,
+
+    E = [ε¹] δT(η = ε) − 2 [ε⁰] δT(η = 1),
+
+since η = ε gives A + B' and η = 1 gives A. No coefficients of Hamel are needed (H. Poincaré, "Sur
+une forme nouvelle des équations de la mécanique", C. R. Acad. Sci. 132 (1901) 369, has the
+variations on a group). Springs follow from their energy, all other forces from their virtual work,
+which is the dual part of what they act along.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.momenta import momenta
+from mecanique.derivation.numeric.paths import JETS, joint_paths
+from mecanique.derivation.numeric.recursion import solved, stacked
+from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.states import States
+from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
+from mecanique.derivation.tree.poses import Arithmetic, local, moments, origin
+from mecanique.model.expression import Scalar, evaluate
+from mecanique.model.forces import (
+    Damper,
+    Force,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+    Torque,
+)
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Definition"]
+
+
+@final
+class Definition:
+    """Mass matrix, bias, forces, acceleration and energies of a mechanism by Lagrange's operator.
+
+    Args:
+        mechanism: any mechanism.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._tree = links(mechanism)
+        self._place = place_of(self._tree, mechanism)
+        self._link = {link.joint: link for link in self._tree}
+        self._bodies = [
+            (
+                self._place[body.name],
+                np.array(moments(body, mechanism.values, Arithmetic()), dtype=float),
+            )
+            for body in mechanism.bodies
+            if body.shapes and self._place[body.name] >= 0
+        ]
+        self._gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
+
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M, shape (n, nv, nv): what Lagrange's operator adds for unit accelerations.
+
+        Args:
+            states: where and when.
+        """
+        n, nv = len(states), self._mechanism.nv
+        # M does not depend on v or gravity, without which nothing is lost to rounding
+        q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
+        many = States(self._mechanism, q, np.zeros((len(q), nv)), t, single=False)
+        a = np.concatenate([np.zeros((1, nv)), np.eye(nv)]).repeat(n, axis=0)
+        E = self._inertia(many, a).reshape(nv + 1, n, nv)
+        return np.asarray(np.moveaxis(E[1:] - E[0], 0, -1))
+
+    def bias(self, states: States) -> np.ndarray:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+        """
+        return self._operator(states, np.zeros_like(states.v))
+
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+        """
+        r, H = self.motion(states, np.zeros_like(states.v))
+        Q = np.zeros((self._mechanism.nv, len(states)))
+        for term in self._spring_energies(r, H):
+            Q = Q - term.c[0, 1:]
+        for force in self._mechanism.forces:
+            match force:
+                case Damper():
+                    length = self._reach(force, H).sqrt()
+                    Q = (
+                        Q
+                        - self._mechanism.evaluate(force.damping) * length.c[1, 0] * length.c[0, 1:]
+                    )
+                case JointDamper():
+                    x = r[self._link[force.joint].coordinates[0]]
+                    Q = Q - self._mechanism.evaluate(force.damping) * x.c[1, 0] * x.c[0, 1:]
+                case JointForce():
+                    x = r[self._link[force.joint].coordinates[0]]
+                    Q = Q + evaluate(force.force, states.values) * x.c[0, 1:]
+                case Force():
+                    F = self._vector(force.force, force.axes, H, states)
+                    Q = Q + np.einsum(
+                        "ni,kni->kn", F, self._moved(force.body, force.point, H).c[0, 1:, :, :3, 0]
+                    )
+                case Torque():
+                    C = self._vector(force.torque, force.axes, H, states)
+                    place = self._place[force.body]
+                    if place >= 0:
+                        turn = H[place].c[0, :, :, :3, :3]
+                        spin = turn[1:] @ np.swapaxes(turn[0], -1, -2)
+                        Q = (
+                            Q
+                            + C[:, 0] * spin[..., 2, 1]
+                            + C[:, 1] * spin[..., 0, 2]
+                            + C[:, 2] * spin[..., 1, 0]
+                        )
+        return np.asarray(Q.T)
+
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv): Lagrange's operator along a motion with these accelerations.
+
+        Args:
+            states: where, how fast and when.
+            a: shape (n, nv), accelerations.
+        """
+        return self._operator(states, a)
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return ∂V/∂q of gravity, shape (n, nv).
+
+        Args:
+            states: where.
+        """
+        _, H = self.motion(states, np.zeros_like(states.v))
+        E = np.zeros((self._mechanism.nv, len(states)))
+        for place, J in self._bodies:
+            E = E - H[place].c[0, 1:, :, :3, :] @ J[:, 3] @ self._gravity
+        return np.asarray(E.T)
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+        The bodies that the ground holds do not count.
+
+        Args:
+            states: where and how fast.
+        """
+        _, H = self.motion(states, np.zeros_like(states.v))
+        free = moving(self._tree)
+        bodies = [(H[place].c, J) for place, J in self._bodies if free[place]]
+        return momenta(
+            [c[0, 0] for c, _ in bodies],
+            [c[1, 0] for c, _ in bodies],
+            [J for _, J in bodies],
+            len(states),
+        )
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return a from M a + bias = forces, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+        return solved(
+            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
+        )
+
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J].
+
+        Args:
+            states: where and how fast.
+        """
+        r, H = self.motion(states, np.zeros_like(states.v))
+        T, V = np.zeros(len(states)), np.zeros(len(states))
+        for term in self._kinetic(r, H):
+            T = T + term.c[0, 0]
+        for term in self._spring_energies(r, H):
+            V = V + term.c[0, 0]
+        for place, J in self._bodies:
+            V = V - H[place].c[0, 0][:, :3, :] @ J[:, 3] @ self._gravity
+        return T, V
+
+    def _operator(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Lagrange's operator on T, and ∂V/∂q of gravity, shape (n, nv)."""
+        both: np.ndarray = self._inertia(states, a) + self.gravity(states)
+        return both
+
+    def _inertia(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Lagrange's operator on T, shape (n, nv)."""
+        r, H = self.motion(states, a)
+        later_r, later_H = (
+            {name: _delayed(x) for name, x in r.items()},
+            [_delayed(pose) for pose in H],
+        )
+        E = np.zeros((self._mechanism.nv, len(states)))
+        for now, later in zip(self._kinetic(r, H), self._kinetic(later_r, later_H), strict=True):
+            E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
+        return np.asarray(E.T)
+
+    def motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:
+        """Return the jets of the joint coordinates, by name, and of the pose of every link, in the order of the tree.
+
+        Args:
+            states: where, how fast and when.
+            a: shape (n, nv), accelerations.
+        """
+        r = joint_paths(states, self._tree, a)
+        H: list[Jet] = []
+        for link in self._tree:
+            X = stacked(origin(link.origin, self._mechanism.values, Arithmetic()), 1)[0]
+            A = (
+                self._free(link, states, a)
+                if link.kind in ("ball", "free")
+                else self._local(link, r, states)
+            )
+            here = Jet(X @ A.c)
+            H.append(H[link.parent] @ here if link.parent >= 0 else here)
+        return r, H
+
+    def _local(self, link: Link, r: dict[str, Jet], states: States) -> Jet:
+        c = np.zeros((3, 1 + self._mechanism.nv, len(states), 4, 4))
+        c[0, 0, :, 3, 3] = 1.0
+        for i, row in enumerate(local(link, r, JETS)):
+            for k, entry in enumerate(row):
+                if isinstance(entry, Jet):
+                    c[..., i, k] = entry.c
+                else:
+                    c[0, 0, :, i, k] = entry
+        return Jet(c)
+
+    def _free(self, link: Link, states: States, a: np.ndarray) -> Jet:
+        """A (1 + V ε + ½ (V² + V') ε²), varied as A S η."""
+        A = stacked(local(link, states.values, Arithmetic()), len(states))
+        at = [self._mechanism.velocities.index(name) for name in link.velocities]
+        S = np.stack(motions(link))
+        V, Vd = (np.einsum("nk,kij->nij", rates[:, at], S) for rates in (states.v, a))
+        c = np.zeros((3, 1 + self._mechanism.nv, len(states), 4, 4))
+        c[0, 0], c[1, 0], c[2, 0] = A, A @ V, A @ (V @ V + Vd) / 2
+        for k, matrix in zip(at, S, strict=True):
+            c[:, 1 + k] = c[:, 0] @ matrix
+        return Jet(c)
+
+    def _kinetic(self, r: dict[str, Jet], H: list[Jet]) -> Iterator[Jet]:
+        """½ tr(Ḣ J Ḣᵀ) of each body and ½ I ṙ² of each rotor."""
+        for place, J in self._bodies:
+            rate = H[place].ddt()
+            square = Jet(rate.c @ (0.5 * J)) * rate
+            yield Jet(square.c.sum(axis=(-2, -1)))
+        for link in self._tree:
+            inertia = self._mechanism.evaluate(link.armature)
+            if inertia:
+                spin = r[link.coordinates[0]].ddt()
+                yield spin * spin * (0.5 * inertia)
+
+    def _spring_energies(self, r: dict[str, Jet], H: list[Jet]) -> Iterator[Jet]:
+        for force in self._mechanism.forces:
+            match force:
+                case Spring():
+                    k, free = (
+                        self._mechanism.evaluate(s) for s in (force.stiffness, force.free_length)
+                    )
+                    square = self._reach(force, H)
+                    # ½ k s stays smooth where the length is zero
+                    stretch = square.sqrt() - free if free else None
+                    yield (square if stretch is None else stretch * stretch) * (0.5 * k)
+                case JointSpring():
+                    k, rest = (
+                        self._mechanism.evaluate(s) for s in (force.stiffness, force.reference)
+                    )
+                    turn = r[self._link[force.joint].coordinates[0]] - rest
+                    yield turn * turn * (0.5 * k)
+
+    def _reach(self, force: Spring | Damper, H: list[Jet]) -> Jet:
+        """Square of the distance between the two points."""
+        between = self._moved(force.body_b, force.point_b, H) - self._moved(
+            force.body_a, force.point_a, H
+        )
+        return Jet((between * between).c.sum(axis=(-2, -1)))
+
+    def _moved(self, body: str, point: tuple[Scalar, Scalar, Scalar], H: list[Jet]) -> Any:
+        """A point of a body in the world, coefficients of shape (…, n, 3, 1)."""
+        column = np.array([[self._mechanism.evaluate(c)] for c in (*point, 1.0)])
+        place = self._place[body]
+        if place >= 0:
+            return Jet((H[place].c @ column)[..., :3, :])
+        fixed = np.zeros((*H[0].c.shape[:3], 3, 1))
+        fixed[0, 0] = column[:3]
+        return Jet(fixed)
+
+    def _vector(
+        self, components: tuple[Scalar, Scalar, Scalar], axes: str, H: list[Jet], states: States
+    ) -> np.ndarray:
+        """Components in the world, shape (n, 3)."""
+        columns = [np.broadcast_to(evaluate(c, states.values), (len(states),)) for c in components]
+        vectors = np.stack(columns, axis=-1)
+        place = -1 if axes == "world" else self._place[axes]
+        return (
+            vectors if place < 0 else np.einsum("nij,nj->ni", H[place].c[0, 0][:, :3, :3], vectors)
+        )
+
+
+def _delayed(x: Jet) -> Jet:
+    """The same motion with the variation η = ε instead of η = 1."""
+    c = np.zeros_like(x.c)
+    c[:, 0] = x.c[:, 0]
+    c[1:, 1:] = x.c[:-1, 1:]
+    return Jet(c)

@@ -1,0 +1,137 @@
+"""The constraint equations of loops on our own poses: Φ, its Jacobian J and J' v, all from one jet.
+
+Along the path q + ε v the value of Φ is a jet: its partials at ε = 0 are J, twice its coefficient
+of ε² is what Φ'' is without accelerations. Everything is measured in the axes of frame a, where
+frame b has the position p and the rotation matrix R; a hinge keeps R z = z, a weld the skew part of
+R at zero.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from mecanique.derivation.numeric.recursion import stacked
+from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.tree.links import links, place_of
+from mecanique.derivation.tree.poses import Arithmetic, origin
+from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+
+__all__ = ["Closure", "Constraints", "constraints_of"]
+
+
+@final
+@dataclass(frozen=True)
+class Constraints:
+    """The constraints at n states: Φ = 0 with Φ'' = J a + γ.
+
+    Args:
+        residual: Φ, shape (n, m).
+        jacobian: J, shape (n, m, nv).
+        gamma: γ, shape (n, m).
+    """
+
+    residual: np.ndarray
+    jacobian: np.ndarray
+    gamma: np.ndarray
+
+
+def constraints_of(rows: list[Jet]) -> Constraints:
+    """Return the constraints from their jets along a path without acceleration.
+
+    Args:
+        rows: one jet per scalar equation, each of trailing shape (n,).
+    """
+    c = np.stack([row.c for row in rows], axis=-1)
+    return Constraints(c[0, 0], np.moveaxis(c[0, 1:], 0, -1), 2 * c[2, 0])
+
+
+@final
+class Closure:
+    """What the loops of a mechanism demand, as jets.
+
+    Args:
+        mechanism: whose loops they are.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._loops = mechanism.loops
+        place = place_of(links(mechanism), mechanism)
+        self._ends = [
+            [
+                (place[body], stacked(origin(frame, mechanism.values, Arithmetic()), 1)[0])
+                for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
+            ]
+            for loop in mechanism.loops
+        ]
+        self._lengths = [mechanism.evaluate(loop.length) for loop in mechanism.loops]
+        self.names = tuple(
+            f"{loop.name}: {row}" for loop in mechanism.loops for row in CLOSED[loop.kind]
+        )
+        """Name of each row: the loop's and the relative motion it closes, in the axes of frame a."""
+        self.length = _typical(mechanism)
+        """What lengths are compared with [m]."""
+        self.units = np.array(
+            [self.length if name.split(": ")[-1][0] != "r" else 1.0 for name in self.names]
+        )
+        """Unit of each row, the typical length or one radian, shape (m,)."""
+
+    def rows(self, poses: list[Jet]) -> list[Jet]:
+        """Return Φ, one jet per row.
+
+        Args:
+            poses: of every link, in the order of the tree, each of trailing shape (n, 4, 4).
+        """
+        found: list[Jet] = []
+        for loop, ends, length in zip(self._loops, self._ends, self._lengths, strict=True):
+            A, B = (_carried(poses, place, X) for place, X in ends)
+            turn = A[:, :3, :3].T
+            p = turn @ (B[:, :3, 3:] - A[:, :3, 3:])
+            R = turn @ B[:, :3, :3]
+            found += _rows(loop, p, R, length)
+        return found
+
+
+def _rows(loop: Loop, p: Jet, R: Jet, length: float) -> list[Jet]:
+    x, y, z = (p[:, k, 0] for k in range(3))
+    match loop.kind:
+        case "distance":
+            return [(x * x + y * y + z * z).sqrt() - length]
+        case "pin":
+            return [x, y]
+        case "plate":
+            return [x, y, R[:, 1, 0].atan2(R[:, 0, 0])]
+        case "hinge":
+            return [x, y, z, -R[:, 1, 2], R[:, 0, 2]]
+        case "weld":
+            return [
+                x,
+                y,
+                z,
+                *((R[:, i, k] - R[:, k, i]) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0))),
+            ]
+    return [x, y, z]
+
+
+def _carried(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
+    if place >= 0:
+        return poses[place] @ X
+    some = poses[0].c
+    c = np.zeros(some.shape)
+    c[0, 0] = X
+    return Jet(c)
+
+
+def _typical(mechanism: Mechanism) -> float:
+    """Mean distance of the joints and of the loops' ends from the origins of their bodies, or 1 [m]."""
+    frames: list[Placement] = [joint.origin for joint in mechanism.joints]
+    frames += [frame for loop in mechanism.loops for frame in (loop.frame_a, loop.frame_b)]
+    lengths = np.array(
+        [np.linalg.norm([mechanism.evaluate(c) for c in frame.xyz]) for frame in frames]
+    )
+    lengths = lengths[lengths > 1e-6]
+    return float(lengths.mean()) if len(lengths) else 1.0

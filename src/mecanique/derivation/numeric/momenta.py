@@ -1,0 +1,40 @@
+"""Momenta of a set of bodies from their poses, rates and mass moments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+__all__ = ["momenta"]
+
+
+def momenta(
+    H: Sequence[np.ndarray], Hd: Sequence[np.ndarray], J: Sequence[np.ndarray], n: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+    Ḣ J Hᵀ holds ∫ ẋ xᵀ dm, whose skew part is the angular momentum ∫ x × ẋ dm, and ∫ ẋ dm
+    (Goldstein, Classical Mechanics, 1980, sect. 1-2).
+
+    Args:
+        H: pose of each body, each shape (n, 4, 4).
+        Hd: its rate [1/s].
+        J: its mass moments, each shape (4, 4).
+        n: number of states.
+    """
+    if not H:
+        zero = np.zeros((n, 3))
+        return zero, zero, zero
+    K = sum(
+        (rate @ moments) @ np.swapaxes(pose, -1, -2)
+        for pose, rate, moments in zip(H, Hd, J, strict=True)
+    )
+    first = sum((pose @ moments)[:, :3, 3] for pose, moments in zip(H, J, strict=True))
+    mass = sum(moments[3, 3] for moments in J)
+    linear = K[:, :3, 3]
+    angular = np.stack(
+        [K[:, 2, 1] - K[:, 1, 2], K[:, 0, 2] - K[:, 2, 0], K[:, 1, 0] - K[:, 0, 1]], axis=-1
+    )
+    center = first / mass if mass else first
+    return linear, angular, angular - np.cross(center, linear)

@@ -1,0 +1,270 @@
+"""Newton's and Euler's equations of all bodies as one linear system in accelerations and reactions.
+
+For each body, about its center of mass C and in world axes (Fundamentals of Dynamics, eqs. 1.2,
+1.3, 1.8, 1.12):
+
+    m a_C = m g + F + R − Σ R_child,    d/dt H_C = M_C + (couple and moment of R) − Σ (those of
+    R_child),
+
+with applied forces F, their moment M_C, the reaction R and its couple at the body's joint, and
+minus the reactions of the joints that hang on the body (action and reaction). A joint transmits
+nothing along or about its free directions, but what turns its rotor; where coordinates are driven,
+reactions along the joints do no work together.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
+from mecanique.derivation.numeric.recursion import solved
+from mecanique.derivation.states import States
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Balances", "Reaction", "kinetic_and_potential"]
+
+
+class Reaction(NamedTuple):
+    """What a parent does to its child through their joint.
+
+    Args:
+        force: shape (3,) or (n, 3), world axes [N].
+        moment: shape (3,) or (n, 3), about the origin of the child's frame, world axes [N·m].
+    """
+
+    force: np.ndarray
+    moment: np.ndarray
+
+
+@final
+class Balances:
+    """The balances of momentum of every body of a mechanism, and what follows from them.
+
+    Args:
+        mechanism: any mechanism; of one with loops, its tree.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._bodies = FreeBodies(mechanism)
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return the accelerations, shape (n, nv), solved for together with all reactions.
+
+        Args:
+            states: where, how fast and when.
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+        return self._solved(states)[:, : self._mechanism.nv]
+
+    def reactions(self, states: States) -> dict[str, Reaction]:
+        """Return the reaction in each joint, by joint name; springs, dampers, drives and loads are no part of it.
+
+        Args:
+            states: where, how fast and when.
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+        found = self._solved(states)[:, self._mechanism.nv :].reshape(len(states), -1, 2, 3)
+        names = [joint.name for joint in self._mechanism.tree]
+        by_name = {name: Reaction(found[:, k, 0], found[:, k, 1]) for k, name in enumerate(names)}
+        return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
+
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M, shape (n, nv, nv): what is left before the accelerations once the reactions are eliminated.
+
+        Args:
+            states: where; velocities do not matter.
+        """
+        at = self._bodies.at(states)
+        G = at.rates
+        needs = [
+            np.concatenate([body.mass * body.J, body.inertia @ body.J_spin], axis=1)
+            for body in at.bodies
+        ]
+        return np.asarray(
+            self._projected(at, needs) + np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
+        )
+
+    def bias(self, states: States) -> np.ndarray:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
+
+        Args:
+            states: where and how fast.
+        """
+        at = self._bodies.at(states)
+        g = self._bodies.gravity
+        needs = [
+            np.concatenate([b.mass * (b.gamma - g), b.tumbling], axis=1)[..., None]
+            for b in at.bodies
+        ]
+        rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
+        return np.asarray(self._projected(at, needs)[..., 0] + rotors)
+
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+        """
+        at = self._bodies.at(states)
+        needs = [np.concatenate([body.force, body.moment], axis=1)[..., None] for body in at.bodies]
+        return self._projected(at, needs)[..., 0]
+
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv).
+
+        Args:
+            states: where and how fast.
+            a: shape (n, nv), accelerations.
+        """
+        return np.asarray((self.mass_matrix(states) @ a[..., None])[..., 0] + self.bias(states))
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, shape (n, nv).
+
+        Args:
+            states: where.
+        """
+        at, n = self._bodies.at(states), len(states)
+        weights = [
+            body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies
+        ]
+        return -self._projected(at, [np.broadcast_to(w, (n, 6))[..., None] for w in weights])[
+            ..., 0
+        ]
+
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return kinetic and potential energy, each shape (n,) [J].
+
+        Args:
+            states: where and how fast.
+        """
+        return kinetic_and_potential(self._bodies.at(states), self._bodies.gravity)
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+        Args:
+            states: where and how fast.
+        """
+        return total_momentum(self._bodies.moving(states), len(states))
+
+    def _projected(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
+        """Eliminate the reactions from the tips to the ground; what the joints need along their motions, (n, nv, k).
+
+        Args:
+            at: the free bodies.
+            needs: force and moment about the center of mass that each body needs, each shape (n, 6,
+                k).
+        """
+        return np.asarray(
+            np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmitted(at, needs))
+        )
+
+    def _transmitted(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
+        """Force and moment at the seat of each body's joint, each shape (n, 6, k)."""
+        needs = list(needs)
+        found: list[np.ndarray] = [np.zeros(0)] * len(needs)
+        for k in range(len(needs) - 1, -1, -1):
+            body, need = at.bodies[k], needs[k]
+            found[k] = _moved(need, body.center - body.seat)
+            if body.parent >= 0:
+                needs[body.parent] = needs[body.parent] + _moved(
+                    need, body.center - at.bodies[body.parent].center
+                )
+        return found
+
+    def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
+        """Components of the joints' forces and moments along their velocities, shape (n, nu, k)."""
+        columns = wrenches[0].shape[2] if wrenches else 1
+        out = np.zeros((len(at.springs), len(at.holders), columns))
+        for u, k in enumerate(at.holders):
+            out[:, u] = np.einsum("ni,nik->nk", at.axes[:, :, u], wrenches[k])
+        return out
+
+    def _solved(self, states: States) -> np.ndarray:
+        """Accelerations and reactions, shape (n, nv + 6 nb)."""
+        at = self._bodies.at(states)
+        if self._mechanism.nv + 6 * len(at.bodies) <= _DENSE:
+            A, known = self._system(at)
+            return solved(self._mechanism, A, known)
+        a = solved(
+            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
+        )
+        needs = []
+        for body in at.bodies:
+            push = body.mass * (times(body.J, a) + body.gamma - self._bodies.gravity) - body.force
+            turn = times(body.inertia, times(body.J_spin, a)) + body.tumbling - body.moment
+            needs.append(np.concatenate([push, turn], axis=1)[..., None])
+        return np.concatenate(
+            [a, *(wrench[..., 0] for wrench in self._transmitted(at, needs))], axis=1
+        )
+
+    def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray]:
+        """A x = known with x = [a, force and couple of each joint]; rows: bodies, then joints."""
+        n, nv, count = len(at.springs), self._mechanism.nv, len(at.bodies)
+        size = nv + 6 * count
+        A, known = np.zeros((n, size, size)), np.zeros((n, size))
+        for k, body in enumerate(at.bodies):
+            push, turn = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
+            A[:, push, :nv] = body.mass * body.J
+            A[:, turn, :nv] = body.inertia @ body.J_spin
+            known[:, push] = body.mass * (self._bodies.gravity - body.gamma) + body.force
+            known[:, turn] = body.moment - body.tumbling
+            for other, sign in ((k, -1.0), (body.parent, 1.0)):
+                if other < 0:
+                    continue
+                row, column = 6 * other, nv + 6 * k
+                A[:, row : row + 6, column : column + 6] += sign * np.eye(6)
+                A[:, row + 3 : row + 6, column : column + 3] += sign * _cross(
+                    body.seat - at.bodies[other].center
+                )
+        G, joints = at.rates, slice(6 * count, size)
+        for u, k in enumerate(at.holders):
+            column = nv + 6 * int(k)
+            A[:, joints, column : column + 6] += G[:, u, :, None] * at.axes[:, None, :, u]
+        rotors = G * at.armature[:, None]
+        A[:, joints, :nv] += np.swapaxes(G, 1, 2) @ rotors
+        known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.motions.gamma)
+        return A, known
+
+
+def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return T = Σ ½ m v_C² + ½ H_C·ω (Fundamentals of Dynamics, eq. 1.31) and V of gravity and springs, shape (n,).
+
+    Args:
+        at: all free bodies.
+        g: shape (3,), acceleration of free fall [m/s²].
+    """
+    T, V = 0.5 * np.sum(at.armature * at.motions.u**2, axis=-1), at.springs
+    for body in at.bodies:
+        T = (
+            T
+            + 0.5 * body.mass * (body.velocity**2).sum(-1)
+            + 0.5 * (body.angular_momentum * body.spin).sum(-1)
+        )
+        V = V - body.mass * body.center @ g
+    return T, V
+
+
+_DENSE = 200
+"""Systems with more equations than this are not solved whole: the reactions are eliminated first."""
+
+
+def _cross(r: np.ndarray) -> np.ndarray:
+    """The matrix of r ×, shape (n, 3, 3)."""
+    out = np.zeros((len(r), 3, 3))
+    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -r[:, 2], r[:, 1], -r[:, 0]
+    return out - np.swapaxes(out, 1, 2)
+
+
+def _moved(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
+    """Force and moment about another point, against which the first one is at an arm; shape (n, 6, k)."""
+    force, moment = wrench[:, :3], wrench[:, 3:]
+    return np.concatenate([force, moment + np.cross(arm[:, :, None], force, axis=1)], axis=1)

@@ -1,0 +1,100 @@
+"""Coordinates as jets along a motion: q + v ε + ½ a ε², with their variations δq as duals."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.states import States
+from mecanique.derivation.tree.links import Link
+from mecanique.derivation.tree.poses import Arithmetic, joint_values
+from mecanique.errors import DerivationError
+from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.joints import Floating, Spherical
+
+__all__ = ["JETS", "driven_paths", "joint_paths"]
+
+JETS = Arithmetic(function)
+"""Arithmetic of poses with jets as scalars."""
+
+
+def joint_paths(
+    states: States, tree: tuple[Link, ...], a: np.ndarray | None = None
+) -> dict[str, Jet]:
+    """Return the jet of every joint coordinate that is not a quaternion joint's.
+
+    The coefficients have shape (3, 1 + nv, n): orders of ε, then the value and its partials along
+    each δq.
+
+    Args:
+        states: where, how fast and when.
+        tree: the links.
+        a: shape (n, nv), accelerations; zero when left out.
+
+    Raises:
+        DerivationError: if the coordinate map cannot be differentiated.
+    """
+    values = joint_values(states.mechanism, _paths(states, a), JETS)
+    names = [name for link in tree if link.kind in ("turn", "slide") for name in link.coordinates]
+    return {name: _lifted(values[name], states) for name in names}
+
+
+def driven_paths(states: States) -> dict[str, np.ndarray]:
+    """Return the coefficients of the driven joint coordinates at constant velocities, each shape (3, 1 + nv, n).
+
+    Args:
+        states: where, how fast and when.
+
+    Raises:
+        DerivationError: if the coordinate map cannot be differentiated.
+    """
+    values = joint_values(states.mechanism, _paths(states, None), JETS)
+    return {name: _lifted(values[name], states).c for name in states.mechanism.coordinates.driven}
+
+
+def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
+    """Value of every symbol the map may hold."""
+    mechanism = states.mechanism
+    quasi = {
+        n for j in mechanism.joints if isinstance(j, (Spherical, Floating)) for n in j.coordinates
+    }
+    values: dict[str, Any] = dict(mechanism.values)
+    place = {name: k for k, name in enumerate(mechanism.velocities)}
+    for q, name in zip(states.q.T, mechanism.coordinates, strict=True):
+        if name in quasi:
+            continue
+        k = place[f"{name}'"]
+        values[name] = _jet(states, q, states.v[:, k], 0.0 if a is None else a[:, k], k)
+    values["t"] = _jet(states, states.t, 1.0, 0.0, None)
+    used = {
+        symbol: name for name, s in mechanism.coordinates.driven.items() for symbol in symbols_in(s)
+    }
+    for symbol in sorted(used.keys() & quasi):
+        raise DerivationError(
+            f"the map of coordinate {used[symbol]!r} depends on {symbol!r}, a coordinate of a quaternion's joint; "
+            "drive it by coordinates of other joints"
+        )
+    for signal in mechanism.inputs:
+        if signal.symbol in used:
+            if callable(signal.signal):
+                raise DerivationError(
+                    f"the map of coordinate {used[signal.symbol]!r} depends on input {signal.symbol!r}, a record or "
+                    "a Python function, which has no exact derivatives; give it as an expression in t"
+                )
+            values[signal.symbol] = evaluate(signal.signal, values, function=function)
+    return values
+
+
+def _jet(states: States, x: Any, rate: Any, second: Any, direction: int | None) -> Jet:
+    c = np.zeros((3, 1 + states.mechanism.nv, len(states)))
+    c[0, 0], c[1, 0], c[2, 0] = x, rate, np.asarray(second) / 2
+    if direction is not None:
+        c[0, 1 + direction] = 1.0
+    return Jet(c)
+
+
+def _lifted(value: Any, states: States) -> Jet:
+    return value if isinstance(value, Jet) else _jet(states, value, 0.0, 0.0, None)

@@ -1,0 +1,372 @@
+"""The equations of motion on batched floats by an O(n) recursion along the tree.
+
+The kinetic energy is ½ Σ tr(Ḣ J Ḣᵀ) with poses H and mass moments J, so that Lagrange's equations
+read τ_k = Σ tr(∂H/∂q_k J Ḧᵀ); the sums over all bodies beyond a joint are collected from the tips
+to the ground (J. M. Hollerbach, IEEE Trans. Systems, Man, and Cybernetics 10 (1980) 730, here for
+quasi-velocities as well).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from copy import copy
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.chart import Chart, Motions
+from mecanique.derivation.numeric.loads import Loads
+from mecanique.derivation.numeric.momenta import momenta
+from mecanique.derivation.states import States
+from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
+from mecanique.derivation.tree.poses import Arithmetic, local, moments, origin
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Recursion", "solved", "stacked"]
+
+
+@final
+class Recursion:
+    """Mass matrix, bias, forces, acceleration and energies of a mechanism, for many states at once.
+
+    Args:
+        mechanism: any mechanism.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._tree = links(mechanism)
+        self._chart = Chart(mechanism, self._tree)
+        self._loads = Loads(mechanism, self._tree)
+        floats, constants = Arithmetic(), mechanism.values
+        self._origin = [
+            stacked(origin(link.origin, constants, floats), 1)[0] for link in self._tree
+        ]
+        self._S = [motions(link) for link in self._tree]
+        columns = np.cumsum([0, *(len(S) for S in self._S)])
+        self._first = columns[:-1].tolist()
+        self._J: list[np.ndarray] = [np.zeros((4, 4)) for _ in self._tree]
+        for body in mechanism.bodies:
+            place = place_of(self._tree, mechanism)[body.name]
+            if place >= 0:
+                self._J[place] = np.array(moments(body, constants, floats), dtype=float)
+        self._armature = np.zeros(columns[-1])
+        for first, link in zip(self._first, self._tree, strict=True):
+            if link.velocities:
+                self._armature[first : first + len(link.velocities)] = mechanism.evaluate(
+                    link.armature
+                )
+        self._gravity = np.zeros((4, 4))
+        self._gravity[:3, 3] = [mechanism.evaluate(component) for component in mechanism.gravity]
+
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M, shape (n, nv, nv).
+
+        Args:
+            states: where; velocities do not matter.
+        """
+        move = self._chart.motions(states)
+        A = self._local(move, len(states))
+        return move.projected_matrix(self._joint_mass_matrix(A, len(states)))
+
+    def bias(self, states: States) -> np.ndarray:
+        """Return what M a is added to: Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
+
+        Args:
+            states: where and how fast.
+        """
+        move = self._chart.motions(states)
+        A = self._local(move, len(states))
+        return move.projected(self._inverse_dynamics(A, move.u, move.gamma))
+
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+        """
+        move = self._chart.motions(states)
+        A = self._local(move, len(states))
+        H, Hd = self._poses(A, move.u)
+        D = self._loads.on_bodies(H, Hd, states.values, len(states))
+        tau = self._collected(A, H, [D.get(place, 0.0) for place in range(len(H))], len(states))
+        return move.projected(tau + self._loads.on_joints(move.u, move.r, states.values))
+
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv).
+
+        Args:
+            states: where and how fast.
+            a: shape (n, nv), accelerations.
+        """
+        move = self._chart.motions(states)
+        A = self._local(move, len(states))
+        return move.projected(self._inverse_dynamics(A, move.u, move.gamma + move.spread(a)))
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, shape (n, nv).
+
+        Args:
+            states: where.
+        """
+        move = self._chart.motions(states)
+        A = self._local(move, len(states))
+        H, _ = self._poses(A, np.zeros_like(move.u))
+        D = [np.broadcast_to(-J @ self._gravity.T, (len(states), 4, 4)) for J in self._J]
+        return move.projected(self._collected(A, H, D, len(states)))
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+        The bodies that the ground holds do not count.
+
+        Args:
+            states: where and how fast.
+        """
+        move = self._chart.motions(states)
+        free = np.flatnonzero(moving(self._tree))
+        H, Hd = self._poses(self._local(move, len(states)), move.u)
+        return momenta(
+            [H[k] for k in free], [Hd[k] for k in free], [self._J[k] for k in free], len(states)
+        )
+
+    @property
+    def tree(self) -> tuple[Link, ...]:
+        """The elementary links, in the order in which `varied` and `regressor` count them."""
+        return self._tree
+
+    @property
+    def origins(self) -> tuple[np.ndarray, ...]:
+        """Where each link's frame stands in its parent's, each shape (4, 4)."""
+        return tuple(self._origin)
+
+    @property
+    def moments(self) -> tuple[np.ndarray, ...]:
+        """Mass moments of each link, ∫ (p, 1)(p, 1)ᵀ dm, each shape (4, 4)."""
+        return tuple(self._J)
+
+    def varied(
+        self,
+        origins: Mapping[int, np.ndarray] | None = None,
+        moments: Mapping[int, np.ndarray] | None = None,
+        gravity: np.ndarray | None = None,
+    ) -> Recursion:
+        """Return a copy with other numbers, which may differ from state to state; not for energies.
+
+        Args:
+            origins: where a link's frame stands in its parent's, shape (4, 4) or (n, 4, 4), by the
+                link's place.
+            moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by its place.
+            gravity: acceleration of free fall, shape (3,) or (n, 3) [m/s²].
+        """
+        other = copy(self)
+        other._origin = [(origins or {}).get(k, X) for k, X in enumerate(self._origin)]
+        other._J = [(moments or {}).get(k, J) for k, J in enumerate(self._J)]
+        if gravity is not None:
+            other._gravity = np.zeros((*gravity.shape[:-1], 4, 4))
+            other._gravity[..., :3, 3] = gravity
+        return other
+
+    def regressor(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return Y with M a + bias = Σ Y J over the mass moments J of each link, without rotors.
+
+        The equations of motion are linear in them (C. G. Atkeson, C. H. An & J. M. Hollerbach, Int.
+        J. Robotics Research 5 (1986) 101).
+
+        Args:
+            states: where and how fast.
+            a: shape (n, nv), accelerations.
+
+        Returns:
+            Shape (n, nv, links, 4, 4).
+        """
+        move, n = self._chart.motions(states), len(states)
+        A = self._local(move, n)
+        H, Hdd = self._accelerated(A, move.u, move.gamma + move.spread(a))
+        Y = np.zeros((n, len(self._armature), len(self._tree), 4, 4))
+        for k in range(len(self._tree)):
+            at, X = k, np.broadcast_to(np.eye(4), (n, 4, 4))
+            while at >= 0:
+                for j, S in enumerate(self._S[at]):
+                    Y[:, self._first[at] + j, k] = np.swapaxes(H[at] @ S @ X, -1, -2) @ Hdd[k]
+                X = A[at] @ X
+                at = self._tree[at].parent
+        if move.G is not None:
+            return np.asarray(np.einsum("nukab,nuv->nvkab", Y, move.G))
+        out = np.empty_like(Y)
+        out[:, move.order] = Y
+        return out
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return a from M a + bias = forces, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+        return solved(
+            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
+        )
+
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J].
+
+        Args:
+            states: where and how fast.
+        """
+        move = self._chart.motions(states)
+        H, Hd = self._poses(self._local(move, len(states)), move.u)
+        T = 0.5 * np.sum(self._armature * move.u**2, axis=-1)
+        V = self._loads.energy(H, move.r, len(states))
+        for pose, rate, J in zip(H, Hd, self._J, strict=True):
+            T = T + 0.5 * np.sum((rate @ J) * rate, axis=(-2, -1))
+            V = V - (pose @ J)[:, :3, 3] @ self._gravity[:3, 3]
+        return T, V
+
+    def poses(self, states: States) -> list[np.ndarray]:
+        """Return the pose of every link, in the order of the tree, each shape (n, 4, 4).
+
+        Args:
+            states: where.
+        """
+        move = self._chart.motions(states)
+        return self._poses(self._local(move, len(states)), move.u)[0]
+
+    def _local(self, move: Motions, n: int) -> list[np.ndarray]:
+        """Pose of each link in the link that carries it."""
+        floats = Arithmetic()
+        return [
+            X @ stacked(local(link, move.r, floats), n)
+            for link, X in zip(self._tree, self._origin, strict=True)
+        ]
+
+    def _twist(self, place: int, rates: np.ndarray) -> np.ndarray:
+        """Σ S u of one link, shape (n, 4, 4)."""
+        first, total = self._first[place], np.zeros((len(rates), 4, 4))
+        for k, S in enumerate(self._S[place]):
+            total += rates[:, first + k, None, None] * S
+        return total
+
+    def _poses(
+        self, A: list[np.ndarray], u: np.ndarray
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        H: list[np.ndarray] = []
+        Hd: list[np.ndarray] = []
+        for place, link in enumerate(self._tree):
+            twist = self._twist(place, u)
+            if link.parent < 0:
+                H.append(A[place])
+                Hd.append(A[place] @ twist)
+            else:
+                H.append(H[link.parent] @ A[place])
+                Hd.append(Hd[link.parent] @ A[place] + H[place] @ twist)
+        return H, Hd
+
+    def _inverse_dynamics(self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray) -> np.ndarray:
+        """M u̇ + bias in the joint velocities, shape (n, nu)."""
+        H, Hdd = self._accelerated(A, u, ud)
+        D: list[Any] = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
+        tau: np.ndarray = self._collected(A, H, D, len(u)) + self._armature * ud
+        return tau
+
+    def _accelerated(
+        self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray
+    ) -> tuple[list[np.ndarray], list[np.ndarray]]:
+        """Poses and their second rates; gravity is an acceleration of the ground."""
+        H: list[np.ndarray] = []
+        Hd: list[np.ndarray] = []
+        Hdd: list[np.ndarray] = []
+        ground = np.eye(4), np.zeros((4, 4)), -self._gravity
+        for place, link in enumerate(self._tree):
+            p = link.parent
+            base = (H[p], Hd[p], Hdd[p]) if p >= 0 else ground
+            V = self._twist(place, u)
+            W = V @ V + self._twist(place, ud)
+            B, Bd, Bdd = (pose @ A[place] for pose in base)
+            H.append(B)
+            Hd.append(Bd + B @ V)
+            Hdd.append(Bdd + 2 * Bd @ V + B @ W)
+        return H, Hdd
+
+    def _collected(
+        self, A: list[np.ndarray], H: list[np.ndarray], D: list[Any], n: int
+    ) -> np.ndarray:
+        """τ_k = Σ tr(H S_k D) over the bodies each velocity moves, shape (n, nu)."""
+        D = list(D)
+        tau = np.zeros((n, len(self._armature)))
+        for place in range(len(self._tree) - 1, -1, -1):
+            across = np.swapaxes(D[place] @ H[place], -1, -2) if np.ndim(D[place]) else None
+            if across is None:
+                continue
+            for k, S in enumerate(self._S[place]):
+                tau[:, self._first[place] + k] = np.sum(S * across, axis=(-2, -1))
+            parent = self._tree[place].parent
+            if parent >= 0:
+                D[parent] = D[parent] + A[place] @ D[place]
+        return tau
+
+    def _joint_mass_matrix(self, A: list[np.ndarray], n: int) -> np.ndarray:
+        """M in the joint velocities from the composite moments beyond each joint, shape (n, nu, nu)."""
+        M = np.zeros((n, len(self._armature), len(self._armature)))
+        C: list[np.ndarray] = [np.broadcast_to(J, (n, 4, 4)) for J in self._J]
+        # what the velocities beyond each link ask of it, carried from link to link together
+        beyond: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in self._tree]
+        for place in range(len(self._tree) - 1, -1, -1):
+            if self._S[place]:
+                own = np.stack([S @ C[place] for S in self._S[place]], axis=1)
+                beyond[place].append((own, self._first[place] + np.arange(own.shape[1])))
+            parts, beyond[place] = beyond[place], []
+            if not parts:
+                F, rows = np.zeros((n, 0, 4, 4)), np.zeros(0, dtype=int)
+            elif len(parts) == 1:
+                F, rows = parts[0]
+            else:
+                several, places = zip(*parts, strict=True)
+                F, rows = np.concatenate(several, axis=1), np.concatenate(places)
+            for k, S in enumerate(self._S[place]):
+                M[:, rows, self._first[place] + k] = np.einsum("nrij,ij->nr", F, S)
+            parent, back = self._tree[place].parent, np.swapaxes(A[place], -1, -2)
+            if parent >= 0:
+                C[parent] = C[parent] + A[place] @ C[place] @ back
+                beyond[parent].append((A[place][:, None] @ F @ back[:, None], rows))
+        M = np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2)
+        M += np.diag(self._armature)
+        return M
+
+
+def solved(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
+    """Return a from M a = rest, shape (n, nv).
+
+    Args:
+        mechanism: whose equations, for the message.
+        M: shape (n, nv, nv), mass matrices.
+        rest: shape (n, nv), forces minus bias.
+
+    Raises:
+        DerivationError: if a motion meets no inertia.
+    """
+    try:
+        return np.linalg.solve(M, rest[..., None])[..., 0]
+    except np.linalg.LinAlgError:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r}: its mass matrix is singular, a motion of massless bodies "
+            "has no inertia; give them mass, or leave that coordinate out"
+        ) from None
+
+
+def stacked(rows: list[list[Any]], n: int) -> np.ndarray:
+    """Return a pose of scalars as arrays, shape (n, 4, 4).
+
+    Args:
+        rows: three rows of four scalars, each shape () or (n,).
+        n: number of states.
+    """
+    out = np.zeros((n, 4, 4))
+    out[:, 3, 3] = 1.0
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            out[:, i, k] = entry
+    return out

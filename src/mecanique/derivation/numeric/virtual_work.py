@@ -1,0 +1,131 @@
+"""The principle of virtual work with d'Alembert's inertia forces, on batched floats.
+
+With a virtual displacement δr_C = J δq of each center of mass and δφ = J_φ δq of each body, the
+work of all forces, those of inertia included, vanishes for every δq (Fundamentals of Dynamics, eqs.
+1.22, 1.27):
+
+    Σ (F + m g − m a_C)·δr_C + (M_C − d/dt H_C)·δφ = 0.
+
+Reactions of ideal joints do no work together, so they are not even computed.
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
+from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
+from mecanique.derivation.numeric.recursion import solved
+from mecanique.derivation.states import States
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Works"]
+
+
+@final
+class Works:
+    """Virtual work of applied forces, weights and inertia forces.
+
+    Args:
+        mechanism: any mechanism; of one with loops, its tree.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._bodies = FreeBodies(mechanism)
+
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M, shape (n, nv, nv): the work that inertia forces of unit accelerations take.
+
+        Args:
+            states: where; velocities do not matter.
+        """
+        at = self._bodies.at(states)
+        G = at.rates
+        M: np.ndarray = np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
+        for body in at.bodies:
+            M = M + body.mass * np.swapaxes(body.J, 1, 2) @ body.J
+            M = M + np.swapaxes(body.J_spin, 1, 2) @ body.inertia @ body.J_spin
+        return M
+
+    def bias(self, states: States) -> np.ndarray:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
+
+        Args:
+            states: where and how fast.
+        """
+        at = self._bodies.at(states)
+        out: np.ndarray = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
+        for body in at.bodies:
+            out = out + self._worked(body.J, body.mass * (body.gamma - self._bodies.gravity))
+            out = out + self._worked(body.J_spin, body.tumbling)
+        return out
+
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+        """
+        out: np.ndarray = np.zeros(states.v.shape)
+        for body in self._bodies.at(states).bodies:
+            out = out + self._worked(body.J, body.force) + self._worked(body.J_spin, body.moment)
+        return out
+
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias, shape (n, nv).
+
+        Args:
+            states: where and how fast.
+            a: shape (n, nv), accelerations.
+        """
+        return np.asarray(times(self.mass_matrix(states), a) + self.bias(states))
+
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, shape (n, nv).
+
+        Args:
+            states: where.
+        """
+        out: np.ndarray = np.zeros(states.v.shape)
+        for body in self._bodies.at(states).bodies:
+            out = out - self._worked(
+                body.J, np.broadcast_to(body.mass * self._bodies.gravity, body.center.shape)
+            )
+        return out
+
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return the accelerations, shape (n, nv).
+
+        Args:
+            states: where, how fast and when.
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+        return solved(
+            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
+        )
+
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return kinetic and potential energy, each shape (n,) [J].
+
+        Args:
+            states: where and how fast.
+        """
+        at: Snapshot = self._bodies.at(states)
+        return kinetic_and_potential(at, self._bodies.gravity)
+
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+
+        Args:
+            states: where and how fast.
+        """
+        return total_momentum(self._bodies.moving(states), len(states))
+
+    def _worked(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:
+        """Virtual work of a force or moment by each δq, shape (n, nv)."""
+        return np.asarray(np.einsum("nij,ni->nj", J, force))

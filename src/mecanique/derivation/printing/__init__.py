@@ -1,0 +1,1 @@
+"""Expressions and equations as text, LaTeX and MathML."""

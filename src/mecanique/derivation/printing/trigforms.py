@@ -1,0 +1,214 @@
+"""The shortest way to write a Poisson series: which sines and cosines to leave as sums, which to fold into products.
+
+The canonical series of ½ A (1 − cos 2θ) + ½ C (1 + cos 2θ) is not what a book prints; A sin²θ + C
+cos²θ is. Here every pair of terms may be folded back by the addition theorems and every double
+angle written by single ones, and the form with the fewest signs wins. Nothing is simplified: each
+form is an exact identity.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from typing import TypeAlias
+
+from mecanique.derivation.scalars.monomials import exponents, largest_exponent, power
+from mecanique.derivation.scalars.series import Basis, Kind, Series
+
+__all__ = [
+    "Form",
+    "Trig",
+    "common_monomial",
+    "common_number",
+    "content",
+    "cost",
+    "has_double_angles",
+    "monomial_series",
+    "scaled",
+    "shortest",
+]
+
+Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
+"""A product of powers of sines and cosines: (packed angle, 1 for sin or 0 for cos, power) each; () is 1."""
+
+Form: TypeAlias = "dict[Trig, Series]"
+"""A sum of products, each with a polynomial before it."""
+
+_MANY = 5  # with more sines and cosines than this, only the obvious foldings are tried
+
+
+def shortest(series: Series, *, products: bool) -> Form:
+    """Return the form of a series with the fewest signs.
+
+    Args:
+        series: the series.
+        products: whether double angles are written by single ones.
+    """
+    return min(_forms(series, products), key=cost)
+
+
+def has_double_angles(series: Series) -> bool:
+    """Return whether a sine or cosine could be written by half its angle."""
+    return any(_halvable(trig >> 1) for trig in series.parts)
+
+
+def content(forms: Iterable[Form]) -> Series:
+    """Return the greatest rational × monomial of parameters that divides all polynomials.
+
+    Args:
+        forms: forms over one ring, not all empty.
+    """
+    polynomials = [p for form in forms for p in form.values()]
+    packed = common_monomial(polynomials, {Kind.PARAMETER})
+    return monomial_series(polynomials[0].ring, packed) * common_number(polynomials)
+
+
+def monomial_series(ring: Basis, packed: int) -> Series:
+    """Return a packed monomial as a series."""
+    return Series(ring, {0: {packed: 1}}, 1, largest_exponent([packed]))
+
+
+def common_number(polynomials: Iterable[Series]) -> Fraction:
+    """Return the greatest positive rational that divides all coefficients of polynomials."""
+    numbers = [c for p in polynomials for _, _, c in p.terms()]
+    return Fraction(
+        math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
+    )
+
+
+def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = None) -> int:
+    """Return the greatest monomial, of generators of some kinds, that divides all terms of polynomials."""
+    terms = [
+        (p.ring, dict(exponents(monomial))) for p in polynomials for monomial in p.parts.get(0, {})
+    ]
+    if not terms:
+        return 0
+    ring, least = terms[0]
+    for _, here in terms[1:]:
+        least = {i: min(least.get(i, 0), here.get(i, 0)) for i in least.keys() | here.keys()}
+    return sum(
+        power(i, e) for i, e in least.items() if kinds is None or ring.generators[i].kind in kinds
+    )
+
+
+def scaled(form: Form, factor: Series) -> Form:
+    """Return a form times a unit."""
+    return {trig: polynomial * factor for trig, polynomial in form.items()}
+
+
+def cost(form: Form) -> int:
+    """Return how many signs it takes to write a form: letters, numbers, functions and powers."""
+    if not form:
+        return 1
+    common = common_monomial(form.values())
+    shared = set.intersection(*({(angle, sine) for angle, sine, _ in trig} for trig in form))
+    total = _letters(common) + sum(_angle_cost(angle) for angle, _ in shared)
+    seen: set[frozenset[tuple[int, int]]] = set()
+    for trig, polynomial in form.items():
+        for angle, sine, e in trig:
+            total += (e > 1) + (0 if (angle, sine) in shared else _angle_cost(angle))
+        own = common_monomial([polynomial])
+        total += _letters(own - common) + 1
+        primitive = frozenset((m - own, abs(c)) for m, c in polynomial.parts[0].items())
+        if primitive not in seen:  # equal sums are written once, before all they belong to
+            seen.add(primitive)
+            divisor = math.gcd(*(c for _, c in primitive))
+            if len(primitive) > 1:
+                total += sum(_letters(m) + (c != divisor) + 1 for m, c in primitive)
+    return total + len({common_number([p]) for p in form.values()}) - 1
+
+
+def _letters(monomial: int) -> int:
+    return sum(1 + (abs(e) > 1) for _, e in exponents(monomial))
+
+
+def _angle_cost(angle: int) -> int:
+    return 1 + sum(1 + (abs(k) > 1) for _, k in exponents(angle))
+
+
+def _halvable(packed: int) -> bool:
+    return packed != 0 and all(k % 2 == 0 for _, k in exponents(packed))
+
+
+def _forms(series: Series, products: bool) -> Iterator[Form]:
+    """All foldings of a series."""
+    keys = sorted(series.parts)
+    many = len(keys) > _MANY
+
+    def unfold(rest: list[int], form: Form) -> Iterator[Form]:
+        if not rest:
+            yield form
+            return
+        key, *others = rest
+        polynomial = _polynomial(series, key)
+        half = key >> 2 if _halvable(key >> 1) else 0
+        partners = [k for k in others if _foldable(key, k, products)]
+        if many:
+            partners = [k for k in partners if _polynomial(series, k) in (polynomial, -polynomial)][
+                :1
+            ]
+        for partner in partners:
+            left = [k for k in others if k != partner]
+            yield from unfold(
+                left, _with(form, _folded(key, partner, polynomial, _polynomial(series, partner)))
+            )
+        if many and partners:
+            return
+        if not (products and half):
+            yield from unfold(others, _with(form, [(_trig((key >> 1, key & 1)), polynomial)]))
+        elif key & 1:
+            yield from unfold(others, _with(form, [(_trig((half, 1), (half, 0)), 2 * polynomial)]))
+        else:
+            for sine, sign in ((1, -1), (0, 1))[
+                : 1 if many else 2
+            ]:  # cos 2θ = 1 − 2 sin²θ = 2 cos²θ − 1
+                terms = [
+                    ((), -sign * polynomial),
+                    (_trig((half, sine), (half, sine)), 2 * sign * polynomial),
+                ]
+                yield from unfold(others, _with(form, terms))
+
+    yield from unfold(keys, {})
+
+
+def _polynomial(series: Series, key: int) -> Series:
+    return Series(series.ring, {0: series.parts[key]}, series.denominator, series.reach)
+
+
+def _foldable(key: int, other: int, products: bool) -> bool:
+    """Whether two terms are the sum and difference of two angles; a constant is cos(θ − θ)."""
+    if (key & 1) != (other & 1):
+        return False
+    if key >> 1 == 0 or other >> 1 == 0:
+        return products and _halvable((key >> 1) + (other >> 1))
+    return _halvable((key >> 1) + (other >> 1))
+
+
+def _folded(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series]]:
+    """P cos k + Q cos l, or P sin k + Q sin l, by the half sum and half difference of the angles."""
+    u, w = ((key >> 1) + (other >> 1)) >> 1, ((key >> 1) - (other >> 1)) >> 1
+    flip = -1 if w < 0 else 1  # of sin w
+    w = abs(w)
+    if key & 1:
+        return [(_trig((u, 1), (w, 0)), P + Q), (_trig((u, 0), (w, 1)), (P - Q) * flip)]
+    return [(_trig((u, 0), (w, 0)), P + Q), (_trig((u, 1), (w, 1)), (Q - P) * flip)]
+
+
+def _trig(*factors: tuple[int, int]) -> Trig:
+    powers: dict[tuple[int, int], int] = {}
+    for angle, sine in factors:
+        if angle:
+            powers[angle, sine] = powers.get((angle, sine), 0) + 1
+    return tuple(sorted((angle, sine, e) for (angle, sine), e in powers.items()))
+
+
+def _with(form: Form, terms: list[tuple[Trig, Series]]) -> Form:
+    merged = dict(form)
+    for trig, polynomial in terms:
+        total = merged[trig] + polynomial if trig in merged else polynomial
+        if total:
+            merged[trig] = total
+        else:
+            merged.pop(trig, None)
+    return merged

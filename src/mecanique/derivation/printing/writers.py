@@ -1,0 +1,261 @@
+"""Three alphabets for formulas: text, LaTeX and MathML."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from html import escape
+from typing import final
+
+from mecanique.derivation.printing.letters import GREEK, Letter, is_varied
+
+__all__ = ["Latex", "MathML", "Text", "Writer"]
+
+
+class Writer(ABC):
+    """A format. All arguments are strings already written in it, but for names and numbers."""
+
+    @abstractmethod
+    def number(self, digits: str) -> str:
+        """Write an unsigned decimal number."""
+
+    @abstractmethod
+    def letter(self, name: str, of_time: bool, exponent: str) -> str:
+        """Write a named quantity; the exponent is "" for 1."""
+
+    @abstractmethod
+    def call(self, function: str, argument: str, exponent: str) -> str:
+        """Write a function of an argument."""
+
+    @abstractmethod
+    def brackets(self, inner: str, exponent: str) -> str:
+        """Write a sum within a product."""
+
+    @abstractmethod
+    def term(
+        self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
+    ) -> str:
+        """Write a product: a fraction, then functions and motions."""
+
+    @abstractmethod
+    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
+        """Write a sum of (is negative, term)."""
+
+    @abstractmethod
+    def equation(self, left: str, right: str) -> str:
+        """Write an equation."""
+
+    @abstractmethod
+    def partial(self, function: str, variable: str, rate: bool) -> str:
+        """Write a partial derivative of two written letters, or the time derivative of that."""
+
+
+@final
+class Text(Writer):
+    """One line: juxtaposition is the product, ^ the power, ' the time derivative, f(x)/(a b) a quotient."""
+
+    def number(self, digits: str) -> str:
+        """Write an unsigned decimal number."""
+        return digits
+
+    def letter(self, name: str, of_time: bool, exponent: str) -> str:
+        """Write a named quantity."""
+        return name + _raised(exponent)
+
+    def call(self, function: str, argument: str, exponent: str) -> str:
+        """Write a function of an argument."""
+        return f"{function.lower()}({argument}){_raised(exponent)}"
+
+    def brackets(self, inner: str, exponent: str) -> str:
+        """Write a sum within a product."""
+        return f"({inner}){_raised(exponent)}"
+
+    def term(
+        self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
+    ) -> str:
+        """Write a product."""
+        above = " ".join([*numerator, *tail]) or "1"
+        if not denominator:
+            return above
+        return (
+            f"{above}/{denominator[0]}"
+            if len(denominator) == 1
+            else f"{above}/({' '.join(denominator)})"
+        )
+
+    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
+        """Write a sum."""
+        return _signed(terms, "-", " + ", " - ")
+
+    def equation(self, left: str, right: str) -> str:
+        """Write an equation."""
+        return f"{left} = {right}"
+
+    def partial(self, function: str, variable: str, rate: bool) -> str:
+        """Write a partial derivative, or the time derivative of that."""
+        return f"{'d/dt ' if rate else ''}∂{function}/∂{variable}"
+
+
+@final
+class Latex(Writer):
+    """LaTeX for mathematics mode, with nothing beyond amsmath."""
+
+    def number(self, digits: str) -> str:
+        """Write an unsigned decimal number."""
+        mantissa, _, exponent = digits.partition("e")
+        return f"{mantissa} \\times 10^{{{int(exponent)}}}" if exponent else digits
+
+    def letter(self, name: str, of_time: bool, exponent: str) -> str:
+        """Write a named quantity."""
+        if is_varied(name):
+            return f"\\delta {self.letter(name[1:], of_time, exponent)}"
+        letter = Letter.of(name)
+        written = self._word(letter.base)
+        if letter.dots:
+            written = f"\\{'d' * letter.dots}ot{{{written}}}"
+        if letter.subscript:
+            written += f"_{{{self._word(letter.subscript)}}}"
+        return written + (f"^{{{exponent}}}" if exponent else "") + ("(t)" if of_time else "")
+
+    def call(self, function: str, argument: str, exponent: str) -> str:
+        """Write a function of an argument."""
+        if function == "sqrt":
+            return f"\\sqrt{{{argument}}}"
+        if function == "Abs":
+            return f"\\left|{argument}\\right|" + (f"^{{{exponent}}}" if exponent else "")
+        name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(function, function)
+        command = "\\operatorname{sgn}" if name == "sign" else f"\\{name}"
+        return command + (f"^{{{exponent}}}" if exponent else "") + f"\\left({argument}\\right)"
+
+    def brackets(self, inner: str, exponent: str) -> str:
+        """Write a sum within a product."""
+        return f"\\left({inner}\\right)" + (f"^{{{exponent}}}" if exponent else "")
+
+    def term(
+        self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
+    ) -> str:
+        """Write a product."""
+        above, rest = (numerator, tail) if numerator or not denominator else (tail, [])
+        if denominator:
+            above = [f"\\frac{{{' '.join(above) or '1'}}}{{{' '.join(denominator)}}}"]
+        return " ".join([*above, *rest]) or "1"
+
+    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
+        """Write a sum."""
+        return _signed(terms, "-", " + ", " - ")
+
+    def equation(self, left: str, right: str) -> str:
+        """Write an equation."""
+        return f"{left} = {right}"
+
+    def partial(self, function: str, variable: str, rate: bool) -> str:
+        """Write a partial derivative, or the time derivative of that."""
+        slope = f"\\frac{{\\partial {function}}}{{\\partial {variable}}}"
+        return f"\\frac{{d}}{{dt}} {slope}" if rate else slope
+
+    def _word(self, word: str) -> str:
+        if word in GREEK:
+            return "o" if word == "omicron" else f"\\{word}"
+        plain = word.replace("_", "\\_")
+        return plain if len(word) == 1 or word.isdigit() else f"\\mathrm{{{plain}}}"
+
+
+@final
+class MathML(Writer):
+    """Presentation MathML of the core subset that browsers draw and screen readers read."""
+
+    def number(self, digits: str) -> str:
+        """Write an unsigned decimal number."""
+        mantissa, _, exponent = digits.partition("e")
+        if not exponent:
+            return f"<mn>{digits}</mn>"
+        power = f"<msup><mn>10</mn>{self._exponent(str(int(exponent)))}</msup>"
+        return f"<mrow><mn>{mantissa}</mn><mo>×</mo>{power}</mrow>"
+
+    def letter(self, name: str, of_time: bool, exponent: str) -> str:
+        """Write a named quantity."""
+        if is_varied(name):
+            return f"<mrow><mi>δ</mi>{self.letter(name[1:], of_time, exponent)}</mrow>"
+        letter = Letter.of(name)
+        written = self._word(letter.base)
+        if letter.dots:
+            accent = {1: "˙", 2: "¨"}.get(letter.dots, "˙" * letter.dots)
+            written = f'<mover accent="true">{written}<mo>{accent}</mo></mover>'
+        below = self._word(letter.subscript) if letter.subscript else ""
+        above = self._exponent(exponent) if exponent else ""
+        if below and above:
+            written = f"<msubsup>{written}{below}{above}</msubsup>"
+        elif below or above:
+            tag = "msub" if below else "msup"
+            written = f"<{tag}>{written}{below or above}</{tag}>"
+        if of_time:
+            written = f"<mrow>{written}<mo>&#x2061;</mo><mo>(</mo><mi>t</mi><mo>)</mo></mrow>"
+        return written
+
+    def call(self, function: str, argument: str, exponent: str) -> str:
+        """Write a function of an argument."""
+        if function == "sqrt":
+            return f"<msqrt>{argument}</msqrt>"
+        if function == "Abs":
+            return self._powered(f"<mrow><mo>|</mo>{argument}<mo>|</mo></mrow>", exponent)
+        name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn"}.get(
+            function, function
+        )
+        head = self._powered(f"<mi>{name}</mi>", exponent)
+        return f"<mrow>{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{argument}<mo>)</mo></mrow></mrow>"
+
+    def brackets(self, inner: str, exponent: str) -> str:
+        """Write a sum within a product."""
+        return self._powered(f"<mrow><mo>(</mo>{inner}<mo>)</mo></mrow>", exponent)
+
+    def term(
+        self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
+    ) -> str:
+        """Write a product."""
+        above, rest = (numerator, tail) if numerator or not denominator else (tail, [])
+        if denominator:
+            above = [f"<mfrac>{self._row(above)}{self._row(denominator)}</mfrac>"]
+        return self._row([*above, *rest])
+
+    def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
+        """Write a sum."""
+        inner = _signed(terms, "<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>")
+        return f"<mrow>{inner or '<mn>0</mn>'}</mrow>"
+
+    def equation(self, left: str, right: str) -> str:
+        """Write an equation."""
+        return f"<mrow>{left}<mo>=</mo>{right}</mrow>"
+
+    def partial(self, function: str, variable: str, rate: bool) -> str:
+        """Write a partial derivative, or the time derivative of that."""
+        slope = f"<mfrac><mrow><mo>∂</mo>{function}</mrow><mrow><mo>∂</mo>{variable}</mrow></mfrac>"
+        operator = "<mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>"
+        return f"<mrow>{operator}{slope}</mrow>" if rate else slope
+
+    def _row(self, factors: Sequence[str]) -> str:
+        if len(factors) <= 1:
+            return factors[0] if factors else "<mn>1</mn>"
+        return f"<mrow>{'<mo>&#x2062;</mo>'.join(factors)}</mrow>"
+
+    def _powered(self, base: str, exponent: str) -> str:
+        return f"<msup>{base}{self._exponent(exponent)}</msup>" if exponent else base
+
+    def _exponent(self, exponent: str) -> str:
+        sign, digits = ("<mo>−</mo>", exponent[1:]) if exponent.startswith("-") else ("", exponent)
+        above, slash, below = digits.partition("/")
+        number = f"<mn>{above}</mn>" + (f"<mo>/</mo><mn>{below}</mn>" if slash else "")
+        return f"<mrow>{sign}{number}</mrow>" if sign or slash else number
+
+    def _word(self, word: str) -> str:
+        return f"<mn>{word}</mn>" if word.isdigit() else f"<mi>{GREEK.get(word, escape(word))}</mi>"
+
+
+def _raised(exponent: str) -> str:
+    return "" if not exponent else f"^{exponent}" if exponent.isdigit() else f"^({exponent})"
+
+
+def _signed(terms: Sequence[tuple[bool, str]], first: str, plus: str, minus: str) -> str:
+    if not terms:
+        return "" if plus.startswith("<") else "0"
+    (negative, text), *rest = terms
+    return (first if negative else "") + text + "".join((minus if n else plus) + t for n, t in rest)

@@ -1,0 +1,62 @@
+"""Sines and cosines of sums that hold arc sines, arc cosines and arc tangents: these cancel to roots."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from mecanique.derivation.scalars.elementary import sqrt
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.monomials import power
+from mecanique.derivation.scalars.series import Atom, Series
+
+__all__ = ["function_without_arcs"]
+
+
+def function_without_arcs(name: str) -> Callable[..., Any]:
+    """Return the function of a sympy name for series; sin and cos take arcs apart, e.g. sin(asin u + q).
+
+    Args:
+        name: its sympy name.
+    """
+    if name not in ("sin", "cos"):
+        return function(name)
+    place = ("sin", "cos").index(name)
+    return lambda argument: (
+        _sine_cosine(argument)[place] if isinstance(argument, Series) else function(name)(argument)
+    )
+
+
+def _sine_cosine(angle: Series) -> tuple[Series, Series]:
+    """Sine and cosine of Σ kᵢ arcᵢ + rest, by adding one arc after the other."""
+    arcs, rest = [], angle
+    for trig, monomial, factor in angle.terms():
+        for index, atom in angle.ring.atoms.items():
+            if (
+                not trig
+                and monomial == power(index)
+                and factor.denominator == 1
+                and atom.function in _OF_ARC
+            ):
+                arcs.append((atom, int(factor)))
+                rest = rest - factor * Series(angle.ring, {0: {monomial: 1}}, 1, 1)
+    sine, cosine = function("sin")(rest), function("cos")(rest)
+    for atom, count in arcs:
+        s, c = _OF_ARC[atom.function](atom)
+        s = s if count > 0 else -s
+        for _ in range(abs(count)):
+            sine, cosine = sine * c + cosine * s, cosine * c - sine * s
+    return sine, cosine
+
+
+def _of_atan(atom: Atom) -> tuple[Series, Series]:
+    across = sqrt(1 + atom.argument * atom.argument) ** -1
+    return atom.argument * across, across
+
+
+_OF_ARC: dict[str, Callable[[Atom], tuple[Series, Series]]] = {
+    "asin": lambda atom: (atom.argument, sqrt(1 - atom.argument * atom.argument)),
+    "acos": lambda atom: (sqrt(1 - atom.argument * atom.argument), atom.argument),
+    "atan": _of_atan,
+}
+"""Sine and cosine of each arc."""

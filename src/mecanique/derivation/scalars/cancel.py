@@ -1,0 +1,118 @@
+"""Shorter forms of series that are divided by sums or roots: what can be cancelled is cancelled."""
+
+from __future__ import annotations
+
+from mecanique.derivation.scalars.monomials import Polynomial, exponent, power
+from mecanique.derivation.scalars.series import Kind, Series, canonical
+from mecanique.derivation.symbolic.symbols import Algebra
+
+__all__ = ["by_velocity", "tidy", "without_common_divisor"]
+
+
+def tidy(series: Series) -> Series:
+    """Return a series in a form with no more terms, where it is divided by adjoined roots ρ = √s or sums u.
+
+    All terms are brought over one power of the root, where its square is its radicand, and the
+    radicand is divided out as often as it goes: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ +
+    m₂)² = m₁/(m₁ + m₂).
+
+    Args:
+        series: any series.
+    """
+    ring = series.ring
+    for index, degree in reversed(ring.roots):
+        lowest = min((exponent(monomial, index) for _, monomial, _ in series.terms()), default=0)
+        if lowest >= 0:
+            continue
+        steps = -(lowest // degree)
+        root = Series(ring, {0: {power(index): 1}}, 1, 1)
+        cleared = series
+        for _ in range(
+            steps * degree
+        ):  # one by one: the root's square would be its radicand before it meets the rest
+            cleared = cleared * root
+        while steps and (quotient := _quotient(cleared, ring.atoms[index].argument)) is not None:
+            cleared, steps = quotient, steps - 1
+        other = cleared * root ** (-steps * degree)
+        series = other if len(other) <= len(series) else series
+    return series
+
+
+def by_velocity(algebra: Algebra, series: Series) -> Series:
+    """Return a series tidied velocity by velocity, so that roots cancel where they belong together.
+
+    Args:
+        algebra: of the mechanism.
+        series: a polynomial in the velocities.
+    """
+    terms = []
+    for powers, coefficient in series.coefficients(algebra.velocities).items():
+        term = tidy(coefficient)
+        for name, power_of_it in zip(algebra.velocities, powers, strict=True):
+            term = term * algebra.ring[name] ** power_of_it
+        terms.append(term)
+    return algebra.ring.sum(terms)
+
+
+def without_common_divisor(series: Series) -> Series:
+    """Return a series times those sums of parameters that all its terms are divided by.
+
+    Args:
+        series: the left side of an equation series = 0.
+    """
+    ring = series.ring
+    for index, atom in ring.atoms.items():
+        powers = {exponent(monomial, index) for _, monomial, _ in series.terms()}
+        fixed = all(
+            g.kind in (Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM) for g in atom.argument.generators()
+        )
+        if fixed and powers and max(powers) < 0:
+            series = Series(ring, {0: {power(index, -max(powers)): 1}}, 1, -max(powers)) * series
+    return series
+
+
+def _quotient(series: Series, divisor: Series) -> Series | None:
+    """Return series / divisor if that leaves no rest, for a divisor without sines and cosines."""
+    if divisor.parts.keys() != {0} or not series:
+        return None
+    parts: dict[int, Polynomial] = {}
+    scale = divisor.parts[0][max(divisor.parts[0])]
+    longest = max(map(len, series.parts.values()))
+    for trig, polynomial in series.parts.items():
+        # integer coefficients stay integers when the numerator is scaled by the divisor's leading
+        # one each time
+        divided = _long_division(polynomial, divisor.parts[0], scale, longest)
+        if divided is None:
+            return None
+        parts[trig] = divided
+    reach = series.reach + divisor.reach
+    quotient: Series = (
+        canonical(series.ring, parts, series.denominator, reach)
+        * divisor.denominator
+        / scale**longest
+    )
+    return quotient
+
+
+def _long_division(
+    numerator: Polynomial, divisor: Polynomial, scale: int, steps: int
+) -> Polynomial | None:
+    """Return numerator × scale^steps / divisor, in at most as many steps as the numerator has terms."""
+    rest = {m: c * scale**steps for m, c in numerator.items()}
+    lead = max(divisor)
+    quotient: Polynomial = {}
+    for _ in range(steps):
+        if not rest:
+            break
+        top = max(rest)
+        if rest[top] % scale:
+            return None
+        factor, shift = rest[top] // scale, top - lead
+        quotient[shift] = factor
+        for m, c in divisor.items():
+            left = rest.get(m + shift, 0) - factor * c
+            if left:
+                rest[m + shift] = left
+            else:
+                rest.pop(m + shift, None)
+    return None if rest else quotient

@@ -1,0 +1,251 @@
+"""Sines, cosines, square roots and other functions of Poisson series: exact where they can be, atoms otherwise."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from mecanique.derivation.scalars.monomials import exponent, exponents, power
+from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.errors import DerivationError
+
+__all__ = ["cos", "of_series", "sin", "sqrt"]
+
+
+def of_series(name: str, *arguments: Any) -> Series:
+    """Return a function of a series.
+
+    Args:
+        name: the function's sympy name.
+        arguments: what it is taken of.
+
+    Raises:
+        DerivationError: if the function of this series has no form in the ring.
+    """
+    (series,) = arguments if len(arguments) == 1 else (None,)
+    if not isinstance(series, Series) or name not in _KNOWN:
+        raise DerivationError(f"{name} has no closed form in a series; use the numeric derivation")
+    return _KNOWN[name](series)
+
+
+def sin(series: Series) -> Series:
+    """Return the sine of an integer combination of angles, a rational multiple of π and constants."""
+    return _circular(series, 1)
+
+
+def cos(series: Series) -> Series:
+    """Return the cosine of an integer combination of angles, a rational multiple of π and constants."""
+    return _circular(series, 0)
+
+
+def _circular(series: Series, parity: int) -> Series:
+    """Return cos (parity 0) or sin (1) of Σ k φ + n π/12: the angles φ are the monomials of the series."""
+    ring = series.ring
+    if series.parts.keys() - {0}:
+        raise DerivationError(
+            f"expected an integer combination of angles in sin or cos, got {series}; use the numeric derivation"
+        )
+    angle, twelfths = 0, 0
+    for _, monomial, c in series.terms():
+        of_pi = _twelfths_of_pi(series, monomial, c)
+        if of_pi is None:
+            angle += ring.angle(monomial, c)
+        else:
+            twelfths += of_pi
+    quarters, rest = divmod(twelfths, 6)
+    if rest:
+        along, across = _exact_cosine(ring, rest), _exact_cosine(ring, 6 - rest)
+        shifted = [_pure(series, angle, quarters + k, parity) for k in (0, 1)]
+        return along * shifted[0] + across * shifted[1]  # f(A + α) = f(A) cos α + f(A + π/2) sin α
+    return _pure(series, angle, quarters, parity)
+
+
+def _pure(series: Series, angle: int, quarters: int, parity: int) -> Series:
+    """Return cos or sin of angle + quarters × π/2."""
+    sign = 1
+    for _ in range(quarters % 4):  # cos(x + π/2) = −sin x, sin(x + π/2) = cos x
+        sign, parity = (sign, 0) if parity else (-sign, 1)
+    if angle < 0:
+        angle, sign = -angle, -sign if parity else sign
+    if not angle and parity:
+        return series.ring.number(0)
+    largest = max((abs(k) for _, k in exponents(angle)), default=0)
+    return canonical(series.ring, {2 * angle + parity: {0: sign}}, 1, largest)
+
+
+def _twelfths_of_pi(series: Series, monomial: int, c: Fraction) -> int | None:
+    """Return n if the term is n π/12, with π as a generator or as the nearest float."""
+    generators = [series.ring.generators[i] for i, _ in exponents(monomial)]
+    if [g.name for g in generators] == ["pi"] and generators[0].kind is Kind.CONSTANT:
+        twelfths = c * 12 if monomial == power(generators[0].index) else Fraction(1, 2)
+        return int(twelfths) if twelfths.denominator == 1 else None
+    if not monomial:
+        n = round(float(c) / (math.pi / 12))
+        return n if abs(float(c) - n * math.pi / 12) <= 4 * math.ulp(float(c)) else None
+    return None
+
+
+def _exact_cosine(ring: Basis, twelfths: int) -> Series:
+    """cos(n π/12) for n = 1 … 5."""
+    two, three = (sqrt(ring.number(k)) for k in (2, 3))
+    table: dict[int, Series] = {
+        1: two * (three + 1) / 4,
+        2: three / 2,
+        3: two / 2,
+        4: ring.number(Fraction(1, 2)),
+        5: two * (three - 1) / 4,
+    }
+    return table[twelfths]
+
+
+def sqrt(series: Series, name: str | None = None) -> Series:
+    """Return the square root: exact for squares of monomials and polynomials, otherwise an atom.
+
+    Parameters count as positive. Of the two roots of a square polynomial the one is taken whose
+    terms in parameters alone are positive: √((l + x)²) = l + x. Where it has no such term, the
+    first coordinate counts as positive.
+
+    Args:
+        series: the radicand; the same radicand gives the same atom.
+        name: the name an atom has in print, e.g. "rho".
+
+    Raises:
+        DerivationError: if the radicand is a negative number.
+    """
+    ring = series.ring
+    if not series:
+        return series
+    content, monomial = _square_content(series)
+    primitive = series / content * _monomial(series, -2 * monomial)
+    outside = _root_of_number(ring, content) * _monomial(series, monomial)
+    exact = _polynomial_root(primitive)
+    if exact is not None:
+        return outside * exact
+    if primitive.is_unit:
+        ((packed, c),) = primitive.parts[0].items()
+        if c < 0:
+            raise DerivationError(
+                f"expected a square root of a positive series, got sqrt({series})"
+            )
+        for index, e in exponents(packed):
+            outside = outside * _adjoined_root(_monomial(series, power(index)), None) ** e
+        return outside
+    return outside * _adjoined_root(primitive, name)
+
+
+def _adjoined_root(radicand: Series, name: str | None) -> Series:
+    return radicand.ring.adjoin("sqrt", radicand, lambda root: root**-1 / 2, np.sqrt, name)
+
+
+def _monomial(series: Series, packed: int) -> Series:
+    largest = max((abs(e) for _, e in exponents(packed)), default=0)
+    return Series(series.ring, {0: {packed: 1}}, 1, largest)
+
+
+def _square_content(series: Series) -> tuple[Fraction, int]:
+    """A positive rational and a monomial of parameters whose square may be drawn out of the root."""
+    numbers = [c for _, _, c in series.terms()]
+    content = Fraction(
+        math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
+    )
+    monomials = [m for _, m, _ in series.terms()]
+    packed = 0
+    for g in series.ring.generators:
+        # of a coordinate, √x² would be |x|; it is left inside
+        if g.kind in (Kind.PARAMETER, Kind.CONSTANT):
+            packed += power(g.index, min(exponent(m, g.index) for m in monomials) // 2)
+    return content, packed
+
+
+def _root_of_number(ring: Basis, number: Fraction) -> Series:
+    """√(n/d) = √(n d)/d, with one atom per prime."""
+    n, outside, root = number.numerator * number.denominator, 1, ring.number(1)
+    prime = 2
+    while n > 1 and prime < 10_000:
+        if math.isqrt(n) ** 2 == n:
+            outside, n = outside * math.isqrt(n), 1
+        count = 0
+        while n % prime == 0:
+            n, count = n // prime, count + 1
+        outside *= prime ** (count // 2)
+        if count % 2:
+            root = root * _adjoined_root(ring.number(prime), None)
+        prime += 1
+    if n > 1:
+        root = root * _adjoined_root(ring.number(n), None)
+    return root * outside / number.denominator
+
+
+def _polynomial_root(series: Series) -> Series | None:
+    """Return p with p² = series, by the schoolbook square root in the order of monomials; None if there is none."""
+    if series.parts.keys() != {0}:
+        return None
+    rest, root, lead = series, series.ring.number(0), None
+    for _ in range(len(series)):
+        top = max(rest.parts[0])
+        c = Fraction(rest.parts[0][top], rest.denominator)
+        if lead is None:
+            halves = dict(exponents(top))
+            n, d = math.isqrt(max(c.numerator, 0)), math.isqrt(c.denominator)
+            if (
+                n * n != c.numerator
+                or d * d != c.denominator
+                or any(e % 2 for e in halves.values())
+            ):
+                return None
+            term = lead = _monomial(series, top // 2) * Fraction(n, d)
+        else:
+            term = _monomial(series, top) * c / (2 * lead)
+        rest = rest - (2 * root + term) * term
+        root = root + term
+        if not rest:
+            return _positive(root)
+    return None
+
+
+def _positive(root: Series) -> Series:
+    """The root or its negative, whichever is positive for positive parameters."""
+    kinds = {g.index: g.kind for g in root.ring.generators}
+
+    def rank(monomial: int) -> tuple[int, int]:
+        fixed = all(kinds[i] in (Kind.PARAMETER, Kind.CONSTANT) for i, _ in exponents(monomial))
+        return (0 if fixed else 1, monomial)
+
+    *_, c = min(root.terms(), key=lambda term: rank(term[1]))
+    return root if c > 0 else -root
+
+
+def _function(
+    name: str,
+    value: Callable[[Any], Any],
+    slope: Callable[[Series, Series], Series],
+    at_zero: int | None = None,
+) -> Callable[[Series], Series]:
+    """A function that enters as an atom f(u), given f' from f and u, and f(0) where that is an integer."""
+
+    def apply(u: Series) -> Series:
+        if not u and at_zero is not None:
+            return u.ring.number(at_zero)
+        return u.ring.adjoin(name, u, lambda atom: slope(atom, u), value)
+
+    return apply
+
+
+_KNOWN: dict[str, Callable[[Series], Series]] = {
+    "sin": sin,
+    "cos": cos,
+    "tan": lambda u: sin(u) / cos(u),
+    "sqrt": sqrt,
+    "exp": _function("exp", np.exp, lambda f, u: f, 1),
+    "log": _function("log", np.log, lambda f, u: u**-1),
+    "asin": _function("asin", np.arcsin, lambda f, u: sqrt(1 - u * u) ** -1, 0),
+    "acos": _function("acos", np.arccos, lambda f, u: -(sqrt(1 - u * u) ** -1)),
+    "atan": _function("atan", np.arctan, lambda f, u: (1 + u * u) ** -1, 0),
+    "tanh": _function("tanh", np.tanh, lambda f, u: 1 - f * f, 0),
+    "Abs": _function("Abs", np.abs, lambda f, u: of_series("sign", u), 0),
+    "sign": _function("sign", np.sign, lambda f, u: u.ring.number(0), 0),
+}

@@ -1,0 +1,95 @@
+"""Numbers from Poisson series: values of named generators in, floats or arrays out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.scalars.monomials import exponents
+from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.errors import UnknownNameError
+
+__all__ = ["Evaluation", "evaluate"]
+
+_CONSTANTS = {"pi": math.pi, "E": math.e}
+
+
+def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
+    """Return the value of a series.
+
+    Args:
+        series: the series.
+        values: floats or arrays that broadcast, by name of the generators it depends on; atoms
+            follow from these.
+
+    Raises:
+        UnknownNameError: if a generator it depends on has no value.
+    """
+    return Evaluation(series.ring, values)(series)
+
+
+@final
+class Evaluation:
+    """One set of values for many series of a ring; sines, cosines, powers and atoms are computed once.
+
+    Args:
+        ring: the ring.
+        values: floats or arrays that broadcast, by name of a generator.
+    """
+
+    def __init__(self, ring: Basis, values: Mapping[str, Any]) -> None:
+        self._ring = ring
+        self._given = values
+        self._generators: dict[int, Any] = {}
+        self._angles: dict[int, Any] = {}
+        self._circular: dict[int, Any] = {0: 1.0}
+
+    def __call__(self, series: Series) -> Any:
+        """Return the value of a series.
+
+        Args:
+            series: a series of the ring.
+
+        Raises:
+            UnknownNameError: if a generator it depends on has no value.
+        """
+        total: Any = 0.0
+        for trig, polynomial in series.parts.items():
+            factor: Any = 0.0
+            for monomial, c in polynomial.items():
+                term: Any = c / series.denominator
+                for index, e in exponents(monomial):
+                    # a negative integer power of an integer array is an error in numpy
+                    term = term * self._generator(index) ** e
+                factor = factor + term
+            total = total + factor * self._sine_or_cosine(trig)
+        return total
+
+    def _generator(self, index: int) -> Any:
+        if index not in self._generators:
+            generator = self._ring.generators[index]
+            if index in self._ring.atoms and generator.name not in self._given:
+                atom = self._ring.atoms[index]
+                value = atom.value(self(atom.argument))
+            elif generator.kind is Kind.CONSTANT and generator.name in _CONSTANTS:
+                value = _CONSTANTS[generator.name]
+            elif generator.name in self._given:
+                value = self._given[generator.name]
+                value = np.asarray(value, dtype=float) if np.ndim(value) else float(value)
+            else:
+                raise UnknownNameError("value", generator.name, self._given)
+            self._generators[index] = value
+        return self._generators[index]
+
+    def _sine_or_cosine(self, trig: int) -> Any:
+        if trig not in self._circular:
+            argument: Any = 0.0
+            for j, k in exponents(trig >> 1):
+                if j not in self._angles:
+                    self._angles[j] = self(self._ring.angles[j].argument)
+                argument = argument + k * self._angles[j]
+            self._circular[trig] = np.sin(argument) if trig & 1 else np.cos(argument)
+        return self._circular[trig]

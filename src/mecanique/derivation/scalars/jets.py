@@ -1,0 +1,294 @@
+"""Jets: numbers that carry their motion and their variations, and Lagrange's operator written with them.
+
+A jet is a Taylor polynomial in the parameter ε of a path, each coefficient with its first-order
+partials (duals), for any array of states at once. Arithmetic with jets is exact to rounding:
+nothing is stepped or tuned. Source of the arithmetic: A. Griewank, A. Walther, Evaluating
+Derivatives, 2nd ed., SIAM 2008, chapters 3 and 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias, final
+
+import numpy as np
+
+__all__ = ["Jet", "Lagrangian", "euler"]
+
+Lagrangian: TypeAlias = Callable[[Sequence[Any], Sequence[Any], Any], Any]
+"""A function L(q, v, t) written with `mecanique.derivation.scalars.functions`, so that any scalar may enter."""
+
+
+@final
+class Jet:
+    """A Taylor polynomial in ε with first-order partials, for an array of states or matrices.
+
+    Args:
+        c: shape (order + 1, 1 + directions, …): c[k, 0] is the coefficient of εᵏ (not the
+            derivative), c[k, 1 + d] its partial derivative along direction d. The trailing shape is
+            free; `@` and `T` act on its last two axes.
+    """
+
+    __slots__ = ("c",)
+    __array_ufunc__ = None  # array + jet is left to the jet
+
+    def __init__(self, c: np.ndarray) -> None:
+        self.c = c
+
+    @property
+    def value(self) -> np.ndarray:
+        """What is left at ε = 0 without variations, shape (…)."""
+        return np.asarray(self.c[0, 0])
+
+    @property
+    def T(self) -> Jet:
+        """The transposed matrix."""
+        return Jet(np.swapaxes(self.c, -1, -2))
+
+    def __repr__(self) -> str:
+        orders, duals, *shape = self.c.shape
+        return f"Jet(order={orders - 1}, directions={duals - 1}, shape={tuple(shape)}, value={self.value})"
+
+    def __getitem__(self, index: Any) -> Jet:
+        trailing = index if isinstance(index, tuple) else (index,)
+        both = (slice(None), slice(None), *trailing)
+        return Jet(self.c[both])
+
+    def __add__(self, other: Any) -> Jet:
+        a, b = _aligned(self, other)
+        return Jet(a + b)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Jet:
+        return Jet(-self.c)
+
+    def __pos__(self) -> Jet:
+        return self
+
+    def __sub__(self, other: Any) -> Jet:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Any) -> Jet:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Jet:
+        if isinstance(other, Jet):
+            return _product(self, other, np.multiply)
+        return Jet(_padded(self.c, np.ndim(other)) * other)
+
+    __rmul__ = __mul__
+
+    def __matmul__(self, other: Any) -> Jet:
+        return _product(self, other, np.matmul) if isinstance(other, Jet) else Jet(self.c @ other)
+
+    def __rmatmul__(self, other: Any) -> Jet:
+        return Jet(other @ self.c)
+
+    def __truediv__(self, other: Any) -> Jet:
+        return self * (other**-1 if isinstance(other, Jet) else 1 / np.asarray(other))
+
+    def __rtruediv__(self, other: Any) -> Jet:
+        return (self**-1).__mul__(other)
+
+    def __pow__(self, exponent: float) -> Jet:
+        p = int(exponent) if float(exponent).is_integer() else float(exponent)
+        if isinstance(p, int) and p >= 0:
+            result: Jet = Jet(np.zeros_like(self.c)) + 1.0
+            for _ in range(p):
+                result = result * self
+            return result
+
+        def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
+            y = [u**p]
+            for k in range(1, orders):
+                y.append(y[-1] * (p - k + 1) / (k * u))
+            return y
+
+        return self.compose(
+            series if isinstance(p, float) else lambda u, n: series(np.asarray(u, dtype=float), n)
+        )
+
+    def compose(self, series: Callable[[np.ndarray, int], list[np.ndarray]]) -> Jet:
+        """Return f(self) for a function f given by its Taylor coefficients.
+
+        Args:
+            series: gives f(u), f'(u), f''(u)/2!, … as arrays shaped like u, as many as asked for.
+        """
+        orders = len(self.c)
+        f = series(self.value, orders + 1)
+        # without its value a jet is nilpotent: ε to the power `orders` and products of two
+        # variations vanish
+        small = Jet(self.c.copy())
+        small.c[0, 0] = 0.0
+        result = small * f[1]
+        power = small
+        for coefficient in f[2:]:
+            power = power * small
+            result = result + power * coefficient
+        return result + f[0]
+
+    def ddt(self) -> Jet:
+        """Return the derivative along the path; one order is lost."""
+        k = np.arange(1, len(self.c)).reshape(-1, *[1] * (self.c.ndim - 1))
+        return Jet(k * self.c[1:])
+
+    def trace_with(self, other: Jet) -> Jet:
+        """Return Σᵢⱼ Aᵢⱼ Bᵢⱼ = tr(A Bᵀ) over the last two axes."""
+        return Jet((self * other).c.sum(axis=(-2, -1)))
+
+    def sin(self) -> Jet:
+        """Return the sine."""
+        return self.compose(lambda u, n: _circular(np.sin(u), np.cos(u), n))
+
+    def cos(self) -> Jet:
+        """Return the cosine."""
+        return self.compose(lambda u, n: _circular(np.cos(u), -np.sin(u), n))
+
+    def tan(self) -> Jet:
+        """Return the tangent, from y' = 1 + y²."""
+        return self.compose(lambda u, n: _riccati(np.tan(u), 1.0, n))
+
+    def tanh(self) -> Jet:
+        """Return the hyperbolic tangent, from y' = 1 − y²."""
+        return self.compose(lambda u, n: _riccati(np.tanh(u), -1.0, n))
+
+    def sqrt(self) -> Jet:
+        """Return the square root."""
+        return self**0.5
+
+    def exp(self) -> Jet:
+        """Return the exponential."""
+        return self.compose(lambda u, n: [np.exp(u) / _factorial(k) for k in range(n)])
+
+    def log(self) -> Jet:
+        """Return the natural logarithm."""
+        return self.compose(lambda u, n: [np.log(u), *(-((-1 / u) ** k) / k for k in range(1, n))])
+
+    def asin(self) -> Jet:
+        """Return the arc sine."""
+        return self._integral(np.arcsin(self.value), lambda u: Jet.__pow__(1.0 - u * u, -0.5))
+
+    def acos(self) -> Jet:
+        """Return the arc cosine."""
+        return self._integral(np.arccos(self.value), lambda u: -Jet.__pow__(1.0 - u * u, -0.5))
+
+    def atan(self) -> Jet:
+        """Return the arc tangent."""
+        return self._integral(np.arctan(self.value), lambda u: Jet.__pow__(1.0 + u * u, -1))
+
+    def atan2(self, x: Any) -> Jet:
+        """Return the angle of the point (x, self)."""
+        x0 = x.value if isinstance(x, Jet) else np.asarray(x)
+        return _turned_to(self, x, self.value, x0).__add__(np.arctan2(self.value, x0))
+
+    def Abs(self) -> Jet:
+        """Return the absolute value; its derivative is the sign, 0 at 0."""
+        return self.__mul__(np.sign(self.value))
+
+    def sign(self) -> Jet:
+        """Return the sign; its derivative is 0."""
+        return Jet(np.zeros_like(self.c)).__add__(np.sign(self.value))
+
+    def _integral(self, value: np.ndarray, slope: Callable[[Jet], Jet]) -> Jet:
+        """f(self) from f' as a function: the Taylor coefficients of f' are those of f shifted and scaled."""
+
+        def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
+            line = np.zeros((orders, 1, *u.shape))
+            line[0, 0], line[1, 0] = u, 1.0
+            rate = slope(Jet(line)).c[:, 0]
+            return [value, *(rate[k] / (k + 1) for k in range(orders - 1))]
+
+        return self.compose(series)
+
+
+def euler(L: Lagrangian, q: Any, v: Any, a: Any, t: float | np.ndarray = 0.0) -> np.ndarray:
+    """Return d/dt ∂L/∂vᵢ − ∂L/∂qᵢ along a motion, by the definition, for any L.
+
+    With q + ε v varied along direction i and v + ε a along direction n + i, the value of L is a jet
+    whose partial [ε¹, n + i] is d/dt ∂L/∂vᵢ and whose partial [ε⁰, i] is ∂L/∂qᵢ (J. L. Lagrange,
+    Mécanique analytique, 1788).
+
+    Args:
+        L: the function L(q, v, t), written generically; T − V, or T alone.
+        q: shape (n,) or (n, states).
+        v: shape (n,) or (n, states), rates of q.
+        a: shape (n,) or (n, states), rates of v.
+        t: time, shape () or (states,) [s].
+
+    Returns:
+        shape (n,) or (n, states).
+    """
+    q, v, a = (np.asarray(x, dtype=float) for x in (q, v, a))
+    n = len(q)
+
+    def path(value: Any, rate: Any, direction: int | None = None) -> Jet:
+        c = np.zeros((2, 1 + 2 * n, *q.shape[1:]))
+        c[0, 0], c[1, 0] = value, rate
+        if direction is not None:
+            c[0, 1 + direction] = 1.0
+        return Jet(c)
+
+    Q = [path(q[i], v[i], i) for i in range(n)]
+    V = [path(v[i], a[i], n + i) for i in range(n)]
+    result = L(Q, V, path(t, 1.0))
+    if not isinstance(result, Jet):  # L is a constant
+        return np.zeros_like(q)
+    return np.asarray(result.c[1, 1 + n :] - result.c[0, 1 : 1 + n])
+
+
+def _turned_to(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
+    """Return the angle of (x, y) measured from that of (x0, y0), small near it and free of branch cuts."""
+    ratio: Jet = (y * x0 - x * y0) / (x * x0 + y * y0)
+    return ratio.atan()
+
+
+def _padded(c: np.ndarray, trailing: int) -> np.ndarray:
+    """The coefficients with axes inserted, so that they broadcast against a trailing shape."""
+    missing = trailing - (c.ndim - 2)
+    return c.reshape(*c.shape[:2], *[1] * missing, *c.shape[2:]) if missing > 0 else c
+
+
+def _aligned(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The coefficients of both, cut to the lower order and shaped to broadcast."""
+    if not isinstance(b, Jet):
+        c = np.zeros((*a.c.shape[:2], *np.shape(b)))
+        c[0, 0] = b
+        b = Jet(c)
+    orders, trailing = min(len(a.c), len(b.c)), max(a.c.ndim, b.c.ndim) - 2
+    return _padded(a.c[:orders], trailing), _padded(b.c[:orders], trailing)
+
+
+def _product(first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Jet:
+    """Cauchy product in ε, rule of Leibniz in the partials."""
+    orders = min(len(first.c), len(second.c))
+    if times is np.multiply:
+        a, b = _aligned(first, second)
+    else:
+        a, b = first.c[:orders], second.c[:orders]
+    total: list[Any] = [0.0] * orders
+    for i in range(orders):
+        for j in range(orders - i):
+            term = times(a[i], b[j, :1])
+            term[1:] += times(a[i, :1], b[j, 1:])
+            total[i + j] = total[i + j] + term
+    return Jet(np.stack(total))
+
+
+def _circular(f: np.ndarray, slope: np.ndarray, orders: int) -> list[np.ndarray]:
+    """Taylor coefficients of a function with f'' = −f."""
+    cycle = (f, slope, -f, -slope)
+    return [cycle[k % 4] / _factorial(k) for k in range(orders)]
+
+
+def _riccati(y0: np.ndarray, sign: float, orders: int) -> list[np.ndarray]:
+    """Taylor coefficients of the solution of y' = 1 ± y²."""
+    y = [y0]
+    for k in range(orders - 1):
+        square = sum(y[i] * y[k - i] for i in range(k + 1))
+        y.append(((k == 0) + sign * square) / (k + 1))
+    return y
+
+
+def _factorial(k: int) -> float:
+    return float(np.prod(np.arange(1, k + 1)))

@@ -1,0 +1,92 @@
+"""Products and sums of Poisson series as plain dictionaries: a polynomial before each sine and cosine."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TypeAlias
+
+from mecanique.derivation.scalars.monomials import Polynomial, exponents, multiply
+from mecanique.errors import DerivationError
+
+__all__ = ["Parts", "accumulate", "check_size", "largest", "lowest_terms", "product", "size"]
+
+Parts: TypeAlias = "dict[int, Polynomial]"
+"""Polynomial before each trigonometric function: the key 2 K stands for cos(K·φ), 2 K + 1 for sin(K·φ), where K > 0
+packs the integer multiples of the angles as a monomial packs exponents; the key 0 stands for 1."""
+
+
+def size(parts: Parts) -> int:
+    """Return the number of terms."""
+    return sum(map(len, parts.values()))
+
+
+def check_size(parts: Parts, most: int, *, canceling: bool = False) -> None:
+    """Refuse parts with more than `most` terms, or twice as many while some may cancel, by a `DerivationError`."""
+    if size(parts) > (2 * most if canceling else most):
+        raise DerivationError(
+            f"the closed form has more than {most} terms and would help no reader; use the numeric derivation"
+        )
+
+
+def largest(parts: Parts) -> int:
+    """Return the largest |exponent| or |multiple of an angle|."""
+    packed = (x for trig, polynomial in parts.items() for x in (trig >> 1, *polynomial))
+    return max((abs(e) for x in packed for _, e in exponents(x)), default=0)
+
+
+def accumulate(parts: Parts, trig: int, polynomial: Polynomial, factor: int) -> None:
+    """Add factor × polynomial × trig to parts, in place."""
+    into = parts.get(trig)
+    if into is None:
+        parts[trig] = {m: factor * c for m, c in polynomial.items()}
+        return
+    for m, c in polynomial.items():
+        into[m] = into.get(m, 0) + factor * c
+
+
+def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
+    """Return (parts, denominator) of a product.
+
+    Raises:
+        DerivationError: as soon as it is clear that it has far more than `most` terms.
+    """
+    # sums of angles bring a factor ½; products with the key 0 do not, and get a 2 where both occur
+    halved = any(first) and any(second)
+    parts: Parts = {}
+    for f, p in first.items():
+        for g, r in second.items():
+            both = multiply(p, r)
+            for trig, sign in _product_to_sum(f, g) if f and g else ((f or g, 2 if halved else 1),):
+                accumulate(parts, trig, both, sign)
+        check_size(parts, most, canceling=True)
+    return parts, 2 if halved else 1
+
+
+def lowest_terms(parts: Parts, denominator: int) -> tuple[Parts, int]:
+    """Return parts without zeros and the denominator, the fraction reduced."""
+    parts = {
+        t: q
+        for t, p in parts.items()
+        if (q := p if all(p.values()) else {m: c for m, c in p.items() if c})
+    }
+    divisor = denominator
+    for p in parts.values():
+        if divisor == 1:
+            return parts, denominator
+        divisor = math.gcd(divisor, *p.values())
+    if divisor > 1:
+        parts = {t: {m: c // divisor for m, c in p.items()} for t, p in parts.items()}
+    return parts, denominator // divisor
+
+
+@lru_cache(maxsize=1 << 16)
+def _product_to_sum(f: int, g: int) -> tuple[tuple[int, int], ...]:
+    """2 f g of two sines or cosines as (function, sign) pairs, e.g. 2 cos K cos L = cos(K − L) + cos(K + L)."""
+    K, L = f >> 1, g >> 1
+    plus, minus = 2 * (K + L), 2 * abs(K - L)
+    if (f & 1) == (g & 1):
+        return (minus, 1), (plus, -1 if f & 1 else 1)
+    # sin K cos L has + sin(K − L), cos K sin L has − sin(K − L)
+    sign = (1 if f & 1 else -1) * (1 if K > L else -1)
+    return ((plus | 1, 1),) if K == L else ((plus | 1, 1), (minus | 1, sign))

@@ -1,0 +1,240 @@
+"""The ring that Poisson series are written in: named generators, angles, atoms and the rate of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, final
+
+from mecanique.derivation.scalars.monomials import REACH, exact, exponents, largest_exponent, power
+from mecanique.derivation.scalars.polynomials import Parts, accumulate
+from mecanique.derivation.scalars.series import Angle, Atom, Generator, Kind, Series, canonical
+from mecanique.errors import DerivationError, UnknownNameError
+
+__all__ = ["Ring"]
+
+
+@final
+class Ring:
+    """The generators that Poisson series are written in, and the chain rule of each.
+
+    Args:
+        most_terms: a series with more terms is refused; beyond it a closed form helps nobody.
+    """
+
+    def __init__(self, most_terms: int = 20_000) -> None:
+        self.most_terms = most_terms
+        self.generators: list[Generator] = []
+        self.angles: list[Angle] = []
+        self.atoms: dict[int, Atom] = {}
+        self.rates: dict[int, Series] = {}
+        self._indices: dict[str, int] = {}
+        self._angle_indices: dict[tuple[int, Fraction], int] = {}
+        self._atom_indices: dict[tuple[str, Series], int] = {}
+        self.roots: list[tuple[int, int]] = []
+
+    def coordinate(self, name: str) -> Series:
+        """Adjoin a generalized coordinate with its velocity name' and acceleration name'', and return it."""
+        q, v = self._adjoin(name, Kind.COORDINATE), self._adjoin(name + "'", Kind.VELOCITY)
+        self.rates[self.index(q)] = v
+        self.rates[self.index(v)] = self._adjoin(name + "''", Kind.ACCELERATION)
+        return q
+
+    def quasi_coordinates(
+        self, names: Iterable[str], velocities: Iterable[str]
+    ) -> tuple[list[Series], list[Series]]:
+        """Adjoin coordinates whose rates are to be set in `rates`, and the velocities these are linear in.
+
+        Args:
+            names: of the coordinates, e.g. of a quaternion.
+            velocities: of the velocities; the acceleration of each is name'.
+        """
+        moved = [self._adjoin(name, Kind.COORDINATE) for name in names]
+        rates = [self._adjoin(name, Kind.VELOCITY) for name in velocities]
+        for v in rates:
+            self.rates[self.index(v)] = self._adjoin(
+                self.generators[self.index(v)].name + "'", Kind.ACCELERATION
+            )
+        return moved, rates
+
+    def velocity(self, name: str) -> Series:
+        """Return the velocity of a coordinate."""
+        return self.rates[self._index_of(name, Kind.COORDINATE)]
+
+    def acceleration(self, name: str) -> Series:
+        """Return the acceleration of a coordinate."""
+        return self.rates[self._index_of(name + "'", Kind.VELOCITY)]
+
+    def parameter(self, name: str) -> Series:
+        """Adjoin a parameter, a constant taken to be positive where a square root needs its sign, and return it."""
+        return self._adjoin(name, Kind.PARAMETER)
+
+    def input(self, name: str, derivatives: int = 0) -> Series:
+        """Adjoin an input, a function of time alone, and as many time derivatives (name', name'' …), and return it."""
+        chain = [self._adjoin(name + "'" * order, Kind.INPUT) for order in range(derivatives + 1)]
+        for function, derivative in pairwise(chain):
+            self.rates[self.index(function)] = derivative
+        return chain[0]
+
+    @property
+    def time(self) -> Series:
+        """Time, the generator t with rate 1."""
+        if "t" not in self._indices:
+            self.rates[self.index(self._adjoin("t", Kind.TIME))] = self.number(1)
+        return self["t"]
+
+    def constant(self, name: str) -> Series:
+        """Adjoin (once) a named irrational constant, e.g. "pi", and return it."""
+        return self[name] if name in self._indices else self._adjoin(name, Kind.CONSTANT)
+
+    def unknown(self, name: str, kind: Kind) -> Series:
+        """Adjoin (once) a reaction or a virtual displacement, which has no rate, and return it.
+
+        Args:
+            name: its name.
+            kind: `Kind.REACTION` or `Kind.VARIATION`.
+        """
+        return (
+            self[name]
+            if name in self._indices and self._kind(name) is kind
+            else self._adjoin(name, kind)
+        )
+
+    def number(self, value: object) -> Series:
+        """Return a number as a series; a float becomes the simple rational it stands for (see `exact`)."""
+        rational = exact(value)
+        return Series(
+            self, {0: {0: rational.numerator}} if rational else {}, rational.denominator, 0
+        )
+
+    def __getitem__(self, name: str) -> Series:
+        if name not in self._indices:
+            raise UnknownNameError("generator", name, self._indices)
+        return Series(self, {0: {power(self._indices[name]): 1}}, 1, 1)
+
+    def names(self, kind: Kind) -> tuple[str, ...]:
+        """Return the names of the generators of a kind, in the order they were adjoined."""
+        return tuple(g.name for g in self.generators if g.kind is kind)
+
+    def index(self, generator: str | Series) -> int:
+        """Return the place of a generator, given by name or as a series."""
+        if isinstance(generator, str):
+            return self.index(self[generator])
+        if (
+            generator.parts.keys() == {0}
+            and generator.denominator == 1
+            and len(generator.parts[0]) == 1
+        ):
+            ((monomial, coefficient),) = generator.parts[0].items()
+            if coefficient == 1 and monomial:
+                (index, degree), *others = exponents(monomial)
+                if degree == 1 and not others:
+                    return index
+        raise DerivationError(f"expected a generator of the ring, got {generator}")
+
+    def sum(self, series: Iterable[Series]) -> Series:
+        """Return the sum of many series of this ring, in one pass."""
+        terms = list(series)
+        denominator = math.lcm(*(s.denominator for s in terms))
+        parts: Parts = {}
+        for s in terms:
+            for trig, polynomial in s.parts.items():
+                accumulate(parts, trig, polynomial, denominator // s.denominator)
+        return canonical(self, parts, denominator, max((s.reach for s in terms), default=0))
+
+    def euler(self, L: Series) -> list[Series]:
+        """Return d/dt ∂L/∂q' − ∂L/∂q for every coordinate (J. L. Lagrange, Mécanique analytique, 1788).
+
+        Args:
+            L: a function of coordinates, velocities and time.
+        """
+        return [
+            L.diff(self.velocity(name)).ddt() - L.diff(name) for name in self.names(Kind.COORDINATE)
+        ]
+
+    def angle(self, monomial: int, multiple: Fraction) -> int:
+        """Return a multiple of an angle, packed; the angle is adjoined where needed.
+
+        Args:
+            monomial: the packed monomial that is the angle, 0 for a constant one.
+            multiple: the factor before it.
+
+        Raises:
+            DerivationError: if the multiple is no integer multiple of the unit this angle was first
+                met with.
+        """
+        # Constant angles that are no multiples of one another are independent; a monomial has one
+        # unit.
+        key = (monomial, abs(multiple) if not monomial else Fraction(0))
+        if key not in self._angle_indices:
+            unit = abs(multiple) if not monomial else Fraction(1, multiple.denominator)
+            argument = canonical(
+                self,
+                {0: {monomial: unit.numerator}},
+                unit.denominator,
+                largest_exponent([monomial]),
+            )
+            self._angle_indices[key] = len(self.angles)
+            self.angles.append(Angle(argument, unit))
+        index = self._angle_indices[key]
+        count = multiple / self.angles[index].unit
+        if count.denominator != 1 or abs(count) > REACH:
+            raise DerivationError(
+                f"sine or cosine of {multiple} × an angle that already occurs as {self.angles[index].argument}: "
+                "expected integer multiples; take the smallest angle as the coordinate, or use the numeric derivation"
+            )
+        return power(index, int(count))
+
+    def adjoin(
+        self,
+        function: str,
+        argument: Series,
+        slope: Callable[[Series], Series],
+        value: Callable[[Any], Any],
+        name: str | None = None,
+    ) -> Series:
+        """Adjoin a function of a series with its chain rule; the same function of the same series is the same atom.
+
+        Args:
+            function: the function's name; powers of "sqrt" and "1" are reduced to powers of their
+                argument.
+            argument: the series it is taken of.
+            slope: gives the derivative with respect to the argument from the new atom.
+            value: the function on numbers and arrays.
+            name: a name for it in print, e.g. "rho"; its definition is printed by default.
+        """
+        key = (function, argument)
+        if key not in self._atom_indices:
+            index = len(self.generators)
+            # the name of a generator must be unique, and an atom without a name of its own prints
+            # as its definition
+            atom = self._adjoin(name or f"{function}#{index}", Kind.ATOM)
+            self._atom_indices[key] = index
+            self.atoms[index] = Atom(function, argument, slope(atom), value, name is not None)
+            if function in ("sqrt", "1"):
+                self.roots.append((index, 2 if function == "sqrt" else 1))
+        return self[self.generators[self._atom_indices[key]].name]
+
+    def inverse(self, series: Series) -> Series:
+        """Return 1/u as an atom u⁻¹, for a series u that is no unit; products u × u⁻¹ are not cancelled."""
+        atom = self.adjoin("1", series, lambda _: self.number(1), lambda u: u)
+        return Series(self, {0: {-power(self.index(atom)): 1}}, 1, 1)
+
+    def _adjoin(self, name: str, kind: Kind) -> Series:
+        if name in self._indices:
+            raise DerivationError(
+                f"the name {name!r} already stands for a {self._kind(name).value}"
+            )
+        self._indices[name] = len(self.generators)
+        self.generators.append(Generator(name, kind, len(self.generators)))
+        return self[name]
+
+    def _kind(self, name: str) -> Kind:
+        return self.generators[self._indices[name]].kind
+
+    def _index_of(self, name: str, kind: Kind) -> int:
+        if name not in self._indices or self._kind(name) is not kind:
+            raise UnknownNameError(kind.value, name, self.names(kind))
+        return self._indices[name]

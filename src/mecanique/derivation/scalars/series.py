@@ -1,0 +1,429 @@
+"""Poisson series: sums of rational × monomial × cos or sin of integer sums of angles, in canonical form.
+
+Products of sines and cosines are written as sums at once, so that cos² + sin² = 1 and every
+angle-sum identity hold by construction and nothing ever needs to be simplified (the representation
+is that of celestial mechanics: A. Deprit, J. Henrard, A. Rom, "Lunar ephemeris: Delaunay's theory
+revisited", Science 168 (1970), 1569).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, Protocol, final
+
+from mecanique.derivation.scalars.generators import Generator, Kind
+from mecanique.derivation.scalars.monomials import REACH, exponent, exponents, generators_in, power
+from mecanique.derivation.scalars.polynomials import (
+    Parts,
+    check_size,
+    largest,
+    lowest_terms,
+    product,
+    size,
+)
+from mecanique.errors import DerivationError
+
+__all__ = ["Angle", "Atom", "Basis", "Generator", "Kind", "Series", "canonical"]
+
+
+@final
+@dataclass(frozen=True)
+class Angle:
+    """What sines and cosines are taken of: a rational multiple of a monomial, e.g. q, Ω t or x/R.
+
+    Args:
+        argument: the angle as a series [rad].
+        unit: the rational multiple.
+    """
+
+    argument: Series
+    unit: Fraction
+
+
+@final
+@dataclass(frozen=True)
+class Atom:
+    """A function of a series, adjoined to the ring as a generator with its own chain rule.
+
+    Args:
+        function: its name, e.g. "sqrt", "exp"; "1" where the generator is the argument itself,
+            adjoined so that it can be divided by.
+        argument: the series it is a function of.
+        slope: its derivative with respect to the argument.
+        value: the function on numbers and arrays.
+        named: whether it has a name of its own in print.
+    """
+
+    function: str
+    argument: Series
+    slope: Series
+    value: Callable[[Any], Any]
+    named: bool
+
+
+class Basis(Protocol):
+    """What a series must know about the ring it belongs to."""
+
+    most_terms: int
+    generators: list[Generator]
+    angles: list[Angle]
+    atoms: dict[int, Atom]
+    rates: dict[int, Series]
+    roots: list[tuple[int, int]]
+
+    def number(self, value: object) -> Series:
+        """Return a number as a series."""
+
+    def index(self, generator: str | Series) -> int:
+        """Return the place of a generator."""
+
+    def angle(self, monomial: int, multiple: Fraction) -> int:
+        """Return a multiple of an angle, packed."""
+
+    def adjoin(
+        self,
+        function: str,
+        argument: Series,
+        slope: Callable[[Series], Series],
+        value: Callable[[Any], Any],
+        name: str | None = None,
+    ) -> Series:
+        """Return a function of a series as an atom."""
+
+    def inverse(self, series: Series) -> Series:
+        """Return 1/series for a series that is no unit, as an atom."""
+
+    def sum(self, series: Sequence[Series]) -> Series:
+        """Return the sum of many series."""
+
+
+@final
+class Series:
+    """An element of a ring of Poisson series: immutable, canonical, hashable.
+
+    Two series are equal exactly when they are the same function, as long as no adjoined root is
+    divided by; see `vanishes` for that case. Series are made by a ring and by arithmetic, not by
+    hand.
+
+    Args:
+        ring: the ring it belongs to.
+        parts: integer polynomials by trigonometric function, without zeros.
+        denominator: what all coefficients are divided by, in lowest terms.
+        reach: a bound of all |exponents| and |multiples of angles|.
+    """
+
+    __slots__ = ("_hash", "denominator", "parts", "reach", "ring")
+
+    def __init__(self, ring: Basis, parts: Parts, denominator: int, reach: int) -> None:
+        self.ring = ring
+        self.parts = parts
+        self.denominator = denominator
+        self.reach = reach
+        self._hash: int | None = None
+
+    def terms(self) -> Iterator[tuple[int, int, Fraction]]:
+        """Yield (trigonometric key, monomial, coefficient) of every term."""
+        for trig, polynomial in self.parts.items():
+            for monomial, c in polynomial.items():
+                yield trig, monomial, Fraction(c, self.denominator)
+
+    def __len__(self) -> int:
+        return size(self.parts)
+
+    def __bool__(self) -> bool:
+        return bool(self.parts)
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            parts = frozenset((trig, frozenset(p.items())) for trig, p in self.parts.items())
+            self._hash = hash((id(self.ring), parts, self.denominator))
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Series):
+            if not isinstance(other, (int, float, Fraction)):
+                return NotImplemented
+            other = self.ring.number(other)
+        return (
+            self.ring is other.ring
+            and self.denominator == other.denominator
+            and self.parts == other.parts
+        )
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it is a rational number."""
+        return not self.parts or (self.parts.keys() == {0} and self.parts[0].keys() == {0})
+
+    @property
+    def is_unit(self) -> bool:
+        """Whether it is one monomial without sine or cosine, so that it can be divided by."""
+        return self.parts.keys() == {0} and len(self.parts[0]) == 1
+
+    def vanishes(self) -> bool:
+        """Return whether it is zero, also where it is so only after multiplying with the roots it is divided by."""
+        series = self
+        # an atom's argument holds earlier atoms only, so the latest are cleared first
+        for index, degree in reversed(self.ring.roots):
+            lowest = min((exponent(m, index) for p in series.parts.values() for m in p), default=0)
+            if lowest < 0:
+                shift = power(index, degree * -(lowest // degree))
+                cleared = {t: {m + shift: c for m, c in p.items()} for t, p in series.parts.items()}
+                series = _reduced(
+                    Series(self.ring, cleared, series.denominator, series.reach - lowest + 1)
+                )
+        return not series.parts
+
+    def generators(self) -> list[Generator]:
+        """Return the generators it depends on, directly or through its angles and atoms, in order."""
+        found: set[int] = set()
+        todo: list[Series] = [self]
+        while todo:
+            series = todo.pop()
+            direct = set(series._powers()) - found
+            found |= direct
+            todo += [self.ring.angles[j].argument for j in series._turns()]
+            todo += [self.ring.atoms[i].argument for i in direct if i in self.ring.atoms]
+        return [self.ring.generators[i] for i in sorted(found)]
+
+    def __repr__(self) -> str:
+        return (
+            " + ".join(self._term_text(*term) for term in self.terms()).replace("+ -", "- ") or "0"
+        )
+
+    def __add__(self, other: object) -> Series:
+        return self.ring.sum([self, self._lifted(other)])
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Series:
+        parts = {t: {m: -c for m, c in p.items()} for t, p in self.parts.items()}
+        return Series(self.ring, parts, self.denominator, self.reach)
+
+    def __pos__(self) -> Series:
+        return self
+
+    def __sub__(self, other: object) -> Series:
+        return self + -self._lifted(other)
+
+    def __rsub__(self, other: object) -> Series:
+        return self._lifted(other) + -self
+
+    def __mul__(self, other: object) -> Series:
+        other = self._lifted(other)
+        if not self.parts or not other.parts:
+            return Series(self.ring, {}, 1, 0)
+        reach = self.reach + other.reach
+        if reach > REACH:
+            reach = largest(self.parts) + largest(other.parts)
+            if reach > REACH:
+                raise DerivationError(
+                    f"a product would hold an exponent or a multiple of an angle beyond ±{REACH}; "
+                    "use the numeric derivation"
+                )
+        parts, halves = product(self.parts, other.parts, self.ring.most_terms)
+        result = canonical(self.ring, parts, self.denominator * other.denominator * halves, reach)
+        return _reduced(result) if self.ring.roots and _share_roots(self, other) else result
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: object) -> Series:
+        return self * self._lifted(other) ** -1
+
+    def __rtruediv__(self, other: object) -> Series:
+        return self._lifted(other) * self**-1
+
+    def __pow__(self, exponent: int) -> Series:
+        if not isinstance(exponent, int):
+            raise DerivationError(f"expected an integer exponent, got {exponent!r}")
+        if exponent < 0:
+            return self._inverse() ** -exponent if exponent != -1 else self._inverse()
+        result, square = self.ring.number(1), self
+        while exponent:
+            if exponent & 1:
+                result = result * square
+            exponent >>= 1
+            if exponent:
+                square = square * square
+        return result
+
+    def _inverse(self) -> Series:
+        if self.is_unit:
+            ((monomial, c),) = self.parts[0].items()
+            sign = 1 if c > 0 else -1
+            return _reduced(
+                Series(self.ring, {0: {-monomial: sign * self.denominator}}, abs(c), self.reach)
+            )
+        if self.vanishes():
+            raise DerivationError("division by zero in a series")
+        return self.ring.inverse(self)
+
+    def _lifted(self, other: object) -> Series:
+        if not isinstance(other, Series):
+            return self.ring.number(other)
+        if other.ring is not self.ring:
+            raise DerivationError("expected two series of one ring, got series of two rings")
+        return other
+
+    def diff(self, generator: str | Series) -> Series:
+        """Return the partial derivative with respect to any generator, through angles and atoms too.
+
+        Args:
+            generator: its name, or itself as a series.
+        """
+        return self._along({self.ring.index(generator): self.ring.number(1)})
+
+    def ddt(self) -> Series:
+        """Return the total time derivative: coordinates, velocities, time and inputs at their rates.
+
+        Raises:
+            DerivationError: if it depends on an acceleration or on an input whose rate is not
+                known.
+        """
+        for generator in self.generators():
+            if (
+                generator.kind in (Kind.ACCELERATION, Kind.INPUT)
+                and generator.index not in self.ring.rates
+            ):
+                raise DerivationError(
+                    f"the rate of the {generator.kind.value} {generator.name!r} is not known"
+                )
+        return self._along(self.ring.rates)
+
+    def _along(self, rates: Mapping[int, Series]) -> Series:
+        """Chain rule: the sum of partial derivatives times the rates of what they are taken by."""
+        found: list[Series] = []
+        for i in self._powers():
+            rate = rates.get(i)
+            if rate is None and i in self.ring.atoms:
+                rate = self.ring.atoms[i].slope * self.ring.atoms[i].argument._along(rates)
+            if rate:
+                found.append(self._by_power(i) * rate)
+        for j in self._turns():
+            rate = self.ring.angles[j].argument._along(rates)
+            if rate:
+                found.append(self._by_angle(j) * rate)
+        return found[0] if len(found) == 1 else self.ring.sum(found)
+
+    def _powers(self) -> list[int]:
+        return generators_in((m for p in self.parts.values() for m in p), len(self.ring.generators))
+
+    def _turns(self) -> list[int]:
+        return generators_in((trig >> 1 for trig in self.parts), len(self.ring.angles))
+
+    def _by_power(self, index: int) -> Series:
+        step = power(index)
+        parts: Parts = {}
+        for trig, polynomial in self.parts.items():
+            lowered = {m - step: c * e for m, c in polynomial.items() if (e := exponent(m, index))}
+            if lowered:
+                parts[trig] = lowered
+        return canonical(self.ring, parts, self.denominator, self.reach + 1)
+
+    def _by_angle(self, index: int) -> Series:
+        parts: Parts = {}
+        for trig, polynomial in self.parts.items():
+            k = exponent(trig >> 1, index)
+            if k:
+                k = k if trig & 1 else -k  # sin' = cos, cos' = −sin
+                parts[trig ^ 1] = {m: k * c for m, c in polynomial.items()}
+        return canonical(self.ring, parts, self.denominator, self.reach)
+
+    def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:
+        """Return it as a polynomial in some generators: the coefficient series by the exponents of these.
+
+        Args:
+            generators: names; dependence through angles and atoms stays in the coefficients.
+        """
+        indices = [self.ring.index(name) for name in generators]
+        found: dict[tuple[int, ...], Parts] = {}
+        for trig, polynomial in self.parts.items():
+            for monomial, c in polynomial.items():
+                powers = tuple(exponent(monomial, i) for i in indices)
+                rest = monomial - sum(power(i, e) for i, e in zip(indices, powers, strict=True))
+                found.setdefault(powers, {}).setdefault(trig, {})[rest] = c
+        return {
+            key: canonical(self.ring, parts, self.denominator, self.reach)
+            for key, parts in found.items()
+        }
+
+    def linear(self, generators: Sequence[str]) -> tuple[list[Series], Series]:
+        """Return coefficients Cᵢ and the rest R of a series Σ Cᵢ xᵢ + R, e.g. a row of M from the accelerations.
+
+        Args:
+            generators: names of the xᵢ.
+
+        Raises:
+            DerivationError: if it is not linear in them.
+        """
+        zero = self.ring.number(0)
+        coefficients, rest = [zero] * len(generators), zero
+        for powers, series in self.coefficients(generators).items():
+            if not any(powers):
+                rest = series
+            elif sum(map(abs, powers)) == 1 and 1 in powers:
+                coefficients[powers.index(1)] = series
+            else:
+                raise DerivationError(
+                    f"expected a series linear in {', '.join(generators)}, got {self}"
+                )
+        return coefficients, rest
+
+    def _term_text(self, trig: int, monomial: int, c: Fraction) -> str:
+        names = self.ring.generators
+        factors = [names[i].name + (f"^{e}" if e != 1 else "") for i, e in exponents(monomial)]
+        if trig:
+            angles = " + ".join(
+                f"{k}*({self.ring.angles[j].argument})" for j, k in exponents(trig >> 1)
+            )
+            factors.append(f"{'sin' if trig & 1 else 'cos'}({angles})")
+        if abs(c) == 1 and factors:
+            return ("-" if c < 0 else "") + "*".join(factors)
+        return "*".join([str(c), *factors])
+
+
+def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series:
+    """Return the series of some parts, with zeros removed and the fraction reduced.
+
+    Args:
+        ring: the ring it belongs to.
+        parts: integer polynomials by trigonometric function.
+        denominator: what their coefficients are divided by.
+        reach: a bound of all |exponents| and |multiples of angles|.
+
+    Raises:
+        DerivationError: if it has more terms than the ring admits.
+    """
+    parts, denominator = lowest_terms(parts, denominator)
+    check_size(parts, ring.most_terms)
+    return Series(ring, parts, denominator, reach)
+
+
+def _reduced(series: Series) -> Series:
+    """The series with ρ² replaced by s wherever ρ = √s was adjoined; likewise what was adjoined as a divisor."""
+    ring = series.ring
+    for index, degree in reversed(ring.roots):
+        argument = ring.atoms[index].argument
+        lowered: dict[int, Parts] = {}
+        for trig, polynomial in series.parts.items():
+            for monomial, c in polynomial.items():
+                times = exponent(monomial, index) // degree
+                # powers of a unit can be taken out below zero, too
+                times = times if times > 0 or argument.is_unit else 0
+                lowered.setdefault(times, {}).setdefault(trig, {})[
+                    monomial - power(index, times * degree)
+                ] = c
+        if lowered.keys() - {0}:
+            pieces = {
+                k: canonical(ring, parts, series.denominator, series.reach)
+                for k, parts in lowered.items()
+            }
+            series = ring.sum([piece * argument**k for k, piece in pieces.items()])
+    return series
+
+
+def _share_roots(first: Series, second: Series) -> bool:
+    ours, theirs = set(first._powers()), set(second._powers())
+    return any(index in ours and index in theirs for index, _ in first.ring.roots)

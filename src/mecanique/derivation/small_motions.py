@@ -1,0 +1,230 @@
+"""Small motions about an equilibrium, symbolically: M q'' + C q' + K q = f, differentiated in the ring.
+
+M, C and K are M a + h − Q of the exact equations differentiated with respect to accelerations,
+velocities and coordinates, with the equilibrium put in afterwards (L. Meirovitch, Elements of
+Vibration Analysis, 1986, sect. 4.2).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import final
+
+from mecanique.derivation.matrix_form import Linear
+from mecanique.derivation.printing.equations import Equation, equations, expression
+from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
+from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
+from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.substitution import Substitution
+from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.errors import DerivationError
+
+__all__ = ["Linearized", "linearized"]
+
+_EXACT = 1e-9
+"""A coordinate this near to zero or a multiple of π/12 is taken for that."""
+
+_BALANCED = 1e-7
+"""What is left of forces that should balance may be this fraction of the largest of them."""
+
+_MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
+
+
+@final
+@dataclass(frozen=True)
+class Linearized:
+    """Linear equations of small motions about an equilibrium, in letters.
+
+    Args:
+        matrices: M, C, K and the forces f that depend on time alone.
+        equations: the same as equations, one for each velocity; the coordinates in them are
+            deviations.
+        place: the equilibrium, a series by coordinate name.
+        letters: number of each letter that stands for a coordinate at the equilibrium, e.g.
+            theta_0.
+        square: the square of the natural frequency of a single degree of freedom, K/M; None if
+            there are more, or if the equilibrium is not stable.
+        ratio: the damping ratio of a single degree of freedom as its numerator C and what stands
+            below, 2 √(K M); None if it is undamped.
+    """
+
+    matrices: Linear
+    equations: tuple[Equation, ...]
+    place: Mapping[str, Series]
+    letters: Mapping[str, float]
+    square: Series | None
+    ratio: tuple[Series, Series] | None
+
+    def text(self) -> str:
+        """Return the equations, the matrices if there are several equations, and the natural frequency of one."""
+        lines = [self.about(), *(equation.text() for equation in self.equations)]
+        if len(self.equations) > 1:
+            lines += ["In matrices:", *self.matrices.text().splitlines()]
+        return "\n".join([*lines, *self._figures(Text())])
+
+    def latex(self) -> str:
+        """Return the equations in LaTeX, for mathematics mode, with the natural frequency of one degree of freedom."""
+        rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
+        rows += [line.replace(" = ", " &= ", 1) for line in self._figures(Latex())]
+        return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+
+    def mathml(self) -> str:
+        """Return the equations in MathML, an element each, then the matrices and the natural frequency."""
+        out = [equation.mathml() for equation in self.equations]
+        if len(self.equations) > 1:
+            out.append(self.matrices.mathml())
+        return "\n".join([*out, *(_MATH.format(line) for line in self._figures(MathML()))])
+
+    def about(self) -> str:
+        """Return in a sentence what the letters of the linear equations mean."""
+        listed = ", ".join(
+            f"{name} = {expression(value).text()}" for name, value in self.place.items() if value
+        )
+        if not listed:
+            return "Small motions about the equilibrium with all coordinates zero:"
+        numbers = "".join(f", {letter} = {value:.9g}" for letter, value in self.letters.items())
+        return f"Small motions about the equilibrium {listed}{numbers}; the coordinates below are deviations from it:"
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def _figures(self, writer: Writer) -> Iterator[str]:
+        if self.square is not None:
+            root = writer.call("sqrt", expression(self.square).write(writer), "")
+            yield writer.equation(writer.letter("omega", False, ""), root)
+        if self.ratio is not None:
+            above, below = (expression(series).write(writer) for series in self.ratio)
+            fraction = writer.term(
+                [above], [writer.number("2"), writer.call("sqrt", below, "")], []
+            )
+            yield writer.equation(writer.letter("zeta", False, ""), fraction)
+
+
+def linearized(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
+    """Linearize symbolic equations of motion about an equilibrium.
+
+    Args:
+        derivation: the exact equations.
+        q: the equilibrium, by coordinate name.
+
+    Raises:
+        DerivationError: if the forces do not balance there, or the linear equations' coefficients
+            change with time.
+    """
+    algebra = derivation.algebra
+    ring, mechanism = algebra.ring, algebra.mechanism
+    numbers = dict(mechanism.values)
+    place, letters = _place(derivation, q)
+    numbers |= letters
+    still = {name: ring.number(0) for name in (*algebra.velocities, *algebra.accelerations)}
+    put = Substitution({**place, **still}, numbers)
+    forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
+    M = tuple(tuple(put(entry) for entry in row) for row in derivation.M)
+    C = tuple(tuple(put(entry) for entry in algebra.partials(force)) for force in forces)
+    K = tuple(tuple(put(entry) for entry in algebra.along(force)) for force in forces)
+    for what, matrix in (("M", M), ("C", C), ("K", K)):
+        for entry in (entry for row in matrix for entry in row):
+            timed = [g.name for g in entry.generators() if g.kind in (Kind.TIME, Kind.INPUT)]
+            if timed:
+                raise DerivationError(
+                    f"the linear equations of {mechanism.name!r} have no constant coefficients: {what} depends on "
+                    f"{timed[0]!r}; use the matrices at one time"
+                )
+    f = tuple(_drive(put(force), numbers, mechanism.name) for force in forces)
+    names = tuple(v[:-1] if v.endswith("'") else f"δ{v}" for v in algebra.velocities)
+    moved = [
+        ring[name] if name in mechanism.coordinates else ring.unknown(name, Kind.VARIATION)
+        for name in names
+    ]
+    letters_of = [
+        [ring[a] for a in algebra.accelerations],
+        [ring[v] for v in algebra.velocities],
+        moved,
+    ]
+    rows = []
+    for k in range(len(names)):
+        terms = [
+            coefficient * letter
+            for coefficients, row in zip((M, C, K), letters_of, strict=True)
+            for coefficient, letter in zip(coefficients[k], row, strict=True)
+        ]
+        rows.append(without_common_divisor(ring.sum([*terms, -f[k]])))
+    shown = {g.name for row in rows for g in row.generators()}
+    used = {name: value for name, value in letters.items() if name in shown}
+    square, ratio = _single(M, C, K, numbers) if len(names) == 1 else (None, None)
+    at = {
+        name: place[name]
+        for name in mechanism.coordinates
+        if place[name].is_number or _letters(place[name], used)
+    }
+    return Linearized(Linear(names, M, C, K, f), equations(rows), at, used, square, ratio)
+
+
+def _letters(value: Series, used: Mapping[str, float]) -> bool:
+    """Whether a coordinate's value is a multiple of π, or a letter that occurs."""
+    return all(g.kind is Kind.CONSTANT or g.name in used for g in value.generators())
+
+
+def _place(
+    derivation: Derivation, q: Mapping[str, float]
+) -> tuple[dict[str, Series], dict[str, float]]:
+    """The equilibrium as series: 0, a multiple of π/12, or a letter with its number."""
+    ring = derivation.algebra.ring
+    taken = {g.name for g in ring.generators}
+    quaternions = {name for name in q if f"{name}'" not in derivation.algebra.velocities}
+    place, letters = {}, {}
+    for name, value in q.items():
+        twelfths = round(value / (math.pi / 12))
+        if abs(value) < _EXACT:
+            place[name] = ring.number(0)
+        elif name in quaternions and abs(abs(value) - 1) < _EXACT:
+            place[name] = ring.number(round(value))
+        elif name not in quaternions and abs(value - twelfths * math.pi / 12) < _EXACT:
+            place[name] = ring.constant("pi") * Fraction(twelfths, 12)
+        else:
+            letter = f"{name}_0"
+            while letter in taken:
+                letter += "0"
+            place[name] = ring.parameter(letter)
+            letters[letter] = value
+    return place, letters
+
+
+def _drive(rest: Series, numbers: Mapping[str, float], name: str) -> Series:
+    """The force that depends on time alone; what does not depend on time must balance."""
+    ring = rest.ring
+    timed, constant, size = [], [], 0.0
+    for trig, monomial, c in rest.terms():
+        term = Series(ring, {trig: {monomial: c.numerator}}, c.denominator, rest.reach)
+        if any(g.kind in (Kind.TIME, Kind.INPUT) for g in term.generators()):
+            timed.append(-term)
+        else:
+            constant.append(term)
+            size = max(size, abs(evaluate(term, numbers)))
+    left = evaluate(ring.sum(constant), numbers) if constant else 0.0
+    if abs(left) > _BALANCED * max(size, 1e-300):
+        raise DerivationError(
+            f"the forces of {name!r} do not balance there: {left:.3g} is left over; expected an equilibrium "
+            "(look for one with mecanique.equilibria)"
+        )
+    return ring.sum(timed)
+
+
+def _single(
+    M: tuple[tuple[Series, ...], ...],
+    C: tuple[tuple[Series, ...], ...],
+    K: tuple[tuple[Series, ...], ...],
+    numbers: Mapping[str, float],
+) -> tuple[Series | None, tuple[Series, Series] | None]:
+    """ω² = K/M and ζ = C/(2 √(K M)), where K is positive."""
+    m, c, k = M[0][0], C[0][0], K[0][0]
+    if not evaluate(k, numbers) > 0:
+        return None, None
+    return tidy(k / m), (c, tidy(k * m)) if c else None

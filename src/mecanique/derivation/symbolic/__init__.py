@@ -1,0 +1,1 @@
+"""Derivations in letters: Lagrange, Newton–Euler and virtual work on Poisson series."""

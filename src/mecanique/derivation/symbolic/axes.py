@@ -1,0 +1,149 @@
+"""In which axes a free body's equations are written, and what its reactions are called."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.recursion import stacked
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.tree.poses import Arithmetic, local, origin
+from mecanique.model.joints import Revolute
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Axes", "axes_of", "normal_of"]
+
+_UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+@final
+@dataclass(frozen=True)
+class Axes:
+    """The directions along which the equations of a body are written.
+
+    Args:
+        rows: shape (3, 3), directions of forces, in the axes of the body's carrier.
+        labels: name of each; the reaction along "x" is R_joint_x.
+        signs: 1, or −1 where the reaction is counted against the direction.
+        turns: shape (3, 3), directions of moments.
+        turn_labels: name of each; "" for the normal of a plane.
+        sentence: what they are, for the reader.
+        whose: name of the body whose axes x, y and z are, or "the world".
+    """
+
+    rows: Sequence[Sequence[Any]]
+    labels: tuple[str, str, str]
+    signs: tuple[int, int, int]
+    turns: Sequence[Sequence[Any]]
+    turn_labels: tuple[str, str, str]
+    sentence: str
+    whose: str = "the world"
+
+
+def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:
+    """Return the axes that suit a body.
+
+    The one body of a pendulum has n from the pin to the center of mass and t across, in the sense
+    of its angle, as in Fundamentals of Dynamics, Figure 1.4; bodies that move in a plane have the
+    world's axes; all others their own.
+
+    Args:
+        kinematics: of the mechanism.
+        body: name of the body.
+        normal: the plane's normal, if there is one, see `normal_of`.
+    """
+    mechanism = kinematics.algebra.mechanism
+    if normal is None:
+        carrier = kinematics.carrier(body)
+        turn = kinematics.turn(kinematics.place[body])
+        rows = [[turn[i][k] for i in range(3)] for k in range(3)]
+        own = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
+        whose = body if own else "the world"
+        sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
+        return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), sentence, whose)
+    if (swing := _swing(mechanism, body)) is not None:
+        joint, n, t = swing
+        rotation = kinematics.turn(kinematics.place[body])
+        rows = [[_dot(rotation[i], unit) for i in range(3)] for unit in (n, t, joint.axis)]
+        pin = joint.name
+        sentence = (
+            f"Unit vectors that turn with the body: n points from {pin} to the center of mass, t across, to where the "
+            f"angle grows, k along the axis. R_{pin}_n is counted towards {pin}, against n, and R_{pin}_t along t. "
+            "Moments count positive in the sense of the angle."
+        )
+        return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
+    at = int(np.abs(normal).argmax())
+    sign = 1 if normal[at] > 0 else -1
+    turns = [[sign * x if k == at else x for x in unit] for k, unit in enumerate(_UNITS)]
+    labels = ("x", "y", "z")
+    plane = " and ".join(label for k, label in enumerate(labels) if k != at)
+    moments: tuple[str, ...] = tuple("" if k == at else label for k, label in enumerate(labels))
+    if not any(link.kind == "turn" for link in kinematics.tree):
+        return Axes(
+            _UNITS, labels, (1, 1, 1), _UNITS, labels, "x, y and z are the axes of the world."
+        )
+    sentence = (
+        f"{plane} are the axes of the world, forces count positive along them; moments count positive about "
+        f"{'-' if sign < 0 else ''}{labels[at]}."
+    )
+    return Axes(_UNITS, labels, (1, 1, 1), turns, (moments[0], moments[1], moments[2]), sentence)
+
+
+def normal_of(kinematics: Kinematics) -> np.ndarray | None:
+    """Return the normal of the plane in which a mechanism moves, shape (3,), a coordinate axis of the world, or None.
+
+    Where nothing turns any axis is a normal, and z is returned.
+
+    Args:
+        kinematics: of the mechanism.
+    """
+    mechanism = kinematics.algebra.mechanism
+    if any(link.kind in ("ball", "free") for link in kinematics.tree):
+        return None
+    values = {name: 0.0 for joint in mechanism.joints for name in joint.coordinates}
+    turns: list[np.ndarray] = []
+    slides: list[np.ndarray] = []
+    frames: list[np.ndarray] = []
+    for link in kinematics.tree:
+        parent = frames[link.parent] if link.parent >= 0 else np.eye(4)
+        place = stacked(origin(link.origin, mechanism.values, Arithmetic()), 1)[0]
+        frames.append(parent @ place @ stacked(local(link, values, Arithmetic()), 1)[0])
+        if link.kind in ("turn", "slide"):
+            (turns if link.kind == "turn" else slides).append(
+                frames[-1][:3, :3] @ np.array(link.axis)
+            )
+    if not turns:
+        return np.array([0.0, 0.0, 1.0])
+    normal = turns[0]
+    parallel = all(np.linalg.norm(np.cross(normal, axis)) < 1e-12 for axis in turns)
+    across = all(abs(normal @ axis) < 1e-12 for axis in slides)
+    return normal if parallel and across and np.abs(normal).max() > 1 - 1e-12 else None
+
+
+def _swing(
+    mechanism: Mechanism, body: str
+) -> tuple[Revolute, tuple[float, ...], tuple[float, ...]] | None:
+    """Joint, n and t of the only body of a pendulum, in its own axes."""
+    (joint, *others) = mechanism.joints
+    if others or not isinstance(joint, Revolute) or joint.child != body:
+        return None
+    center = np.array([mechanism.evaluate(component) for component in mechanism.body(body).center])
+    axis = np.array(joint.axis)
+    across = center - (center @ axis) * axis
+    size = float(np.linalg.norm(across))
+    if not size or np.abs(across).max() < size * (1 - 1e-12) or np.abs(axis).max() < 1 - 1e-12:
+        return None
+    n = np.round(across / size)
+    t = np.cross(axis, n)
+    return joint, tuple(n.tolist()), tuple(t.tolist())
+
+
+def _dot(row: Sequence[Any], unit: Sequence[float]) -> Any:
+    """A direction in the body's axes, turned: units only pick a component or change its sign."""
+    for entry, component in zip(row, unit, strict=True):
+        if component:
+            return entry if component > 0 else -entry
+    return 0

@@ -1,0 +1,136 @@
+"""How d'Alembert's inertia forces are spread over a slender rod, and where their resultant acts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
+from mecanique.derivation.symbolic.vectors import along
+from mecanique.derivation.tree.poses import combination
+from mecanique.model.shapes import Shape
+from mecanique.model.visuals import Cylinder
+
+__all__ = ["Distribution", "distribution_of"]
+
+_NAMES = ("s", "xi", "sigma", "eta")
+
+
+@final
+@dataclass(frozen=True)
+class Distribution:
+    """Inertia forces per length along a homogeneous slender rod.
+
+    Args:
+        coordinate: name of the distance from the rod's end.
+        length: of the rod [m].
+        direction: shape (3,), along the rod away from that end, in the axes of the body's carrier.
+        density: shape (3,), force per length at that distance, along the axes of the body [N/m].
+        resultant: shape (3,), its integral over the rod [N].
+        point: shape (3,), distance at which the resultant of each component acts; None where it has
+            no single point.
+    """
+
+    coordinate: str
+    length: Series
+    direction: tuple[Series, ...]
+    density: tuple[Series, ...]
+    resultant: tuple[Series, ...]
+    point: tuple[Series | None, ...]
+
+
+def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
+    """Return how the inertia forces of a body are spread, if it is one homogeneous slender rod.
+
+    With the acceleration a(s) of the rod's points the density is −(m/L) a(s), a polynomial in s;
+    its integral and its moment about the end are integrated term by term.
+
+    Args:
+        cuts: the bodies.
+        cut: the body.
+    """
+    algebra, kinematics = cuts.algebra, cuts.kinematics
+    shapes = algebra.mechanism.body(cut.body).shapes
+    if len(shapes) != 1 or (rod := _rod(cuts, shapes[0])) is None:
+        return None
+    length, direction, center = rod
+    taken = {*algebra.values, *algebra.mechanism.coordinates}
+    name = next((name for name in _NAMES if name not in taken), None)
+    if name is None:
+        return None
+    s = algebra.ring.unknown(name, Kind.PARAMETER)
+    point = [c + (s - length / 2) * d for c, d in zip(center, direction, strict=True)]
+    rate = [algebra.lifted(combination(row, [*point, 1])) for row in kinematics.rate(cut.body)]
+    acceleration = along(algebra, cut.axes.rows, kinematics.change(rate, cut.carrier))
+    density = [tidy(-(cut.mass / length) * a) for a in acceleration]
+    resultants, points = [], []
+    for component in density:
+        force, moment = (_integral(component, name, length, order) for order in (0, 1))
+        resultants.append(force)
+        points.append(_quotient(moment, force))
+    turn = kinematics.turn(kinematics.place[cut.body])
+    away = tuple(tidy(algebra.lifted(combination(row, direction))) for row in turn)
+    return Distribution(name, length, away, tuple(density), tuple(resultants), tuple(points))
+
+
+def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
+    """Length, direction (away from the joint) and center of a slender rod that is drawn as long as it weighs."""
+    algebra = cuts.algebra
+    if len(shape.visuals) != 1 or not isinstance(cylinder := shape.visuals[0].geometry, Cylinder):
+        return None
+    turn = np.array(
+        [
+            [algebra.mechanism.evaluate(entry) for entry in row]
+            for row in shape.visuals[0].placement.rotation
+        ]
+    )
+    axis = turn[:, 2]
+    if np.abs(axis).max() < 1 - 1e-12:
+        return None
+    at = [algebra.mechanism.evaluate(component) for component in shape.center]
+    sign = -1 if axis @ np.array(at) < 0 else 1
+    direction = [sign * round(component) for component in axis.tolist()]
+    length = algebra.series(cylinder.length)
+    across = algebra.series(shape.mass) * length**2 / 12
+    squares = [1 - d * d for d in direction]
+    wanted = [across * square for square in squares] + [algebra.ring.number(0)] * 3
+    given = [algebra.series(entry) for entry in shape.inertia]
+    if (
+        not length
+        or not across
+        or any(not (a - b).vanishes() for a, b in zip(wanted, given, strict=True))
+    ):
+        return None
+    return length, direction, [algebra.series(component) for component in shape.center]
+
+
+def _integral(density: Series, name: str, length: Series, order: int) -> Series:
+    """∫ s^order f(s) ds from 0 to the length, for a polynomial f."""
+    ring = density.ring
+    terms: Sequence[Any] = [
+        coefficient * length ** (power + order + 1) / (power + order + 1)
+        for (power,), coefficient in density.coefficients([name]).items()
+    ]
+    return tidy(ring.sum(list(terms)))
+
+
+def _quotient(moment: Series, force: Series) -> Series | None:
+    """Moment over force where that is the same at any state: a product of parameters."""
+    if not force or not moment:
+        return None
+    # the ratio of the first terms, if it is the ratio of all
+    (trig, monomial, c) = next(iter(force.terms()))
+    for other_trig, other, d in moment.terms():
+        if other_trig == trig:
+            ratio = Series(
+                force.ring, {0: {other - monomial: 1}}, 1, force.reach + moment.reach
+            ) * (d / c)
+            kinds = {generator.kind for generator in ratio.generators()}
+            if kinds <= {Kind.PARAMETER, Kind.CONSTANT} and (moment - ratio * force).vanishes():
+                return ratio
+    return None

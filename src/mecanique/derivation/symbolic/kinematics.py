@@ -1,0 +1,247 @@
+"""Poses, velocities and virtual displacements of a mechanism as series.
+
+Velocities are written in the axes of the body's carrier: the world, or the body that a quaternion's
+joint frees from the ground, in whose axes the quaternion does not appear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, final
+
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.tree.links import links, place_of
+from mecanique.derivation.tree.poses import (
+    IDENTITY,
+    Matrix,
+    combination,
+    local,
+    moments,
+    origin,
+    product,
+    times_point,
+)
+from mecanique.errors import DerivationError
+from mecanique.model.expression import Scalar
+
+__all__ = ["Kinematics"]
+
+
+@final
+class Kinematics:
+    """Where the bodies are and how they move, as series.
+
+    Args:
+        algebra: the mechanism's symbols.
+
+    Raises:
+        DerivationError: if a quaternion's joint hangs on a body that moves.
+    """
+
+    def __init__(self, algebra: Algebra) -> None:
+        self.algebra = algebra
+        self.tree = links(algebra.mechanism)
+        self.place = place_of(self.tree, algebra.mechanism)
+        self._carriers: list[int] = []
+        self._relative: list[Matrix] = []
+        self._frames: dict[int, Matrix] = {-1: IDENTITY}
+        values, arithmetic = algebra.values, algebra.arithmetic
+        for place, link in enumerate(self.tree):
+            parent = self._relative[link.parent] if link.parent >= 0 else IDENTITY
+            carrier = self._of(link.parent)
+            here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
+            pose = product(parent, here)
+            if link.kind in ("ball", "free"):
+                if carrier >= 0 or any(
+                    isinstance(entry, Series) and _moves(entry) for row in parent for entry in row
+                ):
+                    raise DerivationError(
+                        f"joint {link.joint!r} turns by a quaternion on a body that moves; such equations are "
+                        "computed, not written out: describe the joint by three hinges to read them"
+                    )
+                self._frames[place] = pose
+                carrier, pose = place, IDENTITY
+            self._carriers.append(carrier)
+            self._relative.append(pose)
+
+    def carrier(self, body: str) -> int:
+        """Return the place of the link in whose axes the velocities of a body are written, −1 for the world.
+
+        Args:
+            body: name of the body.
+        """
+        return self._of(self.place[body])
+
+    def pose(self, body: str) -> Matrix:
+        """Return the pose of a body in the world, three rows of four scalars.
+
+        Args:
+            body: name of the body.
+        """
+        place = self.place[body]
+        return (
+            product(self._frames[self._of(place)], self._relative[place])
+            if place >= 0
+            else IDENTITY
+        )
+
+    def point(self, body: str, point: Sequence[Scalar]) -> list[Series]:
+        """Return a point of a body in the world, three series [m].
+
+        Args:
+            body: name of the body.
+            point: shape (3,), in the body's frame.
+        """
+        algebra = self.algebra
+        here = [algebra.arithmetic(component, algebra.values) for component in point]
+        return [algebra.lifted(c) for c in times_point(self.pose(body), here)]
+
+    def rate(self, body: str) -> Matrix:
+        """Return the rate of a body's pose in its carrier's axes, three rows of four scalars.
+
+        For a carrier that turns at ω and moves at v, both in its own axes, it is (ω̂ K + K', v + ω̂
+        p + p') with the pose (K, p) of the body in it.
+
+        Args:
+            body: name of the body.
+        """
+        place = self.place[body]
+        if place < 0:
+            return [[0] * 4 for _ in range(3)]
+        K, carrier = self._relative[place], self._of(place)
+        change = [[entry.ddt() if isinstance(entry, Series) else 0 for entry in row] for row in K]
+        if carrier < 0:
+            return change
+        twist = self._twist(carrier)
+        carried = product(twist, K)
+        return [
+            [_sum(a, b) for a, b in zip(row, more, strict=True)]
+            for row, more in zip(carried, change, strict=True)
+        ]
+
+    def velocity(self, body: str, point: Sequence[Scalar]) -> list[Series]:
+        """Return the velocity of a point of a body in its carrier's axes, three series [m/s].
+
+        Args:
+            body: name of the body.
+            point: shape (3,), in the body's frame.
+        """
+        algebra = self.algebra
+        here = [algebra.arithmetic(component, algebra.values) for component in point]
+        return [algebra.lifted(c) for c in times_point(self.rate(body), here)]
+
+    def spin(self, body: str) -> list[Series]:
+        """Return the angular velocity of a body in its carrier's axes, three series [rad/s].
+
+        Args:
+            body: name of the body.
+        """
+        place = self.place[body]
+        if place < 0:
+            return [self.algebra.ring.number(0)] * 3
+        turn, rate = self._relative[place], self.rate(body)
+        pairs = ((2, 1), (0, 2), (1, 0))
+        return [self.algebra.lifted(combination(rate[i][:3], turn[k][:3])) for i, k in pairs]
+
+    def vector(self, components: Sequence[Scalar], axes: str, body: str) -> list[Series]:
+        """Return a vector in the axes of a body's carrier.
+
+        Args:
+            components: shape (3,), in the axes named.
+            axes: name of a body, or "world".
+            body: name of the body.
+        """
+        algebra = self.algebra
+        given = [algebra.arithmetic(component, algebra.values) for component in components]
+        carrier = self.carrier(body)
+        at = -1 if axes == "world" else self.place[axes]
+        if at >= 0:
+            given = [combination(row[:3], given) for row in self._relative[at]]
+        return self.between(given, self._of(at), carrier)
+
+    def between(self, components: Sequence[Any], start: int, end: int) -> list[Series]:
+        """Return a vector in the axes of another carrier.
+
+        Args:
+            components: shape (3,), in the axes of the first carrier.
+            start: place of that link, −1 for the world.
+            end: place of the link in whose axes it is wanted, −1 for the world.
+        """
+        given = list(components)
+        if start != end:
+            for frame, back in ((self._frames[start], False), (self._frames[end], True)):
+                rows = (
+                    [[row[i] for row in frame] for i in range(3)]
+                    if back
+                    else [row[:3] for row in frame]
+                )
+                given = [combination(row, given) for row in rows]
+        return [self.algebra.lifted(component) for component in given]
+
+    def change(self, components: Sequence[Series], carrier: int) -> list[Series]:
+        """Return the rate of a vector in the inertial frame, in the axes of its carrier: x' + ω × x.
+
+        Args:
+            components: shape (3,), in the axes of the carrier.
+            carrier: place of that link, −1 for the world.
+        """
+        rates = [component.ddt() for component in components]
+        if carrier < 0:
+            return rates
+        turned = [combination(row[:3], components) for row in self._twist(carrier)]
+        return [rate + self.algebra.lifted(term) for rate, term in zip(rates, turned, strict=True)]
+
+    def seat(self, body: str) -> list[Series]:
+        """Return the origin of a body's frame against that of its carrier, in the axes of the carrier.
+
+        Args:
+            body: name of the body.
+        """
+        place = self.place[body]
+        return [
+            self.algebra.lifted(row[3])
+            for row in (self._relative[place] if place >= 0 else IDENTITY)
+        ]
+
+    def turn(self, place: int) -> Matrix:
+        """Return the axes of a link in those of its carrier, three rows of three scalars.
+
+        Args:
+            place: of the link in the tree, −1 for the ground.
+        """
+        return [row[:3] for row in (self._relative[place] if place >= 0 else IDENTITY)]
+
+    def moments(self, body: str) -> Matrix:
+        """Return the mass moments of a body about its origin, four rows of four scalars.
+
+        Args:
+            body: name of the body.
+        """
+        algebra = self.algebra
+        return moments(algebra.mechanism.body(body), algebra.values, algebra.arithmetic)
+
+    @cached_property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies that can move and have shapes."""
+        return tuple(
+            b.name for b in self.algebra.mechanism.bodies if b.shapes and self.place[b.name] >= 0
+        )
+
+    def _of(self, place: int) -> int:
+        return self._carriers[place] if place >= 0 else -1
+
+    def _twist(self, carrier: int) -> Matrix:
+        """(ω̂, v) of a carrier in its own axes."""
+        *linear, x, y, z = (self.algebra.values[name] for name in self.tree[carrier].velocities)
+        u, v, w = linear or (0, 0, 0)
+        return [[0, -z, y, u], [z, 0, -x, v], [-y, x, 0, w]]
+
+
+def _moves(series: Series) -> bool:
+    return any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in series.generators())
+
+
+def _sum(a: Any, b: Any) -> Any:
+    return combination((1, 1), (a, b))

@@ -1,0 +1,202 @@
+"""Lagrange's equations of the second kind: d/dt ∂T/∂q' − ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q, in Poisson series.
+
+Where a joint turns by a quaternion its velocities ω, or v and ω, are no rates of coordinates, and
+the operator gains the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v (H. Lamb, Hydrodynamics,
+1932, art. 124, eqs. 2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import final
+
+from mecanique.derivation.equations import Equations
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.scalars.cancel import by_velocity, tidy
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.forces import work_of
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.loops import ties
+from mecanique.derivation.symbolic.springs import length_names
+from mecanique.derivation.symbolic.steps import (
+    coordinate_stages,
+    energy_stages,
+    loop_stages,
+    quaternion_stages,
+    work_stages,
+)
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.tree.poses import combination
+from mecanique.errors import DerivationError
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Lagrange", "derive_equations"]
+
+
+def derive_equations(mechanism: Mechanism) -> Equations:
+    """Derive the equations of motion by Lagrange's method.
+
+    Args:
+        mechanism: any mechanism.
+    """
+    return Equations(
+        mechanism, "lagrange", Recursion(mechanism), lambda: Lagrange(mechanism).derivation()
+    )
+
+
+@final
+class Lagrange:
+    """Energies, dissipation and virtual work of a mechanism as series, and what Lagrange's operator makes of them.
+
+    Args:
+        mechanism: any mechanism.
+        algebra: its symbols, if they are there already.
+
+    Raises:
+        DerivationError: if the mechanism has no closed form of reasonable length.
+    """
+
+    def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
+        self.algebra = algebra = algebra or Algebra(mechanism)
+        self.kinematics = Kinematics(algebra)
+        self.ties = ties(self.kinematics)
+        self.works = [work_of(self.kinematics, force) for force in mechanism.forces]
+        self.kinetic = [*self._bodies(), *self._rotors()]
+        self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
+        self.gravity = tidy(algebra.ring.sum(self._weights()))
+        self.V = tidy(self.gravity + self._sum("potential"))
+        self.D = self._sum("dissipation")
+
+    def derivation(self) -> Derivation:
+        """Return the equations of motion with their steps."""
+        algebra = self.algebra
+        ring, names = algebra.ring, algebra.velocities
+        momenta = algebra.partials(self.T)
+        rates = [p.ddt() for p in momenta]
+        turning = self._turning(momenta)
+        slopes, falls = algebra.along(self.T), algebra.along(self.gravity)
+        M, h, Q = [], [], []
+        for k in range(len(names)):
+            inertia = rates[k] + turning[k] - slopes[k] + falls[k]
+            row, rest = inertia.linear(algebra.accelerations)
+            M.append(tuple(tidy(entry) for entry in row))
+            h.append(by_velocity(algebra, rest))
+            Q.append(by_velocity(algebra, ring.sum([work.forces[k] for work in self.works])))
+        return Derivation(
+            algebra=algebra,
+            M=tuple(M),
+            h=tuple(h),
+            Q=tuple(Q),
+            stages=(
+                *quaternion_stages(algebra),
+                *energy_stages(self.kinetic, self.T, self.gravity, self.works, self.V),
+                *work_stages(algebra, self.works, self.D),
+                *loop_stages(self.ties),
+                *coordinate_stages(
+                    algebra,
+                    list(zip(momenta, rates, turning, slopes, strict=True)),
+                    algebra.along(self.V),
+                    algebra.partials(self.D),
+                ),
+            ),
+            assumptions=tuple(a for work in self.works for a in work.assumptions),
+            lengths=length_names(
+                ring, [(work.name, work.length) for work in self.works if work.length is not None]
+            ),
+            closing=self._closing(),
+            unknowns={f"lambda_{tie.name}": tie.meaning for tie in self.ties},
+            ties=self.ties,
+        )
+
+    def _bodies(self) -> Iterator[tuple[str, Series]]:
+        """Name and kinetic energy ½ tr(Ḣ J Ḣᵀ) of each body."""
+        terms = 0
+        for body in self.kinematics.bodies:
+            rate, J = self.kinematics.rate(body), self.kinematics.moments(body)
+            columns = [
+                [combination(row, [J[i][k] for i in range(4)]) for k in range(4)] for row in rate
+            ]
+            halves = [
+                self.algebra.lifted(combination(a, b)) / 2
+                for a, b in zip(columns, rate, strict=True)
+            ]
+            energy = tidy(self.algebra.ring.sum(halves))
+            terms += len(energy)
+            if terms > self.algebra.ring.most_terms:
+                raise DerivationError(
+                    f"the kinetic energy has more than {self.algebra.ring.most_terms} terms and would help no reader"
+                )
+            yield body, energy
+
+    def _rotors(self) -> Iterator[tuple[str, Series]]:
+        """Name of the joint and kinetic energy ½ I r'² of each rotor."""
+        algebra = self.algebra
+        for link in self.kinematics.tree:
+            inertia = algebra.series(link.armature)
+            if inertia:
+                yield (
+                    link.joint,
+                    inertia * algebra.lifted(algebra.values[link.coordinates[0]]).ddt() ** 2 / 2,
+                )
+
+    def _weights(self) -> list[Series]:
+        """−g·(m c) of each body."""
+        algebra, terms = self.algebra, []
+        g = [
+            algebra.arithmetic(component, algebra.values) for component in algebra.mechanism.gravity
+        ]
+        for body in self.kinematics.bodies:
+            pose, J = self.kinematics.pose(body), self.kinematics.moments(body)
+            moment = [combination(row, [J[i][3] for i in range(4)]) for row in pose]
+            terms.append(-algebra.lifted(combination(g, moment)))
+        return terms
+
+    def _sum(self, kind: str) -> Series:
+        scalars = [
+            work.scalar for work in self.works if work.kind == kind and work.scalar is not None
+        ]
+        return tidy(self.algebra.ring.sum(scalars))
+
+    def _closing(self) -> str:
+        """The sentence before the equations of motion."""
+        found = {work.kind for work in self.works}
+        loss = " + ∂D/∂q'" if "dissipation" in found else ""
+        drive = "Q" if "work" in found else "0"
+        if self.ties:
+            drive = "Q + Σ λ ∂Φ/∂q" if "work" in found else "Σ λ ∂Φ/∂q"
+        quasi = any(not name.endswith("'") for name in self.algebra.velocities)
+        which = "Lagrange's equations with multipliers" if self.ties else "Lagrange's equations"
+        return (
+            f"{which} are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q"
+            + (
+                ", and for a velocity that is no rate of a coordinate the terms of Euler and Kirchhoff are added."
+                if quasi
+                else "."
+            )
+            + (" The loops add their own equations, Φ = 0." if self.ties else "")
+        )
+
+    def _turning(self, momenta: list[Series]) -> list[Series]:
+        """ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion's joint, zero for all other velocities."""
+        algebra = self.algebra
+        found = [algebra.ring.number(0)] * len(momenta)
+        for joint in algebra.mechanism.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                at = [algebra.velocities.index(name) for name in joint.velocities]
+                rates = [algebra.ring[name] for name in joint.velocities]
+                spin, moment = rates[-3:], [momenta[k] for k in at[-3:]]
+                turned = _cross(spin, moment)
+                if isinstance(joint, Floating):
+                    push = [momenta[k] for k in at[:3]]
+                    turned = [a + b for a, b in zip(turned, _cross(rates[:3], push), strict=True)]
+                    turned = _cross(spin, push) + turned
+                for k, term in zip(at, turned, strict=True):
+                    found[k] = term
+        return found
+
+
+def _cross(a: list[Series], b: list[Series]) -> list[Series]:
+    (x, y, z), (u, v, w) = a, b
+    return [y * w - z * v, z * u - x * w, x * v - y * u]

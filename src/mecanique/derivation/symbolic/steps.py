@@ -1,0 +1,176 @@
+"""The steps of Lagrange's method in words and formulas, in the order of a textbook."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Left, Result, Stage
+from mecanique.derivation.symbolic.forces import Work
+from mecanique.derivation.symbolic.loops import Tie
+from mecanique.derivation.symbolic.symbols import Algebra
+
+__all__ = ["coordinate_stages", "energy_stages", "loop_stages", "quaternion_stages", "work_stages"]
+
+
+def quaternion_stages(algebra: Algebra) -> list[Stage]:
+    """Return the step that says how quaternions and positions follow from the velocities.
+
+    Args:
+        algebra: the mechanism's symbols.
+    """
+    names = algebra.mechanism.coordinates
+    free = [name for name in names if f"{name}'" not in algebra.velocities]
+    if not free:
+        return []
+    sentence = (
+        "The velocities of a body that turns freely are components in its own axes. Its unit quaternion p follows the "
+        "angular velocity w by p' = p w / 2, a product of quaternions, and its position follows the turned velocity."
+    )
+    ring = algebra.ring
+    results = tuple(Result(Left(f"{name}'"), ring.rates[ring.index(name)]) for name in free)
+    return [Stage("Rates of the coordinates", sentence, results)]
+
+
+def energy_stages(
+    kinetic: Sequence[tuple[str, Series]],
+    T: Series,
+    gravity: Series,
+    works: Sequence[Work],
+    V: Series,
+) -> list[Stage]:
+    """Return the steps that find the kinetic and the potential energy.
+
+    Args:
+        kinetic: name and kinetic energy of each body and rotor.
+        T: their sum.
+        gravity: potential energy of gravity.
+        works: what each force contributes.
+        V: potential energy of gravity and springs.
+    """
+    parts = (
+        [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
+        if len(kinetic) > 1
+        else []
+    )
+    found = [
+        Stage(
+            "Kinetic energy",
+            "The velocity of every mass particle follows from the position of its body as a function of the "
+            "coordinates; half the mass times the square of the velocity, summed over all bodies, is T.",
+            (*parts, Result(Left("T"), T)),
+        )
+    ]
+    springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
+    stored = [
+        Result(Left(f"V_{work.name}"), work.scalar) for work in springs if work.scalar is not None
+    ]
+    if gravity:
+        stored.insert(0, Result(Left("V_gravity"), gravity))
+    sentence = (
+        "The weights do the work that V loses: it is zero where all centers of mass are at the height of the origin."
+        if gravity
+        else "The weights do no work in this motion."
+    )
+    if springs:
+        sentence += " Each spring stores half its stiffness times the square of its elongation."
+    if gravity or springs:
+        several = stored if len(stored) > 1 else []
+        found.append(Stage("Potential energy", sentence, (*several, Result(Left("V"), V))))
+    return found
+
+
+def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stage]:
+    """Return the steps that treat dampers, drives and loads.
+
+    Args:
+        algebra: the mechanism's symbols.
+        works: what each force contributes.
+        D: Rayleigh's dissipation function.
+    """
+    found = []
+    if D:
+        sentence = (
+            "A linear damper resists with c times its rate; half of c times the square of the rate is Rayleigh's "
+            "dissipation function D, whose slope along a velocity is the force of the dampers against it."
+        )
+        found.append(Stage("Dissipation", sentence, (Result(Left("D"), D),)))
+    loads = [work for work in works if work.kind == "work"]
+    if loads:
+        sentence = (
+            "In a virtual displacement each drive and each load does work; the factor before the displacement of a "
+            "coordinate is the generalized force Q that belongs to it."
+        )
+        results = []
+        for k, name in enumerate(algebra.velocities):
+            total = algebra.ring.sum([work.forces[k] for work in loads])
+            results.append(Result(Left("Q", of(name), component=True), total))
+        found.append(Stage("Virtual work of drives and loads", sentence, tuple(results)))
+    return found
+
+
+def loop_stages(ties: Sequence[Tie]) -> list[Stage]:
+    """Return the step that says what the loops demand.
+
+    Args:
+        ties: the equations of the loops.
+    """
+    if not ties:
+        return []
+    sentence = (
+        "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, follows from the poses "
+        "of both and is zero as long as the loop is closed. In a virtual displacement that opens it by δΦ its force λ "
+        "does the work λ δΦ, so that λ ∂Φ/∂q joins the generalized forces."
+    )
+    return [
+        Stage("Loops", sentence, tuple(Result(Left(f"Phi_{tie.name}"), tie.demand) for tie in ties))
+    ]
+
+
+def coordinate_stages(
+    algebra: Algebra,
+    T: Sequence[tuple[Series, Series, Series, Series]],
+    V: Sequence[Series],
+    D: Sequence[Series],
+) -> list[Stage]:
+    """Return the steps that apply Lagrange's operator, one for each velocity.
+
+    Args:
+        algebra: the mechanism's symbols.
+        T: for each velocity ∂T/∂v, its time derivative, the terms of Euler and Kirchhoff, and the
+            slope of T.
+        V: the slope of V along each velocity.
+        D: the slope of D with each velocity.
+    """
+    found = []
+    for name, (momentum, rate, turning, slope), fall, loss in zip(
+        algebra.velocities, T, V, D, strict=True
+    ):
+        quasi = not name.endswith("'")
+        results = [Result(Left("T", name), momentum), Result(Left("T", name, total=True), rate)]
+        if turning:
+            results.append(Result(Left("T", name, turning=True), turning))
+        if slope or not quasi:
+            results.append(Result(Left("T", of(name)), slope))
+        if fall or not quasi:
+            results.append(Result(Left("V", of(name)), fall))
+        if loss:
+            results.append(Result(Left("D", name), loss))
+        sentence = (
+            f"Lagrange's operator for {of(name)}: the momentum that belongs to it, how that changes in time, and how "
+            "T and V change with the coordinate while the velocities stay."
+            if not quasi
+            else f"The operator for {name}, which is no rate of a coordinate: because its axes turn with the body, the "
+            "terms of Euler and Kirchhoff enter."
+        )
+        found.append(Stage(f"Operator for {of(name)}", sentence, tuple(results)))
+    return found
+
+
+def of(velocity: str) -> str:
+    """Return the coordinate a velocity is the rate of, or the name of a quasi-velocity itself.
+
+    Args:
+        velocity: its name, e.g. "q'".
+    """
+    return velocity.removesuffix("'")

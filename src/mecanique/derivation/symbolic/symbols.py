@@ -1,0 +1,190 @@
+"""A mechanism in the ring of Poisson series: its coordinates, poses and points as exact closed forms."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any, final
+
+from mecanique.derivation.scalars.arcs import function_without_arcs
+from mecanique.derivation.scalars.elementary import sqrt
+from mecanique.derivation.scalars.evaluation import evaluate as value_of
+from mecanique.derivation.scalars.ring import Ring
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.tree.poses import (
+    Arithmetic,
+    combination,
+    joint_values,
+    quaternion_rotation,
+)
+from mecanique.model.expression import Scalar, evaluate, symbols_in
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Algebra"]
+
+MOST_TERMS = 5_000
+"""Longest series: a robot with six hinges stays below it, and what exceeds it is refused within seconds."""
+
+_CONSTANTS = {"exp(1)": "E"}
+
+
+@final
+class Algebra:
+    """The symbols of a mechanism as series.
+
+    Velocities are q' for a coordinate q and quasi-velocities for a quaternion's joint;
+    accelerations are their rates.
+
+    Args:
+        mechanism: any mechanism.
+
+    Raises:
+        DerivationError: if the coordinate map holds what has no closed form.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.ring = ring = Ring(most_terms=MOST_TERMS)
+        self.arithmetic = Arithmetic(function_without_arcs, self.number)
+        self.velocities = mechanism.velocities
+        self.accelerations = tuple(f"{name}'" for name in self.velocities)
+        values: dict[str, Any] = {}
+        quasi = {
+            joint.coordinates[0]: joint
+            for joint in mechanism.joints
+            if isinstance(joint, (Spherical, Floating))
+        }
+        for name in mechanism.coordinates:
+            if name in quasi:
+                values |= self._quaternion(quasi[name])
+            elif name not in values:
+                values[name] = ring.coordinate(name)
+                values[f"{name}'"] = ring.velocity(name)
+        values |= {
+            parameter.symbol: ring.parameter(parameter.symbol) for parameter in mechanism.parameters
+        }
+        mapped = frozenset().union(
+            *(symbols_in(scalar) for scalar in mechanism.coordinates.driven.values())
+        )
+        for signal in mechanism.inputs:
+            values[signal.symbol] = ring.input(signal.symbol, 2 if signal.symbol in mapped else 0)
+        values["t"] = ring.time
+        self.values: dict[str, Any] = joint_values(mechanism, values, self.arithmetic)
+        """Value of each parameter, input, coordinate (of joints, too), velocity and t, by name."""
+
+    def number(self, constant: Any) -> Series:
+        """Return a constant of the description as a series, exact where it stands for a root or a fraction.
+
+        Args:
+            constant: a float or a sympy number.
+        """
+        if isinstance(constant, (int, float)) or constant.is_Float:
+            return self._float(float(constant))
+        if constant.is_Rational:
+            return self.ring.number(Fraction(int(constant.p), int(constant.q)))
+        if constant.is_NumberSymbol:
+            return self.ring.constant(_CONSTANTS.get(str(constant), str(constant)))
+        # a compound number, e.g. sqrt(2) pi: evaluated as an expression in its parts
+        from sympy import Symbol
+
+        base, *rest = constant.args
+        if constant.is_Pow and rest[0].is_Rational:
+            whole, parts = Symbol("#0") ** rest[0], {"#0": self.number(base)}
+        else:
+            parts = {f"#{k}": self.number(part) for k, part in enumerate(constant.args)}
+            whole = constant.func(*map(Symbol, parts))
+        series: Series = evaluate(whole, parts, function=function_without_arcs, number=self.number)
+        return series
+
+    def series(self, scalar: Scalar) -> Series:
+        """Return a scalar of the description as a series.
+
+        Args:
+            scalar: a number or an expression.
+        """
+        return self.lifted(self.arithmetic(scalar, self.values))
+
+    def lifted(self, value: Any) -> Series:
+        """Return a plain number as a series; a series stays.
+
+        Args:
+            value: a series, or a number left plain by the poses.
+        """
+        return value if isinstance(value, Series) else self.ring.number(value)
+
+    def along(self, series: Series) -> list[Series]:
+        """Return how a function of the coordinates changes along each velocity: ∂/∂q for a coordinate q.
+
+        Args:
+            series: depends on coordinates and time.
+        """
+        found = []
+        moving = [g for g in series.generators() if g.kind is Kind.COORDINATE]
+        for v in self.velocities:
+            rates = [(g.name, self.ring.rates[g.index].diff(v)) for g in moving]
+            found.append(self.ring.sum([series.diff(name) * rate for name, rate in rates if rate]))
+        return found
+
+    def partials(self, series: Series) -> list[Series]:
+        """Return the partial derivatives with respect to each velocity.
+
+        Args:
+            series: any series.
+        """
+        return [series.diff(v) for v in self.velocities]
+
+    def root(self, square: Series) -> Series:
+        """Return the square root of a square distance, positive where all coordinates are zero.
+
+        Args:
+            square: the radicand; a root that is no polynomial gets the name rho.
+        """
+        taken = {generator.name for generator in self.ring.generators}
+        names = ("rho", *(f"rho{k}" for k in range(2, len(taken) + 3)))
+        root: Series = sqrt(square, name=next(name for name in names if name not in taken))
+        return -root if self.at_rest(root) < 0 else root
+
+    def at_rest(self, series: Series) -> float:
+        """Return the value of a series where all coordinates are zero, at t = 0, with the parameters' own values.
+
+        Args:
+            series: depends on no velocity.
+        """
+        zeros = zip(self.mechanism.coordinates, self.mechanism.neutral().tolist(), strict=True)
+        values = {**dict(zeros), **self.mechanism.values, "t": 0.0}
+        for signal in self.mechanism.inputs:
+            values[signal.symbol] = signal.function(self.mechanism.values)(0.0)
+        return float(value_of(series, values))
+
+    def _float(self, value: float) -> Series:
+        """A float as the fraction, or the square root of a fraction, that it stands for."""
+        series = self.ring.number(value)
+        square = Fraction(value * value).limit_denominator(1000)
+        if (
+            series.denominator > 1_000_000
+            and abs(float(square) - value * value) <= 2e-15 * value * value
+        ):
+            root: Series = sqrt(self.ring.number(square))
+            return root if value > 0 else -root
+        return series
+
+    def _quaternion(self, joint: Spherical | Floating) -> dict[str, Series]:
+        """The coordinates and velocities of a quaternion's joint: the quaternion p turns as p' = ½ p ⊗ ω."""
+        ring = self.ring
+        moved, velocities = ring.quasi_coordinates(joint.coordinates, joint.velocities)
+        x, y, z, w = moved[-4:]
+        a, b, c = velocities[-3:]
+        rates = [
+            (w * a + y * c - z * b) / 2,
+            (w * b + z * a - x * c) / 2,
+            (w * c + x * b - y * a) / 2,
+            -(x * a + y * b + z * c) / 2,
+        ]
+        if isinstance(joint, Floating):
+            turn = quaternion_rotation(x, y, z, w)
+            rates = [combination(row, velocities[:3]) for row in turn] + rates
+        for coordinate, rate in zip(moved, rates, strict=True):
+            ring.rates[ring.index(coordinate)] = rate
+        return dict(
+            zip((*joint.coordinates, *joint.velocities), (*moved, *velocities), strict=True)
+        )

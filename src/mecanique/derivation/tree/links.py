@@ -1,0 +1,171 @@
+"""The tree of a mechanism as elementary links: each a placement, then one turn, slide, ball or free motion.
+
+A planar joint is two slides and a turn, a universal joint two turns; the links between carry no
+mass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+
+from mecanique.model.expression import Scalar
+from mecanique.model.joints import (
+    Fixed,
+    Floating,
+    Planar,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+
+__all__ = ["Kind", "Link", "hat", "links", "motions", "moving", "place_of"]
+
+Kind: TypeAlias = Literal["fixed", "turn", "slide", "ball", "free"]
+
+
+@final
+@dataclass(frozen=True)
+class Link:
+    """One elementary motion of the tree.
+
+    Args:
+        joint: name of the joint it belongs to.
+        parent: place of the link that carries it in the tree, −1 for the ground.
+        body: name of the body it carries; None within a joint.
+        kind: what it may do.
+        origin: where its frame stands in its parent's.
+        axis: shape (3,), unit axis of a turn or a slide.
+        coordinates: names of its joint coordinates.
+        velocities: names of its joint velocities.
+        armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
+    """
+
+    joint: str
+    parent: int
+    body: str | None
+    kind: Kind
+    origin: Placement
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    coordinates: tuple[str, ...] = ()
+    velocities: tuple[str, ...] = ()
+    armature: Scalar = 0.0
+
+
+def links(mechanism: Mechanism) -> tuple[Link, ...]:
+    """Return the elementary links of a mechanism, each after the one that carries it.
+
+    Args:
+        mechanism: any mechanism.
+    """
+    found: list[Link] = []
+    place = {mechanism.ground: -1}
+
+    for joint in mechanism.tree:
+        chain: list[tuple[Kind, tuple[float, float, float], tuple[str, ...]]]
+        match joint:
+            case Fixed():
+                chain = [("fixed", (0.0, 0.0, 1.0), ())]
+            case Revolute():
+                chain = [("turn", joint.axis, joint.coordinates)]
+            case Prismatic():
+                chain = [("slide", joint.axis, joint.coordinates)]
+            case Planar():
+                x, y, theta = joint.coordinates
+                first, second = joint.directions
+                chain = [
+                    ("slide", first, (x,)),
+                    ("slide", second, (y,)),
+                    ("turn", joint.axis, (theta,)),
+                ]
+            case Universal():
+                rx, ry = joint.coordinates
+                chain = [("turn", (1.0, 0.0, 0.0), (rx,)), ("turn", (0.0, 1.0, 0.0), (ry,))]
+            case Spherical():
+                chain = [("ball", (0.0, 0.0, 1.0), joint.coordinates)]
+            case Floating():
+                chain = [("free", (0.0, 0.0, 1.0), joint.coordinates)]
+        parent = place[joint.parent]
+        for number, (kind, axis, coordinates) in enumerate(chain):
+            last = number == len(chain) - 1
+            quasi = kind in ("ball", "free")
+            found.append(
+                Link(
+                    joint=joint.name,
+                    parent=parent,
+                    body=joint.child if last else None,
+                    kind=kind,
+                    origin=joint.origin if number == 0 else Placement(),
+                    axis=axis,
+                    coordinates=coordinates,
+                    velocities=joint.velocities
+                    if quasi
+                    else tuple(f"{name}'" for name in coordinates),
+                    armature=joint.armature if isinstance(joint, (Revolute, Prismatic)) else 0.0,
+                )
+            )
+            parent = len(found) - 1
+        place[joint.child] = parent
+    return tuple(found)
+
+
+def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
+    """Return the place of each body's link in the tree, −1 for the ground, by the body's name.
+
+    Args:
+        tree: the links of the mechanism.
+        mechanism: the mechanism.
+    """
+    return {
+        mechanism.ground: -1,
+        **{link.body: place for place, link in enumerate(tree) if link.body is not None},
+    }
+
+
+def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
+    """Return of each link whether a joint lets it move against the ground.
+
+    Args:
+        tree: the links of the mechanism.
+    """
+    found: list[bool] = []
+    for link in tree:
+        found.append(link.kind != "fixed" or (link.parent >= 0 and found[link.parent]))
+    return tuple(found)
+
+
+def hat(linear: Sequence[float], angular: Sequence[float]) -> np.ndarray:
+    """Return the 4×4 matrix of a twist, shape (4, 4).
+
+    Args:
+        linear: shape (3,).
+        angular: shape (3,).
+    """
+    (u, v, w), (x, y, z) = linear, angular
+    return np.array([[0.0, -z, y, u], [z, 0.0, -x, v], [-y, x, 0.0, w], [0.0, 0.0, 0.0, 0.0]])
+
+
+def motions(link: Link) -> tuple[np.ndarray, ...]:
+    """Return the matrix S of each velocity of a link, shape (4, 4): the pose A changes by A S.
+
+    Args:
+        link: the link.
+    """
+    zero = (0.0, 0.0, 0.0)
+    if link.kind == "turn":
+        return (hat(zero, link.axis),)
+    if link.kind == "slide":
+        return (hat(link.axis, zero),)
+    axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    turns = tuple(hat(zero, axis) for axis in axes)
+    if link.kind == "ball":
+        return turns
+    if link.kind == "free":
+        return tuple(hat(axis, zero) for axis in axes) + turns
+    return ()

@@ -1,0 +1,261 @@
+"""Poses of all bodies, written once for any arithmetic: floats, batched arrays, jets, Poisson series.
+
+A pose is three rows of four scalars (the fourth row of the homogeneous matrix is always 0 0 0 1).
+Entries that are the plain numbers 0 and 1 stay plain numbers and cost nothing, so that series stay
+short.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias, final
+
+from mecanique.derivation.tree.links import Link
+from mecanique.model.bodies import Body
+from mecanique.model.expression import Scalar, evaluate, plain
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+
+__all__ = [
+    "Arithmetic",
+    "Matrix",
+    "combination",
+    "joint_values",
+    "local",
+    "moments",
+    "origin",
+    "poses",
+    "product",
+    "quaternion_rotation",
+    "times_point",
+]
+
+Matrix: TypeAlias = "list[list[Any]]"
+"""Rows of scalars."""
+
+IDENTITY: Matrix = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0]]
+
+
+@final
+@dataclass(frozen=True)
+class Arithmetic:
+    """What the poses need to know about a kind of scalar.
+
+    Args:
+        function: gives the function of a sympy name, e.g. "sin".
+        number: turns a constant (a float or a sympy number) into the scalar.
+    """
+
+    function: Callable[[str], Callable[..., Any]] | None = None
+    number: Callable[[Any], Any] = float
+
+    def __call__(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
+        """Evaluate a scalar of the description; whole numbers 0, 1 and −1 stay plain.
+
+        Args:
+            scalar: the number or expression.
+            values: value of each symbol, by name.
+        """
+        scalar = plain(scalar)
+        if isinstance(scalar, float) and scalar in (0.0, 1.0, -1.0):
+            return int(scalar)
+        return evaluate(scalar, values, function=self.function, number=self.number)
+
+    def sine_cosine(self, angle: Any) -> tuple[Any, Any]:
+        """Return the sine and the cosine of an angle [rad]."""
+        if self.function is None:
+            import numpy as np
+
+            return np.sin(angle), np.cos(angle)
+        return self.function("sin")(angle), self.function("cos")(angle)
+
+
+def joint_values(
+    mechanism: Mechanism, values: Mapping[str, Any], arithmetic: Arithmetic
+) -> dict[str, Any]:
+    """Return the values with those of the driven joint coordinates added: r = φ(q, t).
+
+    Args:
+        mechanism: gives the coordinate map.
+        values: value of each generalized coordinate, parameter, input and t, by name.
+        arithmetic: how to compute.
+    """
+    driven = {
+        name: arithmetic(scalar, values) for name, scalar in mechanism.coordinates.driven.items()
+    }
+    return {**values, **driven}
+
+
+def poses(tree: Sequence[Link], values: Mapping[str, Any], arithmetic: Arithmetic) -> list[Matrix]:
+    """Return the pose of every link in the world, in the order of the tree.
+
+    Args:
+        tree: the links.
+        values: value of each joint coordinate and parameter, by name.
+        arithmetic: how to compute.
+    """
+    found: list[Matrix] = []
+    for link in tree:
+        here = product(origin(link.origin, values, arithmetic), local(link, values, arithmetic))
+        found.append(product(found[link.parent], here) if link.parent >= 0 else here)
+    return found
+
+
+def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
+    """Return a placement as a matrix.
+
+    Args:
+        placement: where the frame stands.
+        values: value of each parameter, by name.
+        arithmetic: how to compute.
+    """
+    rows = zip(placement.rotation, placement.xyz, strict=True)
+    return [[arithmetic(entry, values) for entry in (*row, offset)] for row, offset in rows]
+
+
+def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
+    """Return the motion of a link against its own frame.
+
+    A turn by θ about the unit axis n is cos θ 1 + sin θ n̂ + (1 − cos θ) n nᵀ (Rodrigues 1840); a
+    quaternion's rotation matrix is that of Hamilton (Goldstein, Classical Mechanics, 1980, eq.
+    4-47').
+
+    Args:
+        link: the link.
+        values: value of each joint coordinate, by name; quaternions of unit length.
+        arithmetic: how to compute.
+    """
+    if link.kind == "turn":
+        return _turn(link.axis, *arithmetic.sine_cosine(values[link.coordinates[0]]), arithmetic)
+    if link.kind == "slide":
+        return _shift([_times(arithmetic(c, {}), values[link.coordinates[0]]) for c in link.axis])
+    if link.kind in ("ball", "free"):
+        *position, x, y, z, w = (values[name] for name in link.coordinates)
+        turn = quaternion_rotation(x, y, z, w)
+        return [[*row, offset] for row, offset in zip(turn, position or (0, 0, 0), strict=True)]
+    return [list(row) for row in IDENTITY]
+
+
+def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
+    """Return the mass moments of a body about its origin, ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4).
+
+    Its upper left block is ½ tr(I) 1 − I + m c cᵀ, with I about the center of mass c.
+
+    Args:
+        body: the body; its shapes add up without dividing by the mass.
+        values: value of each parameter, by name.
+        arithmetic: how to compute.
+    """
+    total: Matrix = [[0] * 4 for _ in range(4)]
+    for shape in body.shapes:
+        mass = arithmetic(shape.mass, values)
+        center = [arithmetic(c, values) for c in shape.center]
+        ixx, iyy, izz, ixy, ixz, iyz = (arithmetic(i, values) for i in shape.inertia)
+        half = arithmetic(0.5, values)
+        second = [
+            [half * (iyy + izz - ixx), -ixy, -ixz],
+            [-ixy, half * (ixx + izz - iyy), -iyz],
+            [-ixz, -iyz, half * (ixx + iyy - izz)],
+        ]
+        first = [_times(mass, c) for c in center]
+        for i in range(3):
+            for k in range(3):
+                total[i][k] = _plus(total[i][k], _plus(second[i][k], _times(first[i], center[k])))
+            total[i][3] = total[3][i] = _plus(total[i][3], first[i])
+        total[3][3] = _plus(total[3][3], mass)
+    return total
+
+
+def quaternion_rotation(x: Any, y: Any, z: Any, w: Any) -> tuple[tuple[Any, Any, Any], ...]:
+    """Return the rotation of a unit quaternion, three rows of three scalars.
+
+    Args:
+        x: first component.
+        y: second component.
+        z: third component.
+        w: scalar component.
+    """
+    return (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+    )
+
+
+def product(a: Matrix, b: Matrix) -> Matrix:
+    """Return the product of two poses.
+
+    Args:
+        a: the pose that carries b.
+        b: a pose in a's frame.
+    """
+    rows = []
+    for row in a:
+        out = [combination(row[:3], [b[k][column] for k in range(3)]) for column in range(4)]
+        out[3] = _plus(out[3], row[3])
+        rows.append(out)
+    return rows
+
+
+def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
+    """Return a point of a body in the world, three scalars [m].
+
+    Args:
+        pose: the body's pose.
+        point: shape (3,), in the body's frame [m].
+    """
+    return [_plus(combination(row[:3], point), row[3]) for row in pose]
+
+
+def combination(factors: Sequence[Any], terms: Sequence[Any]) -> Any:
+    """Return the sum of products of two sequences, in which zeros and ones cost nothing.
+
+    Args:
+        factors: shape (n,).
+        terms: shape (n,).
+    """
+    total: Any = 0
+    for a, b in zip(factors, terms, strict=True):
+        total = _plus(total, _times(a, b))
+    return total
+
+
+def _turn(
+    axis: tuple[float, float, float], sine: Any, cosine: Any, arithmetic: Arithmetic
+) -> Matrix:
+    x, y, z = (arithmetic(component, {}) for component in axis)
+    n = (x, y, z)
+    cross = ((0, -z, y), (z, 0, -x), (-y, x, 0))
+    rows: Matrix = []
+    for i in range(3):
+        row: list[Any] = []
+        for k in range(3):
+            square = _times(n[i], n[k])
+            # cos δ + (1 − cos) n n: an axis of the frame leaves cos or 1, without cancellation
+            along = square if i != k and _is(square, 0) else _times(square, 1 - cosine)
+            if i == k:
+                along = cosine if _is(square, 0) else 1 if _is(square, 1) else _plus(cosine, along)
+            row.append(_plus(along, _times(cross[i][k], sine)))
+        rows.append([*row, 0])
+    return rows
+
+
+def _shift(offset: Sequence[Any]) -> Matrix:
+    return [[*row[:3], component] for row, component in zip(IDENTITY, offset, strict=True)]
+
+
+def _is(scalar: Any, number: int) -> bool:
+    return isinstance(scalar, (int, float)) and scalar == number
+
+
+def _plus(a: Any, b: Any) -> Any:
+    return b if _is(a, 0) else a if _is(b, 0) else a + b
+
+
+def _times(a: Any, b: Any) -> Any:
+    if _is(a, 0) or _is(b, 0):
+        return 0
+    if _is(a, -1) or _is(b, -1):
+        return -(b if _is(a, -1) else a)
+    return b if _is(a, 1) else a if _is(b, 1) else a * b

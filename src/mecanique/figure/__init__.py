@@ -1,0 +1,1 @@
+"""Line figures of mechanisms, as textbooks print them, without a browser."""

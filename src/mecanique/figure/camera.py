@@ -1,0 +1,96 @@
+"""From the world to paper: which side a mechanism is looked at from, and how many points a meter takes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mecanique.figure.marks import Point
+from mecanique.model.joints import Fixed, Planar, Prismatic, Revolute
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["FRONT", "ISOMETRIC", "TOP", "Camera", "side_of"]
+
+Floats = NDArray[np.float64]
+
+
+def _looking(azimuth: float, elevation: float) -> Floats:
+    """Rows: right, up and towards the eye, in world axes."""
+    ca, sa, ce, se = math.cos(azimuth), math.sin(azimuth), math.cos(elevation), math.sin(elevation)
+    return np.array([[-sa, ca, 0.0], [-ca * se, -sa * se, ce], [ca * ce, sa * ce, se]])
+
+
+FRONT = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
+TOP = np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+ISOMETRIC = _looking(math.radians(-33.0), math.radians(18.0))
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """A parallel projection onto paper.
+
+    Args:
+        axes: shape (3, 3), rows right, up and towards the eye, in world axes.
+        scale: points per meter.
+    """
+
+    axes: Floats
+    scale: float
+
+    def at(self, position: Any) -> Point:
+        """Return where positions are on paper, shape (..., 2).
+
+        Args:
+            position: shape (..., 3) [m].
+        """
+        seen = np.asarray(position, dtype=float) @ self.axes[:2].T * self.scale
+        paper: Point = seen * np.array([1.0, -1.0])
+        return paper
+
+    def depth(self, position: Any) -> float:
+        """Return how near a position is to the eye [m].
+
+        Args:
+            position: shape (3,) [m].
+        """
+        return float(np.asarray(position, dtype=float) @ self.axes[2])
+
+    @property
+    def toward(self) -> Floats:
+        """Unit vector from the paper to the eye."""
+        eye: Floats = self.axes[2]
+        return eye
+
+    @property
+    def flat(self) -> bool:
+        """Whether it looks along an axis of the world."""
+        return bool(np.abs(self.axes[2]).max() > 1 - 1e-9)
+
+
+def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
+    """Return the axes of the view a mechanism is drawn in: from the front or the top if it is planar.
+
+    Args:
+        mechanism: what is drawn.
+        poses: shape (nb, 4, 4), where its bodies are.
+    """
+    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    axes = []
+    for joint in mechanism.joints:
+        if isinstance(joint, Fixed):
+            continue
+        if not isinstance(joint, (Revolute, Prismatic, Planar)):
+            return ISOMETRIC
+        axes.append(
+            (isinstance(joint, Prismatic), poses[at[joint.child], :3, :3] @ np.array(joint.axis))
+        )
+    for view in (FRONT, TOP):
+        normal = view[2]
+        if all(abs(abs(axis @ normal) - (0.0 if slides else 1.0)) < 1e-6 for slides, axis in axes):
+            return view
+    return ISOMETRIC

@@ -1,0 +1,177 @@
+"""Springs and dampers of a figure, between points and in joints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from mecanique.figure.marks import Mark, Point, Stroke
+from mecanique.figure.setting import Setting
+from mecanique.figure.signs import across, dashpot, hatched, label, spiral, spring, unit
+from mecanique.figure.supports import stands_on_columns, wall
+from mecanique.model.forces import Damper, JointDamper, JointSpring, Spring
+from mecanique.model.joints import Prismatic, Revolute
+
+__all__ = ["connections"]
+
+
+def connections(setting: Setting) -> Iterator[Mark]:
+    """Yield every spring and damper with its symbol.
+
+    Args:
+        setting: what is drawn.
+    """
+    pairs: dict[tuple[object, ...], list[Spring | Damper]] = {}
+    inside: dict[str, list[JointSpring | JointDamper]] = {}
+    for force in setting.mechanism.forces:
+        if isinstance(force, (Spring, Damper)):
+            pairs.setdefault((force.body_a, force.point_a, force.body_b, force.point_b), []).append(
+                force
+            )
+        elif isinstance(force, (JointSpring, JointDamper)):
+            inside.setdefault(force.joint, []).append(force)
+    for links in pairs.values():
+        yield from _between(setting, links)
+    for name, loads in inside.items():
+        joint = setting.mechanism.joint(name)
+        if isinstance(joint, Prismatic):
+            yield from _in_slide(setting, joint, loads)
+        elif isinstance(joint, Revolute):
+            yield from _in_hinge(setting, joint, loads)
+
+
+def _between(setting: Setting, links: Sequence[Spring | Damper]) -> Iterator[Mark]:
+    first, camera = links[0], setting.camera
+    ends = ((first.body_a, first.point_a), (first.body_b, first.point_b))
+    a, b = (camera.at(setting.point(body, point)) for body, point in ends)
+    along = unit(b - a)
+    ground = [body == setting.mechanism.ground for body, _ in ends]
+    # a spring ends at the surface of what it holds
+    a = _surface(setting, first.body_a, a, along)
+    b = _surface(setting, first.body_b, b, -along)
+    if ground[0]:
+        yield from wall(a, along)
+    if ground[1]:
+        yield from wall(b, -along)
+    yield from _bundle(setting, a, b, links)
+
+
+def _surface(setting: Setting, body: str, at: Point, outward: Point) -> Point:
+    boxes = [s for s in setting.solids if s.body == body and s.kind in ("box", "ball", "cylinder")]
+    for box in boxes:
+        paper = setting.camera.at(box.corners)
+        inside = (
+            np.ptp(paper, axis=0) / 2 + 1
+            >= np.abs(at - (paper.max(axis=0) + paper.min(axis=0)) / 2)
+        ).all()
+        if inside:
+            edge = float((paper @ outward).max()) - float(at @ outward)
+            return at + max(edge, 0.0) * outward
+    return at
+
+
+def _bundle(setting: Setting, a: Point, b: Point, links: Sequence[object]) -> Iterator[Mark]:
+    """Springs and dampers side by side."""
+    side = across(unit(b - a))
+    side = -side if side[1] > 1e-9 else side
+    for k, link in enumerate(links):
+        shift = (k - (len(links) - 1) / 2) * -20.0 * side
+        sprung = isinstance(link, (Spring, JointSpring))
+        yield from (spring if sprung else dashpot)(a + shift, b + shift)
+        scalar = (
+            link.stiffness
+            if isinstance(link, (Spring, JointSpring))
+            else getattr(link, "damping", 0.0)
+        )
+        name = setting.name(scalar)
+        if name:
+            outward = side if k == 0 else -side
+            yield label((a + b) / 2 + shift, name, outward, 10.0)
+
+
+def _in_slide(
+    setting: Setting, joint: Prismatic, loads: Sequence[JointSpring | JointDamper]
+) -> Iterator[Mark]:
+    camera = setting.camera
+    a, b = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
+    along = unit(camera.at(setting.axis(joint)))
+    solids = {each.body: each for each in setting.solids}
+    if joint.child in solids and stands_on_columns(setting, joint):
+        yield from _columns(setting, joint, loads)
+        return
+    if joint.child not in solids:
+        return
+    if float((b - a) @ along) > 46:
+        yield from _bundle(setting, a, _surface(setting, joint.child, b, -along), loads)
+        return
+    tip = _surface(setting, joint.child, b, -along)
+    foot = tip - 74.0 * along
+    if joint.parent in solids:
+        foot = a + (setting.reach(joint.parent, along) - float(a @ along)) * along
+    else:
+        yield from wall(foot, along)
+    yield from _bundle(setting, foot, tip, loads)
+
+
+def _columns(
+    setting: Setting, joint: Prismatic, loads: Sequence[JointSpring | JointDamper]
+) -> Iterator[Mark]:
+    """Two elastic columns that hold a floor above another, or above the ground."""
+    camera = setting.camera
+    low, high = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
+    parent = camera.at(setting.point(joint.parent))
+    along = unit(camera.at(setting.axis(joint)))
+    up = -np.array([0.0, 1.0])
+    half = setting.reach(joint.child, along) - float(high @ along) - 8
+    bottom, top = parent, _surface(setting, joint.child, high, -up)
+    if joint.parent != setting.mechanism.ground:
+        bottom = _surface(setting, joint.parent, parent, up)
+    else:
+        yield from hatched(bottom - (half + 26) * along, bottom + (half + 26) * along)
+    bend = np.linspace(0.0, 1.0, 25)
+    smooth = bend * bend * (3 - 2 * bend)
+    for sign in (-1, 1):
+        foot, head = bottom + sign * half * along, top + sign * half * along
+        straight, drift = (head - foot) @ up * up, (head - foot) - (head - foot) @ up * up
+        yield Stroke(foot + bend[:, None] * straight + smooth[:, None] * drift, "spring")
+    del low
+    named = [
+        setting.name(load.stiffness if isinstance(load, JointSpring) else load.damping)
+        for load in loads
+    ]
+    springs = [
+        name
+        for load, name in zip(loads, named, strict=True)
+        if name and isinstance(load, JointSpring)
+    ]
+    dampers = [
+        name
+        for load, name in zip(loads, named, strict=True)
+        if name and isinstance(load, JointDamper)
+    ]
+    if springs:
+        yield label((bottom + top) / 2 + half * along, springs[0], along, 8.0)
+    if dampers:
+        a, b = bottom - 0.5 * half * along, top + 0.3 * half * along
+        yield from dashpot(a, b)
+        yield label((a + b) / 2, dampers[0], along, 10.0)
+
+
+def _in_hinge(
+    setting: Setting, joint: Revolute, loads: Sequence[JointSpring | JointDamper]
+) -> Iterator[Mark]:
+    at = setting.camera.at(setting.point(joint.child))
+    for load in loads:
+        sprung = isinstance(load, JointSpring)
+        name = setting.name(load.stiffness if isinstance(load, JointSpring) else load.damping)
+        if sprung:
+            yield from spiral(at, 0.0)
+        if name:
+            side = setting.clear_side(at)
+            yield label(
+                at,
+                name,
+                side if sprung else np.array([side[0], -side[1]]),
+                20.0 if sprung else 14.0,
+            )

@@ -1,0 +1,53 @@
+"""The position a mechanism is drawn in when no motion tells one: every coordinate a little off zero."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from contextlib import suppress
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mecanique.errors import MecaniqueError
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.units import units
+
+__all__ = ["posture"]
+
+ANGLES = (0.55, 0.95, 0.75, 1.15)
+"""Of the first, second … angle, unless it starts at a moderate angle of its own [rad]."""
+
+SLIGHT, GREAT = 0.25, 1.3
+"""What counts as a moderate angle [rad]."""
+
+
+def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> NDArray[np.float64]:
+    """Return a position in which the figure shows what each coordinate is, shape (nq,).
+
+    Args:
+        mechanism: what is drawn.
+        start: values of coordinates, of which lengths and moderate angles are kept, and all where
+            loops must close.
+    """
+    if mechanism.loops:
+        from mecanique.reference import assemble
+
+        with suppress(MecaniqueError):
+            return np.asarray(assemble(mechanism, dict(start or {})), dtype=np.float64)
+    q = mechanism.position(dict(start or {}))
+    inside = {
+        name
+        for j in mechanism.joints
+        if isinstance(j, (Spherical, Floating))
+        for name in j.coordinates
+    }
+    unit_of = units(mechanism)
+    count = 0
+    for k, name in enumerate(mechanism.coordinates):
+        if name not in inside and unit_of[name] == "rad":
+            if not SLIGHT <= abs(q[k]) <= GREAT:
+                q[k] = math.copysign(ANGLES[count % len(ANGLES)], q[k])
+            count += 1
+    return q

@@ -1,0 +1,188 @@
+"""What a figure is drawn from: a mechanism at one instant, its solids, and the view of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.figure.camera import Camera, Floats, side_of
+from mecanique.figure.marks import Point
+from mecanique.figure.solids import Solid, solids
+from mecanique.model.expression import Scalar
+from mecanique.model.forces import Damper, Spring
+from mecanique.model.joints import Joint
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Setting", "setting"]
+
+WIDTH, HEIGHT = 400.0, 300.0
+"""What the solids of a figure fill at most [pt]."""
+
+STEPS = np.linspace(0.0, 1.0, 13)
+"""Where along a solid one looks whether there is room for a letter."""
+
+LONGEST_NAME = 9
+"""A formula of more signs than this is not written beside what it measures."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """A mechanism at one instant, looked at.
+
+    Args:
+        mechanism: what is drawn.
+        reference: its `Reference`.
+        q: shape (nq,).
+        v: shape (nv,).
+        t: [s].
+        poses: shape (nb, 4, 4).
+        camera: how it is looked at.
+        solids: the geometries of its bodies.
+    """
+
+    mechanism: Mechanism
+    reference: Any
+    q: Floats
+    v: Floats
+    t: float
+    poses: Floats
+    camera: Camera
+    solids: tuple[Solid, ...]
+
+    def index(self, body: str) -> int:
+        """Return where a body stands among the poses.
+
+        Args:
+            body: its name.
+        """
+        return [each.name for each in self.mechanism.bodies].index(body)
+
+    def point(self, body: str, xyz: Any = (0.0, 0.0, 0.0)) -> Floats:
+        """Return where a point of a body is in the world, shape (3,) [m].
+
+        Args:
+            body: its name.
+            xyz: shape (3,), scalars in the body's frame.
+        """
+        pose = self.poses[self.index(body)]
+        local = np.array([self.mechanism.evaluate(component) for component in xyz])
+        position: Floats = pose[:3, 3] + pose[:3, :3] @ local
+        return position
+
+    def seat(self, joint: Joint) -> Floats:
+        """Return where a joint's frame stands in the world, by its parent, shape (3,) [m].
+
+        Args:
+            joint: of the mechanism.
+        """
+        return self.point(joint.parent, joint.origin.xyz)
+
+    def axis(self, joint: Any) -> Floats:
+        """Return the axis of a joint in the world, shape (3,).
+
+        Args:
+            joint: with an axis.
+        """
+        axis: Floats = self.poses[self.index(joint.child), :3, :3] @ np.array(joint.axis)
+        return axis
+
+    def paper(self, body: str) -> Point:
+        """Return the points that span a body on paper, shape (n, 2); its origin if it has no solids.
+
+        Args:
+            body: its name.
+        """
+        spans = [each.corners for each in self.solids if each.body == body]
+        return self.camera.at(np.concatenate(spans) if spans else self.point(body)[None])
+
+    def reach(self, body: str, direction: Point) -> float:
+        """Return how far a body goes on paper from the world's origin along a direction [pt].
+
+        Args:
+            body: its name.
+            direction: shape (2,), of unit length.
+        """
+        return float((self.paper(body) @ direction).max())
+
+    def clear_side(self, at: Point) -> Point:
+        """Return the direction from a place on paper in which the figure has least, shape (2,).
+
+        Args:
+            at: shape (2,).
+        """
+        spots = [
+            self.camera.at(each.ends[0] + s * (each.ends[1] - each.ends[0]))
+            for each in self.solids
+            for s in STEPS
+        ]
+        around = np.array(spots or [at]) - at
+        angles = np.arange(16) * np.pi / 8
+        ways = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        near = around[np.hypot(*around.T) > 2.0]
+        if not len(near):
+            return np.array([1.0, 0.0])
+        weight = 1.0 / (1.0 + (np.hypot(*near.T) / 30.0) ** 2)
+        crowded = (np.maximum(ways @ (near / np.hypot(*near.T)[:, None]).T, 0.0) ** 2 * weight).sum(
+            axis=1
+        )
+        best: Point = ways[int(np.argmin(np.round(crowded, 6) + 1e-4 * np.abs(ways[:, 1])))]
+        return best
+
+    def name(self, scalar: Scalar) -> str:
+        """Return how a scalar is written beside what it measures: its formula if that is short, else nothing.
+
+        Args:
+            scalar: of the description.
+        """
+        if isinstance(scalar, (int, float)):
+            return ""
+        text = str(scalar).replace(" ", "")
+        return text if len(text) <= LONGEST_NAME else ""
+
+
+def setting(mechanism: Mechanism, reference: Any, q: Floats, v: Floats, t: float) -> Setting:
+    """Return a mechanism at one instant, in the view and at the scale it is best drawn in.
+
+    Args:
+        mechanism: what is drawn.
+        reference: its `Reference`.
+        q: shape (nq,).
+        v: shape (nv,).
+        t: [s].
+    """
+    poses = np.asarray(reference.poses(q, t))
+    found = tuple(solids(mechanism, poses))
+    axes = side_of(mechanism, poses)
+    ground = [body.name for body in mechanism.bodies].index(mechanism.ground)
+    spots = [np.delete(poses, ground, axis=0)[:, :3, 3], *(each.corners for each in found)]
+    spots += (
+        [(poses[ground, :3, 3])[None]]
+        if any(j.parent == mechanism.ground for j in mechanism.joints)
+        else []
+    )
+    spots += [
+        _ends(mechanism, poses, force)
+        for force in mechanism.forces
+        if isinstance(force, (Damper, Spring))
+    ]
+    seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
+    room = {"ball": 14.0, "rod": 0.0}
+    sizes = [each.size * room.get(each.kind, 2.6) for each in found]
+    least = max(sizes, default=0.0) or 1e-3
+    wide, high = (max(float(extent), least) for extent in np.ptp(seen, axis=0))
+    return Setting(
+        mechanism, reference, q, v, t, poses, Camera(axes, min(WIDTH / wide, HEIGHT / high)), found
+    )
+
+
+def _ends(mechanism: Mechanism, poses: Floats, link: Damper | Spring) -> Floats:
+    """Both ends of a spring or damper in the world, shape (2, 3)."""
+    names = [each.name for each in mechanism.bodies]
+    found = []
+    for body, point in ((link.body_a, link.point_a), (link.body_b, link.point_b)):
+        pose = poses[names.index(body)]
+        found.append(pose[:3, 3] + pose[:3, :3] @ np.array([mechanism.evaluate(c) for c in point]))
+    return np.array(found)

@@ -1,0 +1,219 @@
+"""How bodies look in a figure: outlines of boxes, cylinders and balls, rods as bars."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from mecanique.figure.camera import Camera, Floats
+from mecanique.figure.marks import Circle, Mark, Point, Stroke
+from mecanique.figure.signs import across, unit
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.visuals import Box, Cylinder, Sphere, Visual
+
+__all__ = ["Solid", "hull", "outline", "radius_of", "solids", "unit3"]
+
+SLENDER = 6.0
+"""A cylinder longer than this many radii is a rod, drawn as a bar whatever its radius."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """One geometry of a body, in the world.
+
+    Args:
+        body: whose it is.
+        kind: "rod", "cylinder", "box" or "ball".
+        ends: shape (2, 3), the ends of a rod or of a cylinder's axis; the middles of a box's far
+            faces; a ball's center, twice [m].
+        size: radius of a ball, rod or cylinder [m]; half diagonal of a box.
+        corners: shape (n, 3), points that span it [m].
+        pose: shape (4, 4), its frame.
+        geometry: as described.
+        clear: whether it is drawn half transparent.
+        point: whether it stands for a particle, however large it is drawn.
+    """
+
+    body: str
+    kind: str
+    ends: Floats
+    size: float
+    corners: Floats
+    pose: Floats
+    geometry: Box | Cylinder | Sphere
+    clear: bool
+    point: bool = False
+
+
+def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
+    """Yield the geometries of a mechanism's bodies; surfaces in files are left out.
+
+    Args:
+        mechanism: whose bodies.
+        poses: shape (nb, 4, 4).
+    """
+    for body, pose in zip(mechanism.bodies, poses, strict=True):
+        for shape in body.shapes:
+            point = all(isinstance(entry, (int, float)) and entry == 0 for entry in shape.inertia)
+            for visual in shape.visuals:
+                for solid in _solid(mechanism, body.name, pose, visual):
+                    yield replace(solid, point=point and solid.kind == "ball")
+
+
+def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Iterator[Solid]:
+    place = np.eye(4)
+    place[:3, :3] = [
+        [mechanism.evaluate(entry) for entry in row] for row in visual.placement.rotation
+    ]
+    place[:3, 3] = [mechanism.evaluate(component) for component in visual.placement.xyz]
+    at = pose @ place
+    center, z = at[:3, 3], at[:3, 2]
+    clear = visual.rgba is not None and visual.rgba[3] < 1
+    match visual.geometry:
+        case Box(edges) as shape:
+            half = np.array([mechanism.evaluate(edge) for edge in edges]) / 2
+            signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
+            corners = center + (signs * half) @ at[:3, :3].T
+            far = int(np.argmax(half))
+            arm = half[far] * at[:3, far]
+            yield Solid(
+                body,
+                "box",
+                np.array([center - arm, center + arm]),
+                float(np.linalg.norm(half)),
+                corners,
+                at,
+                shape,
+                clear,
+            )
+        case Cylinder(radius, length) as shape:
+            r, l2 = mechanism.evaluate(radius), mechanism.evaluate(length) / 2
+            turn = np.linspace(0, 2 * math.pi, 48, endpoint=False)
+            ring = r * (np.cos(turn)[:, None] * at[:3, 0] + np.sin(turn)[:, None] * at[:3, 1])
+            corners = np.concatenate([center - l2 * z + ring, center + l2 * z + ring])
+            kind = "rod" if 2 * l2 > SLENDER * r else "cylinder"
+            yield Solid(
+                body,
+                kind,
+                np.array([center - l2 * z, center + l2 * z]),
+                r,
+                corners,
+                at,
+                shape,
+                clear,
+            )
+        case Sphere(radius) as shape:
+            r = mechanism.evaluate(radius)
+            corners = center + r * np.concatenate([np.eye(3), -np.eye(3)])
+            yield Solid(body, "ball", np.array([center, center]), r, corners, at, shape, clear)
+        case _:
+            pass
+
+
+def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
+    """Yield the marks of a solid.
+
+    Args:
+        solid: what is drawn.
+        camera: how it is looked at.
+    """
+    if solid.kind == "ball":
+        yield Circle(camera.at(solid.ends[0]), radius_of(solid, camera), "mass")
+    elif solid.kind == "box":
+        yield from _box(solid, camera)
+    elif solid.kind == "rod":
+        yield from _bar(solid, camera)
+    else:
+        yield from _cylinder(solid, camera)
+
+
+def radius_of(solid: Solid, camera: Camera) -> float:
+    """Return the radius a ball is drawn with: a particle is a dot of moderate size [pt].
+
+    Args:
+        solid: a ball.
+        camera: how it is looked at.
+    """
+    return min(max(solid.size * camera.scale, 5.5), 9.0 if solid.point else math.inf)
+
+
+def _bar(solid: Solid, camera: Camera) -> Iterator[Mark]:
+    a, b = camera.at(solid.ends)
+    half = min(max(solid.size * camera.scale, 2.6), 4.5)
+    if math.hypot(*(b - a)) < 2 * half:
+        yield Circle((a + b) / 2, half, "bar")
+        return
+    side = across(unit(b - a))
+    base = math.atan2(side[1], side[0])
+    # a bar ends in half circles, as if cut from a strip
+    turn = np.linspace(0.0, math.pi, 9)
+    caps = []
+    for end, start in ((b, base), (a, base + math.pi)):
+        caps.append(end + half * np.stack([np.cos(start + turn), np.sin(start + turn)], axis=1))
+    yield Stroke(np.concatenate(caps), "bar", closed=True)
+
+
+def _cylinder(solid: Solid, camera: Camera) -> Iterator[Mark]:
+    look = "clear" if solid.clear or not camera.flat else "body"
+    axis = unit3(solid.ends[1] - solid.ends[0])
+    tilt = float(axis @ camera.toward)
+    if abs(tilt) > 1 - 1e-9:
+        yield Circle(camera.at(solid.ends[0]), solid.size * camera.scale, look)
+        return
+    paper = camera.at(solid.corners)
+    yield Stroke(hull(paper), look, closed=True)
+    if abs(tilt) > 1e-6:
+        half = len(paper) // 2
+        yield Stroke(paper[half:] if tilt > 0 else paper[:half], "clear", closed=True)
+
+
+def _box(solid: Solid, camera: Camera) -> Iterator[Mark]:
+    corners = solid.corners.reshape(2, 2, 2, 3)
+    if camera.flat or solid.clear:
+        yield Stroke(
+            hull(camera.at(solid.corners)), "clear" if solid.clear else "body", closed=True
+        )
+        return
+    for k in range(3):
+        sign = 1 if solid.pose[:3, k] @ camera.toward > 0 else 0
+        face = np.take(corners, sign, axis=k).reshape(4, 3)[[0, 1, 3, 2]]
+        upright = abs(solid.pose[2, k])
+        style = "body" if upright > 0.7 else ("face" if k == 1 else "shade")
+        yield Stroke(camera.at(face), style, closed=True)
+
+
+def unit3(vector: Floats) -> Floats:
+    """Return a vector's direction in space.
+
+    Args:
+        vector: shape (3,).
+    """
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > 0 else np.array([0.0, 0.0, 1.0])
+
+
+def hull(points: Point) -> Point:
+    """Return the convex hull of points on paper (Andrew, Information Processing Letters 9 (1979) 216).
+
+    Args:
+        points: shape (n, 2).
+    """
+    ordered = sorted(map(tuple, np.round(points, 6)))
+    chains: list[list[tuple[float, ...]]] = []
+    for way in (ordered, ordered[::-1]):
+        chain: list[tuple[float, ...]] = []
+        for p in way:
+            while len(chain) > 1 and _turn(chain[-2], chain[-1], p) <= 0:
+                chain.pop()
+            chain.append(p)
+        chains.append(chain[:-1])
+    return np.array(chains[0] + chains[1])
+
+
+def _turn(o: tuple[float, ...], a: tuple[float, ...], b: tuple[float, ...]) -> float:
+    return (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0])

@@ -1,0 +1,182 @@
+"""The ground of a figure: hatched supports under hinges, rollers and rails under slides."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from mecanique.figure.marks import Circle, Mark, Point, Stroke
+from mecanique.figure.setting import Setting
+from mecanique.figure.signs import across, hatched, pin, unit
+from mecanique.model.forces import JointSpring
+from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
+
+__all__ = ["stands_on_columns", "supports", "wall"]
+
+DOWN = np.array([0.0, 1.0])
+
+
+def supports(setting: Setting) -> Iterator[Mark]:
+    """Yield what holds the joints of the ground.
+
+    Args:
+        setting: what is drawn.
+    """
+    yield from _slabs(setting)
+    rails: list[_Rail] = []
+    for joint in setting.mechanism.joints:
+        if joint.parent != setting.mechanism.ground:
+            continue
+        at = setting.camera.at(setting.point(joint.child))
+        if isinstance(joint, Revolute) and not setting.camera.flat:
+            yield from _bearing(setting, joint, at)
+        elif isinstance(joint, (Revolute, Spherical, Universal)):
+            yield from pin(at, _away(setting, joint.child, at))
+        elif isinstance(joint, Prismatic):
+            rails += _rail(setting, joint)
+    while rails:
+        first, *rest = rails
+        same = [
+            r
+            for r in rest
+            if abs(float((r.a - first.a) @ first.below)) < 1.5
+            and abs(float(r.below @ first.below)) > 0.999
+        ]
+        rails = [r for r in rest if r not in same]
+        yield from _drawn([first, *same])
+
+
+def _away(setting: Setting, body: str, at: Point) -> Point:
+    """From a hinge to where there is least of what hangs on it: up or down, for figures that can be read."""
+    family = {body}
+    for joint in setting.mechanism.tree:
+        if joint.parent in family:
+            family.add(joint.child)
+    spots = [setting.paper(name) for name in family]
+    middle = np.concatenate(spots).mean(axis=0) - at
+    return DOWN if middle[1] < -2 else -DOWN
+
+
+def _bearing(setting: Setting, joint: Revolute, at: Point) -> Iterator[Mark]:
+    """An axle in space: its line, and the bearing at its lower end, or beyond what surrounds it."""
+    down = setting.camera.at(setting.axis(joint)) / setting.camera.scale
+    if math.hypot(*down) < 0.2:
+        yield from pin(at, _away(setting, joint.child, at))
+        return
+    down = unit(down if down[1] >= 0 else -down)
+    broad = [s for s in setting.solids if s.body == joint.child and s.kind != "rod"]
+    spans = [(setting.camera.at(s.corners) - at) @ down for s in broad]
+    reach = max((float(span.max()) for span in spans), default=0.0)
+    foot = at + max(reach + 6.0, 8.0) * down
+    yield Stroke(np.array([at - 26 * down, foot + 10 * down]), "axis")
+    yield from pin(foot, down)
+
+
+def _slabs(setting: Setting) -> Iterator[Mark]:
+    """Hatching below the boxes of the ground that are seen from their narrow side."""
+    if not setting.camera.flat:
+        return
+    for solid in setting.solids:
+        if solid.body != setting.mechanism.ground or solid.kind != "box":
+            continue
+        paper = setting.camera.at(solid.corners)
+        edges = [(a, b) for a in paper for b in paper if math.hypot(*(b - a)) > 60]
+        spread = paper - paper.mean(axis=0)
+        along = np.linalg.svd(spread)[2][0]
+        low = across(along) if across(along)[1] > 0 else -across(along)
+        if not edges or float(np.ptp(paper @ low)) > 14:
+            continue
+        base = paper.mean(axis=0) + float((spread @ low).max()) * low
+        half = float((spread @ along).max())
+        a, b = base - half * along, base + half * along
+        yield from hatched(a, b) if float(-across(unit(b - a)) @ low) > 0 else hatched(b, a)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Rail:
+    """Where a body slides on the ground: both ends of the rail, the way into the ground, and the rollers."""
+
+    a: Point
+    b: Point
+    below: Point
+    feet: tuple[Point, ...]
+
+
+def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
+    """A rail for a body that slides on the ground; none for what hangs, moves in space, or stands on columns."""
+    camera, mechanism = setting.camera, setting.mechanism
+    axis = setting.axis(joint)
+    boxes = [
+        each
+        for each in setting.solids
+        if each.body == joint.child and each.kind in ("box", "cylinder", "ball")
+    ]
+    if (
+        not camera.flat
+        or not boxes
+        or abs(float(axis[2])) > 0.9
+        or stands_on_columns(setting, joint)
+    ):
+        return
+    if any(each.body == mechanism.ground for each in setting.solids):
+        return
+    along = unit(camera.at(axis))
+    below = across(along)
+    below = -below if below[1] < 0 else below
+    center, zero = camera.at(setting.point(joint.child)), camera.at(setting.seat(joint))
+    depth = setting.reach(joint.child, below) - float(center @ below)
+    half = max(setting.reach(joint.child, along) - float(center @ along), 12.0)
+    ends = [float((zero - center) @ along), 0.0]
+    line = center + (depth + 8.0) * below
+    inset = max(half - 9.0, 0.45 * half)
+    top = center + (depth + 4.0) * below
+    yield _Rail(
+        line + (min(ends) - half - 26) * along,
+        line + (max(ends) + half + 26) * along,
+        below,
+        (top - inset * along, top + inset * along),
+    )
+
+
+def _drawn(rails: list[_Rail]) -> Iterator[Mark]:
+    """Rails on one line as one."""
+    first = rails[0]
+    for rail in rails:
+        for foot in rail.feet:
+            yield Circle(foot, 4.0, "pin")
+    along = unit(first.b - first.a)
+    ends = [float((end - first.a) @ along) for rail in rails for end in (rail.a, rail.b)]
+    a, b = first.a + min(ends) * along, first.a + max(ends) * along
+    yield from hatched(a, b) if float(-across(along) @ first.below) > 0 else hatched(b, a)
+
+
+def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
+    """Return whether a slide is a floor on elastic columns: a spring in it, and its seat raised above its parent.
+
+    Args:
+        setting: what is drawn.
+        joint: the slide.
+    """
+    offset, axis = setting.seat(joint) - setting.point(joint.parent), setting.axis(joint)
+    raised = float(np.linalg.norm(offset - (offset @ axis) * axis)) * setting.camera.scale
+    sprung = any(
+        isinstance(f, JointSpring) and f.joint == joint.name for f in setting.mechanism.forces
+    )
+    return sprung and raised > 24
+
+
+def wall(at: Point, outward: Point) -> Iterator[Mark]:
+    """Yield a short hatched wall.
+
+    Args:
+        at: shape (2,), its middle.
+        outward: shape (2,), from the wall into the open.
+    """
+    side = across(outward)
+    a, b = at - 20 * side, at + 20 * side
+    yield from hatched(a, b) if float(-across(unit(b - a)) @ outward) < 0 else hatched(b, a)

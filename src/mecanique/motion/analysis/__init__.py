@@ -1,0 +1,1 @@
+"""Analyze a motion: forces, momenta, audits."""

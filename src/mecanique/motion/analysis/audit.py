@@ -1,0 +1,154 @@
+"""Audits: whether a motion keeps the balances that mechanics demands, and how far it can be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+
+__all__ = ["Audit", "AuditRow", "audit"]
+
+LIGHT = 299_792_458.0
+"""Speed of light in vacuum [m/s] (SI definition)."""
+
+GROWTH = 1e4
+"""A balance holds if its relative residual is at most this many times the tolerance of a step."""
+
+ROUNDING = 1e-13
+"""Relative residuals below GROWTH times this are never held against a motion."""
+
+
+@final
+@dataclass(frozen=True)
+class AuditRow:
+    """One balance.
+
+    Args:
+        name: what is balanced, or stays zero.
+        residual: largest deviation along the motion, in the unit.
+        relative: the same, compared with the size of the quantities that balance.
+        limit: what `relative` may be.
+        unit: SI unit of the residual.
+        time: when it is largest [s].
+    """
+
+    name: str
+    residual: float
+    relative: float
+    limit: float
+    unit: str
+    time: float
+
+    @property
+    def ok(self) -> bool:
+        """Whether the balance holds."""
+        return bool(self.relative <= self.limit)
+
+
+@final
+@dataclass(frozen=True)
+class Audit:
+    """What the audit of a motion found; its text is a table.
+
+    Args:
+        rows: the balances.
+        speed: largest speed of a body's center of mass [m/s].
+        trust: until when the motion can be trusted, if it was asked for.
+    """
+
+    rows: tuple[AuditRow, ...]
+    speed: float
+    trust: Any = None
+
+    @property
+    def ok(self) -> bool:
+        """Whether every balance holds and no speed comes near that of light."""
+        return all(row.ok for row in self.rows) and self.speed_of_light_fraction < 0.01
+
+    @property
+    def speed_of_light_fraction(self) -> float:
+        """The largest speed as a fraction of the speed of light."""
+        return self.speed / LIGHT
+
+    def __getitem__(self, name: str) -> AuditRow:
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise UnknownNameError("balance", name, (row.name for row in self.rows))
+
+    def __str__(self) -> str:
+        width = max(len(row.name) for row in self.rows)
+        lines = [f"{'balance':<{width}}  {'residual':>18}  {'relative':>9}  {'limit':>7}  at t [s]"]
+        for row in self.rows:
+            verdict = "" if row.ok else "  BROKEN"
+            residual = f"{row.residual:.2e} {row.unit}".rstrip()
+            lines.append(
+                f"{row.name:<{width}}  {residual:>18}  {row.relative:9.1e}  {row.limit:7.0e}  {row.time:.4g}{verdict}"
+            )
+        lines.append(
+            f"largest speed {self.speed:.4g} m/s, {self.speed_of_light_fraction:.1e} of the speed of light"
+        )
+        if self.trust is not None:
+            lines.append(str(self.trust))
+        return "\n".join(lines)
+
+
+def audit(motion: Any, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
+    """Check a motion against the balances of energy and momentum, and its loops for being closed.
+
+    Args:
+        motion: the `Motion`.
+        refine: also integrate again with a smaller tolerance.
+        accuracy: the error that is then accepted, relative to the largest coordinate.
+
+    Raises:
+        InputError: if the accuracy is not positive.
+    """
+    if not accuracy > 0:
+        raise InputError(f"expected a positive accuracy, got {accuracy!r}")
+    from mecanique.motion.analysis.momentum import momentum_balances
+    from mecanique.motion.analysis.trust import trust
+
+    limit = GROWTH * (motion.statistics.rtol + ROUNDING)
+    energy = motion.energy()
+    rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", motion.t)]
+    for name, residual, scale, unit in momentum_balances(motion):
+        rows.append(_row(name, residual, scale, limit, unit, motion.t))
+    if motion.mechanism.loops:
+        closed, most = motion.reference.closed, motion.statistics.rtol + ROUNDING
+        drift = np.array(
+            [
+                closed.drift(q, v, float(t))
+                for q, v, t in zip(motion.q, motion.v, motion.t, strict=True)
+            ]
+        )
+        speed = 1.0 + float(np.abs(motion.v).max(initial=0.0))
+        rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", motion.t))
+        rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", motion.t))
+    return Audit(tuple(rows), _largest_speed(motion), trust(motion, accuracy) if refine else None)
+
+
+def _row(
+    name: str, residual: np.ndarray, scale: float, limit: float, unit: str, t: np.ndarray
+) -> AuditRow:
+    size = np.linalg.norm(residual, axis=1)
+    worst = int(size.argmax())
+    return AuditRow(
+        name, float(size[worst]), float(size[worst]) / scale, limit, unit, float(t[worst])
+    )
+
+
+def _largest_speed(motion: Any) -> float:
+    mechanism, fastest = motion.mechanism, 0.0
+    for body in mechanism.bodies:
+        if body.name == mechanism.ground:
+            continue
+        center = [mechanism.evaluate(component) for component in body.center]
+        velocity = motion.reference.point(
+            body.name, center, motion.q, motion.v, None, motion.t
+        ).velocity
+        fastest = max(fastest, float(np.linalg.norm(velocity, axis=1).max()))
+    return fastest

@@ -1,0 +1,366 @@
+"""Whether the ground may be taken as inertial: the same motion again on the turning earth.
+
+The base turns about the earth's axis by rheonomic joints, exactly, at any angle and speed: Coriolis
+and centrifugal effects follow from the equations of motion, not from formulas for small angles. The
+axis is led through the world's origin. That leaves out the uniform part of the centrifugal
+acceleration, the one that comes from the distance to the earth's axis, and rightly so: g as a plumb
+line shows it, and as a mechanism's gravity states it, contains it already. Weights turn with the
+ground. The earth's way around the sun and the tides are left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any, Literal, final
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.bodies import Body
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import finite, time
+from mecanique.model.forces import AnyForce, Force, Torque
+from mecanique.model.joints import Fixed, Revolute
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.motion import Motion
+from mecanique.motion.record.units import units
+from mecanique.motion.simulation.simulate import simulate
+
+__all__ = ["EARTH_RATE", "InertialCheck", "InertialRow", "inertial_check", "on_turning_earth"]
+
+EARTH_RATE = 7.292115e-5
+"""Rate of the earth's rotation [rad/s] (WGS 84, NIMA TR8350.2, 2000, table 3.1)."""
+
+RTOL = 1e-12
+"""Relative tolerance of both motions: what is looked for is small."""
+
+_AXES = {"south": (-1.0, 0.0), "east": (0.0, 1.0), "north": (1.0, 0.0), "west": (0.0, -1.0)}
+"""Components of north along x and y, by where x points: y is then east, north, west, south."""
+
+
+@final
+@dataclass(frozen=True)
+class InertialRow:
+    """How far one quantity changes.
+
+    Args:
+        name: what it is.
+        size: largest magnitude on ground that is at rest; of a coordinate, its range.
+        change: largest change that the earth's rotation makes.
+        unit: of both.
+        time: when the change is largest [s]; of a period, the end of the motion.
+    """
+
+    name: str
+    size: float
+    change: float
+    unit: str
+    time: float
+
+    @property
+    def relative(self) -> float:
+        """The change by the size; infinite if something arises from nothing."""
+        return (
+            self.change / self.size if self.size > 0 else (float("inf") if self.change > 0 else 0.0)
+        )
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class InertialCheck:
+    """A motion on ground at rest against the same motion on the turning earth; its text is a table.
+
+    Args:
+        latitude: [rad].
+        facing: where the world's x axis points.
+        rate: of the earth's rotation [rad/s].
+        rows: coordinates, reactions in the ground's axes, periods.
+        still: the motion on ground at rest.
+        turning: the motion on the turning earth.
+        tolerance: relative change below which the ground counts as inertial.
+        length: what moments are compared with forces by, a typical length of the mechanism [m].
+    """
+
+    latitude: float
+    facing: str
+    rate: float
+    rows: tuple[InertialRow, ...]
+    still: Motion
+    turning: Motion
+    tolerance: float
+    length: float
+
+    @property
+    def worst(self) -> InertialRow:
+        """The row that changes most, relatively; what arises from nothing is compared with the rest of its unit."""
+        return max(self.rows, key=self._weight)
+
+    @property
+    def inertial(self) -> bool:
+        """Whether every change is within the tolerance, so that the ground may be taken as inertial."""
+        return self._weight(self.worst) <= self.tolerance
+
+    def __getitem__(self, name: str) -> InertialRow:
+        for row in self.rows:
+            if row.name == name:
+                return row
+        raise UnknownNameError("row", name, (row.name for row in self.rows))
+
+    def _weight(self, row: InertialRow) -> float:
+        alike = max(other.size for other in self.rows if other.unit == row.unit)
+        if row.unit == "N·m":  # a moment may arise where there was none
+            alike = max(
+                alike,
+                self.length * max(other.size for other in self.rows if other.unit in ("N", "N·m")),
+            )
+        return row.change / alike if alike > 0 else row.relative
+
+    def __str__(self) -> str:
+        width = max(len(row.name) for row in self.rows)
+        span = self.still.t[-1] - self.still.t[0]
+        lines = [
+            f"{self.still.mechanism.name} on the earth at latitude {np.degrees(self.latitude):.6g}°, "
+            f"x {self.facing}, z up, over {span:.6g} s",
+            f"{'quantity':<{width}}  {'size':>16}  {'change':>16}  {'relative':>9}  at t [s]",
+        ]
+        for row in self.rows:
+            size, change = (f"{x:.4g} {row.unit}".rstrip() for x in (row.size, row.change))
+            lines.append(
+                f"{row.name:<{width}}  {size:>16}  {change:>16}  {row.relative:9.1e}  {row.time:.4g}"
+            )
+        word = "may" if self.inertial else "may not"
+        lines.append(
+            f"The ground {word} be taken as inertial within {self.tolerance:g}: "
+            f"the most is {self._weight(self.worst):.2g}, in {self.worst.name}."
+        )
+        lines.append(
+            "g contains the centrifugal acceleration of the place; the rest of the rotation is exact."
+        )
+        return "\n".join(lines)
+
+
+def inertial_check(
+    mechanism: Mechanism,
+    motion: Motion,
+    latitude: float,
+    *,
+    facing: Literal["south", "east", "north", "west"] = "south",
+    tolerance: float = 1e-3,
+    rate: float = EARTH_RATE,
+) -> InertialCheck:
+    """Judge afterwards whether the ground could be taken as inertial: integrate again on the turning earth.
+
+    Both motions start in the same state relative to the ground. World axes: z up, x where `facing`
+    says.
+
+    Args:
+        mechanism: what moves; its gravity is that of the place, as measured.
+        motion: how it moved.
+        latitude: [rad], positive in the north.
+        facing: where the world's x axis points.
+        tolerance: relative change below which the ground counts as inertial.
+        rate: of the earth's rotation [rad/s].
+
+    Raises:
+        InputError: if the latitude is not within ±π/2, or the motion is another mechanism's.
+        IntegrationError: if a motion stops before its end.
+    """
+    turned = on_turning_earth(mechanism, latitude, facing=facing, rate=rate)
+    tolerance = finite(tolerance, "the tolerance")
+    if not tolerance > 0:
+        raise InputError(f"expected a positive tolerance, got {tolerance:g}")
+    if not isinstance(motion, Motion) or motion.mechanism != mechanism:
+        raise InputError(
+            f"expected a motion of {mechanism.name!r}, as simulate returns it, got {motion!r}"
+        )
+
+    def again(which: Mechanism) -> Motion:
+        return simulate(
+            which,
+            q=motion.q[0],
+            v=motion.v[0],
+            t0=float(motion.t[0]),
+            duration=float(motion.t[-1] - motion.t[0]),
+            samples=motion.t,
+            rtol=RTOL,
+            method="dop853" if motion.method.startswith("dop853") else "auto",
+            events=motion.watched,
+        )
+
+    still, turning = again(mechanism), again(turned)
+    count = min(len(still.t), len(turning.t))
+    rows = [
+        *_coordinate_rows(still, turning, count),
+        *_reaction_rows(still, turning, turned, count),
+    ]
+    rows += _period_rows(still, turning)
+    from mecanique.verification.states.random import characteristic_length
+
+    length = float(characteristic_length(mechanism))
+    return InertialCheck(
+        float(latitude), facing, rate, tuple(rows), still, turning, tolerance, length
+    )
+
+
+def on_turning_earth(
+    mechanism: Mechanism,
+    latitude: float,
+    *,
+    facing: Literal["south", "east", "north", "west"] = "south",
+    rate: float = EARTH_RATE,
+) -> Mechanism:
+    """Return a mechanism whose ground turns with the earth; its coordinates are the same, relative to the ground.
+
+    The axis goes through the world's origin, and each body's weight is a force in the ground's
+    axes: g contains the centrifugal acceleration that comes from the distance to the earth's axis.
+
+    Args:
+        mechanism: on ground at rest; world axes: z up, x where `facing` says.
+        latitude: [rad], positive in the north.
+        facing: where the world's x axis points: "south", "east", "north" or "west".
+        rate: of the earth's rotation [rad/s].
+
+    Raises:
+        InputError: if the latitude is not within ±π/2, or `facing` is none of the four.
+    """
+    latitude = finite(latitude, "the latitude")
+    if not abs(latitude) <= np.pi / 2:
+        raise InputError(
+            f"expected a latitude within ±π/2 rad, got {latitude:g}; of degrees take numpy.radians"
+        )
+    if facing not in _AXES:
+        raise InputError(f"expected facing among {', '.join(_AXES)}, got {facing!r}")
+    along_x, along_y = (north * float(np.cos(latitude)) for north in _AXES[facing])
+    names = {body.name for body in mechanism.bodies} | {joint.name for joint in mechanism.joints}
+    names |= {
+        *mechanism.coordinates,
+        *mechanism.coordinates.driven,
+        *(force.name for force in mechanism.forces),
+    }
+    names |= {*mechanism.values, *(signal.symbol for signal in mechanism.inputs), "world"}
+    stars, earth, place = (_free(name, names) for name in ("stars", "earth_turn", "place"))
+    axis = (along_x, along_y, float(np.sin(latitude)))
+    weights = []
+    for body in mechanism.bodies:
+        if body.name != mechanism.ground and mechanism.evaluate(body.mass) > 0:
+            pull = tuple(body.mass * g for g in mechanism.gravity)
+            weights.append(
+                Force(
+                    _free(f"weight of {body.name}", names), body.name, body.center, pull, axes=place
+                )
+            )
+    forces = tuple(_turned(force, place) for force in mechanism.forces)
+    old = mechanism.coordinates
+    return replace(
+        mechanism,
+        bodies=(Body(stars), *mechanism.bodies, Body(place)),
+        joints=(
+            Revolute(earth, stars, mechanism.ground, axis=axis, coordinate=earth),
+            Fixed(place, mechanism.ground, place),
+            *mechanism.joints,
+        ),
+        forces=(*forces, *weights),
+        coordinates=Coordinates(old.names, {**old.driven, earth: rate * time()}, old.limits),
+        gravity=(0.0, 0.0, 0.0),
+        ground=stars,
+    )
+
+
+def _free(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    return name
+
+
+def _turned(force: AnyForce, place: str) -> AnyForce:
+    """A force in world axes is one in the ground's axes now."""
+    return (
+        replace(force, axes=place)
+        if isinstance(force, (Force, Torque)) and force.axes == "world"
+        else force
+    )
+
+
+def _coordinate_rows(still: Motion, turning: Motion, count: int) -> list[InertialRow]:
+    rows, unit = [], units(still.mechanism)
+    for k, name in enumerate(still.mechanism.coordinates):
+        change = np.abs(turning.q[:count, k] - still.q[:count, k])
+        at = int(change.argmax())
+        rows.append(
+            InertialRow(
+                name,
+                float(np.ptp(still.q[:, k])),
+                float(change[at]),
+                unit[name],
+                float(still.t[at]),
+            )
+        )
+    return rows
+
+
+def _reaction_rows(
+    still: Motion, turning: Motion, turned: Mechanism, count: int
+) -> list[InertialRow]:
+    """Changes of reactions, both in the ground's axes."""
+    earth = turned.joints[0]
+    ground = [body.name for body in turned.bodies].index(earth.child)
+    back = turning.poses()[:count, ground, :3, :3].transpose(0, 2, 1)
+    rows = []
+    for joint in still.mechanism.joints:
+        one, other = still.reactions(joint.name), turning.reactions(joint.name)
+        for what, unit in (("force", "N"), ("moment", "N·m")):
+            before = getattr(one, what)[:count]
+            after = np.einsum("nij,nj->ni", back, getattr(other, what)[:count])
+            change = np.linalg.norm(after - before, axis=1)
+            at = int(change.argmax())
+            size = float(np.linalg.norm(before, axis=1).max())
+            if max(size, float(change[at])) > 1e-12:
+                rows.append(
+                    InertialRow(
+                        f"{what} in {joint.name}", size, float(change[at]), unit, float(still.t[at])
+                    )
+                )
+    return rows
+
+
+def _period_rows(still: Motion, turning: Motion) -> list[InertialRow]:
+    """Changes of the mean time between maxima, of coordinates that have some."""
+    rows: list[InertialRow] = []
+    for name in still.mechanism.coordinates:
+        if f"{name}'" not in still.mechanism.velocities:
+            continue
+        before, after = (_maxima(motion, name) for motion in (still, turning))
+        count = min(len(before), len(after))
+        if count > 1:
+            first, second = (
+                (times[count - 1] - times[0]) / (count - 1) for times in (before, after)
+            )
+            rows.append(
+                InertialRow(
+                    f"period of {name}", first, abs(second - first), "s", float(still.t[-1])
+                ),
+            )
+    return rows
+
+
+def _maxima(motion: Motion, name: str) -> list[float]:
+    """When a coordinate is largest, to rounding."""
+    from scipy.optimize import brentq
+
+    k = motion.mechanism.velocities.index(f"{name}'")
+    rate: Any = motion.v[:, k]
+    if np.ptp(motion[name]) < 1e-9 * (1 + np.abs(motion[name]).max()):
+        return []
+    falls = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0))
+    return [
+        float(
+            brentq(
+                lambda t: float(motion(t).v[k]),
+                motion.t[i],
+                motion.t[i + 1],
+                xtol=1e-13,
+                rtol=1e-14,
+            )
+        )
+        for i in falls
+    ]

@@ -1,0 +1,67 @@
+"""Balances of linear and angular momentum along a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mecanique.motion.analysis.external import External
+from mecanique.motion.record.quadrature import integral
+
+__all__ = ["momentum_balances"]
+
+
+def momentum_balances(motion: Any) -> Iterator[tuple[str, np.ndarray, float, str]]:
+    """Yield name, residual (n, 3), size and unit of each balance of momentum.
+
+    The rate of change of momentum is the resultant of the external forces, support reactions
+    included: ṗ = F (Fundamentals of Dynamics, eqs. 1.1, 1.2), L̇ₒ = Mₒ about the world's origin
+    (eqs. 1.3, 1.10), L̇ = M about the center of mass (eq. 1.12). Both sides are compared
+    integrated, p(t) − p(0) − ∫ F dt, which needs no numerical derivative. Impulses of impacts are
+    left out.
+
+    Args:
+        motion: the `Motion`.
+    """
+    mechanism, reference = motion.mechanism, motion.reference
+    if not any(
+        mechanism.evaluate(body.mass) for body in mechanism.bodies if body.name != mechanism.ground
+    ):
+        return
+    external = External(mechanism, reference)
+
+    def rates(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+        force, moment = external(t, q, v)
+        about_center = moment - np.cross(reference.center_of_mass(q, t), force)
+        sizes = [np.linalg.norm(x, axis=1, keepdims=True) for x in (force, moment, about_center)]
+        return np.hstack([force, moment, about_center, *sizes])
+
+    given = integral(motion.curve, rates, motion.t)
+    have = _momenta(reference.momentum(motion.q, motion.v, motion.t))
+    jumps = np.zeros_like(have)
+    for event in motion.events:
+        if event.impact:
+            before, after = (
+                _momenta(reference.momentum(event.q, v, event.t)) for v in (event.v, event.after)
+            )
+            jumps += (motion.t >= event.t)[:, None] * (after - before)
+    residual = have - have[0] - jumps - given[:, :9]
+    sides = np.linalg.norm(have.reshape(len(have), 3, 3), axis=2).max(axis=0) + given[-1, 9:]
+    for k, (name, unit) in enumerate(
+        (
+            ("linear momentum", "kg·m/s"),
+            ("angular momentum about the origin", "kg·m²/s"),
+            ("angular momentum about the center of mass", "kg·m²/s"),
+        )
+    ):
+        # what is zero on both sides is compared with the momentum that its parts could have had
+        size = float(sides[k]) if sides[k] > 1e-9 * sides.max() else float(sides.max())
+        yield name, residual[:, 3 * k : 3 * k + 3], size or 1.0, unit
+
+
+def _momenta(momentum: Any) -> np.ndarray:
+    return np.concatenate(
+        [momentum.linear, momentum.angular, momentum.angular_about_center], axis=-1
+    )

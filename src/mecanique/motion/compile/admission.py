@@ -1,0 +1,46 @@
+"""Whether generated equations may be used: they have to agree with the reference first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.compare import TOLERANCE, rows_of
+from mecanique.verification.states.random import States, random_states
+
+__all__ = ["SAMPLES", "require_agreement"]
+
+SAMPLES = 10
+"""Number of random states at which accelerations are compared."""
+
+
+def require_agreement(
+    mechanism: Mechanism, reference: Any, accelerations: Callable[[States], np.ndarray], source: str
+) -> None:
+    """Compare accelerations with the reference's at random states.
+
+    Args:
+        mechanism: what moves.
+        reference: its `Reference`.
+        accelerations: gives them at states, shape (n, nv).
+        source: where they come from, for the message.
+
+    Raises:
+        DerivationError: if they do not agree.
+    """
+    states = random_states(mechanism, SAMPLES, 0)
+    theirs = {
+        "mass matrix": np.asarray(reference.mass_matrix(states.q, states.t)),
+        "acceleration": np.asarray(reference.acceleration(states.q, states.v, states.t)),
+    }
+    ours = {"acceleration": accelerations(states)}
+    (row,) = rows_of((source, "Pinocchio"), ours, theirs, states, mechanism)
+    if not row.worst <= TOLERANCE:
+        raise DerivationError(
+            f"the {source} of {mechanism.name!r} and the reference disagree: accelerations differ by {row.worst:.1e} "
+            f"at q = {list(row.q)}; verify(mechanism) shows what else does"
+        )

@@ -1,0 +1,200 @@
+"""What was compiled for a mechanism, kept as long as the mechanism is: equations in Python, Taylor integrators."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.heyoka import build_seconds, building, integrator
+from mecanique.motion.compile.program import Program, program_of
+from mecanique.motion.compile.python import Batched, batched, overwriting, scalar
+from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.steps import RightHandSide
+from mecanique.verification.states.random import States
+
+__all__ = ["Compiled", "compiled"]
+
+OPTIMIZED = 50_000
+"""After so many steps of Taylor series their code is optimized: by then that pays, whatever the mechanism."""
+
+_DERIVING = 2e-3
+"""Time to derive, compare and compile the least equations, roughly [s]."""
+
+
+@final
+class Compiled:
+    """Equations of motion of one mechanism as code, made when they are first asked for.
+
+    Args:
+        mechanism: what moves; it is not kept alive.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = weakref.ref(mechanism)
+        self._size = mechanism.nv
+        self.rates = Rates.of(mechanism)
+        """The maps between v and q̇."""
+        self.spent = 0.0
+        """About how long motions of the mechanism have been integrated so far [s]."""
+        self._program: Program | DerivationError | None = None
+        self._make: Callable[[], RightHandSide] | None = None
+        self._pools: dict[float, list[Any]] = {}
+        self._taken: dict[float, int] = {}
+        self._optimized: set[float] = set()
+
+    def program(self, reference: Any) -> Program:
+        """Return the equations as a program, after it was compared with the reference.
+
+        Args:
+            reference: the mechanism's `Reference`.
+
+        Raises:
+            DerivationError: if there is no closed form, or it does not agree.
+        """
+        if self._program is None:
+            mechanism = self._mechanism()
+            assert mechanism is not None, "who asks holds the mechanism"
+            try:
+                self._program = _agreed(mechanism, reference)
+            except DerivationError as error:
+                self._program = error
+        if isinstance(self._program, DerivationError):
+            raise self._program
+        return self._program
+
+    def rhs(self, reference: Any) -> RightHandSide:
+        """Return the equations as a function of floats; it overwrites its last answer and is for one user alone.
+
+        Args:
+            reference: the mechanism's `Reference`.
+
+        Raises:
+            DerivationError: if there is no closed form, or it does not agree.
+        """
+        if self._make is None:
+            self._make = overwriting(self.program(reference))
+        return self._make()
+
+    @property
+    def has_rhs(self) -> bool:
+        """Whether the equations are compiled."""
+        return self._make is not None
+
+    @property
+    def possible(self) -> bool:
+        """Whether there is a closed form, as far as known."""
+        return not isinstance(self._program, DerivationError)
+
+    def has_integrator(self, tolerance: float) -> bool:
+        """Whether a Taylor integrator of this tolerance is there."""
+        return tolerance in self._pools
+
+    def borrow(self, reference: Any, tolerance: float) -> Any:
+        """Return a Taylor integrator; whoever borrows it alone uses it, and gives it back.
+
+        Args:
+            reference: the mechanism's `Reference`.
+            tolerance: relative error of a step.
+
+        Raises:
+            InputError: if heyoka is not installed.
+            DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
+        """
+        if not self.optimized(tolerance) and self._taken.get(tolerance, 0) >= OPTIMIZED:
+            self._optimized.add(tolerance)
+            self._pools.pop(tolerance, None)
+        pool = self._pools.get(tolerance)
+        if pool:
+            return pool.pop()
+        return integrator(self.program(reference), tolerance, optimized=self.optimized(tolerance))
+
+    def exchanged(self, reference: Any, tolerance: float, machine: Any, steps: int) -> Any:
+        """Return a Taylor integrator to go on with: the same, or an optimized one if that pays by now.
+
+        Args:
+            reference: the mechanism's `Reference`.
+            tolerance: relative error of a step.
+            machine: the integrator.
+            steps: how many steps it took since it was borrowed.
+        """
+        if self.optimized(tolerance) or self._taken.get(tolerance, 0) + steps < OPTIMIZED:
+            return machine
+        self.give_back(tolerance, machine, steps)
+        other = self.borrow(reference, tolerance)
+        other.time = machine.time
+        other.state[:] = machine.state
+        return other
+
+    def optimized(self, tolerance: float) -> bool:
+        """Whether Taylor integrators of a tolerance are optimized."""
+        return tolerance in self._optimized
+
+    def give_back(self, tolerance: float, machine: Any, steps: int = 0) -> None:
+        """Take a Taylor integrator back, for the next motion.
+
+        Args:
+            tolerance: relative error of a step.
+            machine: the integrator.
+            steps: how many steps it took.
+        """
+        self._taken[tolerance] = self._taken.get(tolerance, 0) + steps
+        self._pools.setdefault(tolerance, []).append(machine)
+
+    def batched(self, reference: Any) -> Batched:
+        """Return the equations as a function of arrays."""
+        return batched(self.program(reference))
+
+    def seconds_to_derive(self) -> float:
+        """Return about how long it takes to derive and compile the equations in Python [s]."""
+        return _DERIVING + 1e-3 * self._size**3
+
+    def seconds_to_build(self) -> float:
+        """Return about how long it takes to build a Taylor integrator [s]."""
+        if isinstance(self._program, Program):
+            return build_seconds(self._program, optimized=False)
+        return self.seconds_to_derive() + building(15 * self._size**2, optimized=False)
+
+
+_known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
+
+
+def compiled(mechanism: Mechanism) -> Compiled:
+    """Return what is compiled for a mechanism; the same object as long as the mechanism is there.
+
+    Args:
+        mechanism: what moves.
+    """
+    key = id(mechanism)
+    found = _known.get(key)
+    if found is None or found[0]() is not mechanism:
+        # bound here: at the interpreter's end the module may be gone before the mechanism
+        def forget(
+            _: object, known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = _known
+        ) -> None:
+            known.pop(key, None)
+
+        found = _known[key] = weakref.ref(mechanism, forget), Compiled(mechanism)
+    return found[1]
+
+
+def _agreed(mechanism: Mechanism, reference: Any) -> Program:
+    program = program_of(mechanism)
+    rhs = scalar(program)
+
+    def accelerations(states: States) -> np.ndarray:
+        rows = zip(states.q, states.v, states.t.tolist(), strict=True)
+        try:
+            return np.array([rhs(t, np.concatenate([q, v]))[mechanism.nq :] for q, v, t in rows])
+        except (ArithmeticError, ValueError) as error:
+            raise DerivationError(
+                f"the closed form of {mechanism.name!r} is not defined everywhere: {error}"
+            ) from error
+
+    require_agreement(mechanism, reference, accelerations, "closed form")
+    return program

@@ -1,0 +1,171 @@
+"""Programs as Taylor-series integrators, compiled by heyoka (extra `fast`).
+
+Each step expands the motion in a Taylor series by automatic differentiation of the equations, to
+the order that the tolerance asks for (À. Jorba, M. Zou, Experimental Mathematics 14 (2005) 99; F.
+Biscani, D. Izzo, Monthly Notices of the Royal Astronomical Society 504 (2021) 2614).
+"""
+
+from __future__ import annotations
+
+import sys
+from functools import cache
+from importlib.util import find_spec
+from typing import Any
+
+from mecanique.errors import DerivationError, InputError
+from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.tape import Value
+
+__all__ = ["build_seconds", "building", "installed", "integrator", "lanes", "system"]
+
+_FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}
+
+_COMPACT = {True: 600, False: 200}
+"""Programs with more operations are compiled compactly, if optimized and if not: slower, but not compiled for long."""
+
+_OPTIONS: dict[bool, dict[str, Any]] = {
+    True: {"opt_level": 1, "fast_math": True},
+    False: {"opt_level": 0, "fast_math": True},
+}
+"""Optimized or not: that runs two to five times faster and takes ten times longer to compile. Higher levels gain
+little. Products and sums may be fused, which rounds less; that a state is not finite is seen all
+the same."""
+
+_BUILDING = {True: (0.02, 3.5e-3), False: (0.01, 4e-4)}
+"""Time to compile, optimized or not: in all, and for each operation, roughly [s]."""
+
+_IMPORTING = 0.3
+"""Time to import heyoka, roughly [s]."""
+
+
+@cache
+def installed() -> bool:
+    """Return whether heyoka is there."""
+    return find_spec("heyoka") is not None
+
+
+def build_seconds(program: Program, *, optimized: bool = True) -> float:
+    """Return about how long an integrator takes to compile [s].
+
+    Args:
+        program: the equations.
+        optimized: whether it is optimized.
+    """
+    return building(len(program.tape.needed(program.rates)), optimized=optimized)
+
+
+def building(operations: float, *, optimized: bool = True) -> float:
+    """Return about how long a program of so many operations takes to compile [s].
+
+    Args:
+        operations: their number.
+        optimized: whether it is optimized.
+    """
+    importing = 0.0 if "heyoka" in sys.modules else _IMPORTING
+    once, each = _BUILDING[optimized]
+    return importing + once + each * operations
+
+
+def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:
+    """Return a heyoka integrator: of one run, or of several side by side.
+
+    Args:
+        program: the equations; open parameters are par[0], par[1], …
+        tolerance: relative error of a step.
+        runs: number of runs that advance together, each with its own step.
+        optimized: whether it is optimized, which pays for long or many motions.
+
+    Raises:
+        InputError: if heyoka is not installed.
+        DerivationError: if the equations hold what has no Taylor series here.
+    """
+    heyoka = _heyoka()
+    equations = system(program, heyoka)
+    size = len(program.tape.needed(program.rates))
+    options = {"tol": tolerance, "compact_mode": size > _COMPACT[optimized], **_OPTIONS[optimized]}
+    if program.open:
+        options["pars"] = (
+            [0.0] * len(program.open) if runs == 1 else [[0.0] * runs for _ in program.open]
+        )
+    if runs == 1:
+        return heyoka.taylor_adaptive(equations, [0.0] * len(equations), **options)
+    return heyoka.taylor_adaptive_batch(equations, [[0.0] * runs for _ in equations], **options)
+
+
+def lanes() -> int:
+    """Return how many runs this machine advances side by side."""
+    return max(2, int(_heyoka().recommended_simd_size()))
+
+
+def _heyoka() -> Any:
+    if not installed():
+        raise InputError(
+            "method 'taylor' needs heyoka, which is not installed: pip install 'mecanique[fast]', or use method 'auto'"
+        )
+    import heyoka
+
+    return heyoka
+
+
+def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
+    """Return the equations as heyoka takes them: pairs of a letter and its rate.
+
+    Args:
+        program: the equations.
+        heyoka: the module.
+
+    Raises:
+        DerivationError: if the equations hold what has no Taylor series here.
+    """
+    if program.signals:
+        names = ", ".join(program.signals)
+        raise DerivationError(
+            f"method 'taylor' needs the equations as formulas, but the input {names} is a function or a record; write "
+            "it as an expression in t, or use method 'closed_form' or 'auto'"
+        )
+    operations = program.tape.operations
+    needed = program.tape.needed(program.rates)
+    unknown = sorted(
+        {operations[place][0] for place in needed} - _FUNCTIONS - {"+", "-", "*", "/", "input"}
+    )
+    if unknown:
+        raise DerivationError(
+            f"no Taylor series of {', '.join(unknown)}; use another method than 'taylor'"
+        )
+    letters = heyoka.make_vars(*(f"s{k}" for k in range(len(program.states))))
+    named = dict(zip(program.states, letters, strict=True))
+    named |= {symbol: heyoka.par[k] for k, symbol in enumerate(program.open)} | {"t": heyoka.time}
+    uses = dict.fromkeys(needed, 0)
+    for value in [*(v for place in needed for v in operations[place][1]), *program.rates]:
+        if isinstance(value, int):
+            uses[value] += 1
+    built: dict[int, Any] = {}
+
+    def expression(value: Value) -> Any:
+        return heyoka.expression(value) if isinstance(value, float) else built[value]
+
+    def terms(value: Value, sign: float) -> list[Any]:
+        """A sum's terms, as far as nothing else uses its parts: one sum of many is cheaper than many of two."""
+        if isinstance(value, int) and operations[value][0] in "+-" and uses[value] == 1:
+            kind, (a, b), _ = operations[value]
+            return terms(a, sign) + terms(b, sign if kind == "+" else -sign)
+        return [expression(value) if sign > 0 else -1.0 * expression(value)]
+
+    for place in needed:
+        kind, values, name = operations[place]
+        if kind == "input":
+            built[place] = named[name]
+        elif kind in "+-":
+            a, b = values
+            built[place] = heyoka.sum(terms(a, 1.0) + terms(b, 1.0 if kind == "+" else -1.0))
+        elif kind in "*/":
+            a, b = values
+            built[place] = (
+                expression(a) * expression(b) if kind == "*" else expression(a) / expression(b)
+            )
+        else:
+            built[place] = getattr(heyoka, kind)(expression(values[0]))
+    return [
+        (named[name], expression(rate))
+        for name, rate in zip(program.states, program.rates, strict=True)
+    ]

@@ -1,0 +1,164 @@
+"""The equations of motion as one straight-line program ẏ = f(t, y), from the closed form derived in-house."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from typing import Any, final
+
+from mecanique.derivation import derive
+from mecanique.errors import DerivationError
+from mecanique.model.expression import evaluate
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.lowering import Lowering
+from mecanique.motion.compile.tape import Tape, Value
+
+__all__ = ["MOST_VELOCITIES", "Program", "program_of"]
+
+MOST_VELOCITIES = 8
+"""Closed forms of larger mechanisms are too long to be faster than a recursion."""
+
+
+@final
+@dataclass(frozen=True)
+class Program:
+    """A straight-line program that gives the rates of a mechanism's state.
+
+    Its inputs are named as the mechanism names them: coordinates, velocities, "t", parameters left
+    open, and signals that are functions.
+
+    Args:
+        mechanism: whose motion it is.
+        tape: the operations.
+        rates: value of each rate, first of q, then of v, shape (nq + nv,).
+        open: parameters that are inputs, by symbol.
+        signals: inputs of the mechanism that are functions of time, by symbol.
+    """
+
+    mechanism: Mechanism
+    tape: Tape
+    rates: tuple[Value, ...]
+    open: tuple[str, ...]
+    signals: tuple[str, ...]
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the state's parts: coordinates, then velocities."""
+        return (*self.mechanism.coordinates.names, *self.mechanism.velocities)
+
+
+@final
+class _Traced:
+    """A scalar that writes on a tape what is done with it."""
+
+    def __init__(self, tape: Tape, value: Value) -> None:
+        self.tape = tape
+        self.value = value
+
+    def __add__(self, other: Any) -> _Traced:
+        return _Traced(self.tape, self.tape.add(self.value, self._lifted(other)))
+
+    __radd__ = __add__
+
+    def __mul__(self, other: Any) -> _Traced:
+        return _Traced(self.tape, self.tape.multiply(self.value, self._lifted(other)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> _Traced:
+        return _Traced(self.tape, self.tape.divide(self.value, self._lifted(other)))
+
+    def __rtruediv__(self, other: Any) -> _Traced:
+        return _Traced(self.tape, self.tape.divide(self._lifted(other), self.value))
+
+    def __pow__(self, other: Any) -> _Traced:
+        if isinstance(other, int):
+            return _Traced(self.tape, self.tape.power(self.value, other))
+        raise DerivationError("an input holds a power that is no whole number")
+
+    def _lifted(self, other: Any) -> Value:
+        return other.value if isinstance(other, _Traced) else float(other)
+
+
+def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
+    """Derive the equations of a mechanism and return them as a program.
+
+    Args:
+        mechanism: a tree of few joints.
+        swept: symbols of the parameters that stay inputs; all others are the numbers they stand
+            for.
+
+    Raises:
+        DerivationError: if there is no closed form, or none that holds at every state.
+    """
+    if mechanism.loops:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} has loops; its closed form is that of the open tree"
+        )
+    if mechanism.nv > MOST_VELOCITIES:
+        raise DerivationError(
+            f"expected at most {MOST_VELOCITIES} velocities for a closed form, got {mechanism.nv}"
+        )
+    derivation = derive(mechanism).derivation
+    if derivation.assumptions:
+        subjects = ", ".join(assumption.subject for assumption in derivation.assumptions)
+        raise DerivationError(
+            f"the closed form of {mechanism.name!r} holds for one sign of {subjects} only"
+        )
+    tape, ring = Tape(), derivation.algebra.ring
+    values: dict[str, Value] = {
+        name: tape.input(name) for name in (*mechanism.coordinates, *mechanism.velocities, "t")
+    }
+    kept = tuple(p.symbol for p in mechanism.parameters if p.symbol in swept)
+    values |= {
+        p.symbol: tape.input(p.symbol) if p.symbol in kept else p.value
+        for p in mechanism.parameters
+    }
+    signals = []
+    for signal in mechanism.inputs:
+        if callable(signal.signal):
+            signals.append(signal.symbol)
+            values[signal.symbol] = tape.input(signal.symbol)
+        else:
+            traced = {name: _Traced(tape, value) for name, value in values.items()}
+            outcome = evaluate(signal.signal, traced, function=_function)
+            values[signal.symbol] = (
+                outcome.value if isinstance(outcome, _Traced) else float(outcome)
+            )
+    lowered = Lowering(ring, tape, values)
+    M = [[lowered(entry) for entry in row] for row in derivation.M]
+    rest = [
+        tape.subtract(lowered(q), lowered(h))
+        for q, h in zip(derivation.Q, derivation.h, strict=True)
+    ]
+    accelerations = _solved(tape, M, rest)
+    rates = [lowered(ring.rates[ring.index(name)]) for name in mechanism.coordinates]
+    return Program(mechanism, tape, (*rates, *accelerations), kept, tuple(signals))
+
+
+def _function(name: str) -> Callable[[Any], Any]:
+    def apply(argument: Any) -> Any:
+        if isinstance(argument, _Traced):
+            return _Traced(argument.tape, argument.tape.call(name, argument.value))
+        return Tape().call(name, float(argument))
+
+    return apply
+
+
+def _solved(tape: Tape, M: list[list[Value]], rest: list[Value]) -> list[Value]:
+    """A from M a = rest by elimination from the last row up, M = Uᵀ D U (Cholesky's method without roots)."""
+    M, rest = [list(row) for row in M], list(rest)
+    size = len(rest)
+    factors: dict[tuple[int, int], Value] = {}
+    for k in range(size - 1, -1, -1):
+        for i in range(k):
+            factors[k, i] = tape.divide(M[k][i], M[k][k])
+        for i in range(k):
+            for j in range(i + 1):
+                M[i][j] = tape.subtract(M[i][j], tape.multiply(factors[k, j], M[k][i]))
+            rest[i] = tape.subtract(rest[i], tape.multiply(factors[k, i], rest[k]))
+    found: list[Value] = []
+    for k in range(size):
+        known = tape.sum(tape.multiply(factors[k, i], found[i]) for i in range(k))
+        found.append(tape.subtract(tape.divide(rest[k], M[k][k]), known))
+    return found

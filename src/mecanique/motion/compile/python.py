@@ -1,0 +1,188 @@
+"""Programs as Python functions: of floats by `math`, of arrays by numpy."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mecanique.motion.compile.half_angles import by_tangents
+from mecanique.motion.compile.program import Program
+from mecanique.motion.compile.tape import Tape, Value
+from mecanique.motion.record.steps import RightHandSide
+
+__all__ = ["Batched", "batched", "overwriting", "owning", "scalar"]
+
+Batched: TypeAlias = Callable[[float, np.ndarray, np.ndarray], None]
+"""f(t, Y, out): rates of many states at once, shape (nq + nv, n) both."""
+
+_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Abs": "abs"}
+_DEEPEST = 40
+
+
+def scalar(program: Program) -> RightHandSide:
+    """Return f(t, y) = y' of a program without open parameters, for one state; each answer is an array of its own.
+
+    Args:
+        program: the program.
+    """
+    return owning(overwriting(program)())
+
+
+def owning(rhs: RightHandSide) -> RightHandSide:
+    """Return a right-hand side whose answers are arrays of their own, from one that overwrites its last answer.
+
+    Args:
+        rhs: f(t, y).
+    """
+    return lambda t, y: rhs(t, y).copy()
+
+
+def overwriting(program: Program) -> Callable[[], RightHandSide]:
+    """Return what makes f(t, y) = y' of a program without open parameters; each overwrites its last answer.
+
+    To make an array takes as long as the equations of a pendulum. Whoever integrates makes a
+    function of its own.
+
+    Args:
+        program: the program.
+    """
+    functions = {
+        name: getattr(math, name)
+        for name in ("sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan")
+    }
+    functions |= {
+        "tanh": math.tanh,
+        "Abs": abs,
+        "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+    }
+    lines, rates = _written(program.tape, program.rates, program)
+    signals = _signals(program)
+    text = "\n".join(
+        [
+            "def make():",
+            f"    answer = empty({len(rates)})",
+            "    out = memoryview(answer)",
+            "    def rhs(t, y):",
+            f"        {_state(program)} = y.tolist()",
+            *(f"        {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
+            *(f"        {line}" for line in lines),
+            *(f"        out[{k}] = {rate}" for k, rate in enumerate(rates)),
+            "        return answer",
+            "    return rhs",
+        ]
+    )
+    space: dict[str, Any] = {**functions, **signals, "empty": np.empty}
+    exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
+    make: Callable[[], RightHandSide] = space["make"]
+    return make
+
+
+def batched(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
+    """Return f(t, Y, out) of a program, for many states at once.
+
+    Args:
+        program: the program.
+        values: value of each open parameter, shape () or (n,).
+    """
+    lines, rates = _written(*by_tangents(program.tape, program.rates), program)
+    fixed, moving = _parted(program, lines)
+    text = "\n".join(
+        [
+            f"def build({', '.join(map(_name, program.open))}):",
+            *(f"    {line}" for line in fixed),
+            "    def rhs(t, Y, out):",
+            f"        {_state(program)} = Y",
+            *(f"        {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
+            *(f"        {line}" for line in moving),
+            *(f"        out[{k}] = {rate}" for k, rate in enumerate(rates)),
+            "    return rhs",
+        ]
+    )
+    space: dict[str, Any] = {
+        name: getattr(np, _NUMPY.get(name, name)) for name in _FUNCTIONS
+    } | _signals(program)
+    exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
+    rhs: Batched = space["build"](*values)
+    return rhs
+
+
+_FUNCTIONS = (
+    "sin",
+    "cos",
+    "tan",
+    "sqrt",
+    "exp",
+    "log",
+    "asin",
+    "acos",
+    "atan",
+    "tanh",
+    "Abs",
+    "sign",
+)
+
+
+def _signals(program: Program) -> dict[str, Any]:
+    inputs = {signal.symbol: signal for signal in program.mechanism.inputs}
+    return {f"{_name(s)}_": inputs[s].function(program.mechanism.values) for s in program.signals}
+
+
+def _name(symbol: str) -> str:
+    """A letter of the mechanism as a name in Python; letters may be keywords or end in dashes."""
+    return "i_" + symbol.replace("'", "_p")
+
+
+def _state(program: Program) -> str:
+    return f"[{', '.join(f's{k}' for k in range(len(program.states)))}]"
+
+
+def _written(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list[str], list[str]]:
+    """Assignments and the outputs' expressions; what is used once stays inside the expression that uses it."""
+    names = {name: f"s{k}" for k, name in enumerate(program.states)} | {"t": "t"}
+    needed = tape.needed(outputs)
+    uses = dict.fromkeys(needed, 0)
+    for value in [*(v for place in needed for v in tape.operations[place][1]), *outputs]:
+        if isinstance(value, int):
+            uses[value] += 1
+    texts: dict[int, str] = {}
+    depth: dict[int, int] = {}
+    lines: list[str] = []
+
+    def text(value: Value) -> str:
+        return repr(value) if isinstance(value, float) else texts[value]
+
+    for place in needed:
+        kind, values, name = tape.operations[place]
+        depth[place] = 1 + max((depth[v] for v in values if isinstance(v, int)), default=0)
+        if kind == "input":
+            texts[place] = names.get(name) or _name(name)
+            continue
+        words = [text(value) for value in values]
+        expression = f"({words[0]} {kind} {words[1]})" if kind in "+-*/" else f"{kind}({words[0]})"
+        if uses[place] > 1 or depth[place] > _DEEPEST:
+            lines.append(f"x{place} = {expression}")
+            texts[place], depth[place] = f"x{place}", 0
+        else:
+            texts[place] = expression
+    return lines, [text(value) for value in outputs]
+
+
+def _parted(program: Program, lines: list[str]) -> tuple[list[str], list[str]]:
+    """Assignments that depend on parameters alone, and the others."""
+    import re
+
+    moving_names = (
+        {f"s{k}" for k in range(len(program.states))} | {"t"} | set(map(_name, program.signals))
+    )
+    fixed, moving = [], []
+    for line in lines:
+        target, _, expression = line.partition(" = ")
+        if moving_names & set(re.findall(r"[A-Za-z_]\w*", expression)):
+            moving.append(line)
+            moving_names.add(target)
+        else:
+            fixed.append(line)
+    return fixed, moving

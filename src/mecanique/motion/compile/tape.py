@@ -1,0 +1,170 @@
+"""Straight-line programs: elementary operations in order, each different one once.
+
+A value is a float or the place of an operation on the tape. Equal operations are found again when
+they are written (common subexpressions), and operations on numbers alone are carried out at once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TypeAlias, final
+
+__all__ = ["Operation", "Tape", "Value"]
+
+Value: TypeAlias = "float | int"
+"""A float is a number; an int is the place of an operation on the tape."""
+
+Operation: TypeAlias = "tuple[str, tuple[Value, ...], str]"
+"""What is done ("+", "-", "*", "/", a function's name, or "input"), with what, and the name of an input."""
+
+_NUMBERS: dict[str, Callable[[float], float]] = {
+    "sin": math.sin,
+    "cos": math.cos,
+    "tan": math.tan,
+    "sqrt": math.sqrt,
+    "exp": math.exp,
+    "log": math.log,
+    "asin": math.asin,
+    "acos": math.acos,
+    "atan": math.atan,
+    "tanh": math.tanh,
+    "Abs": abs,
+    "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+}
+
+
+@final
+@dataclass
+class Tape:
+    """Operations as they are written; a recorder.
+
+    Args:
+        operations: in order; each uses earlier ones only.
+    """
+
+    operations: list[Operation] = field(default_factory=list)
+    _places: dict[object, int] = field(default_factory=dict)
+
+    def input(self, name: str) -> int:
+        """Return an input, by name."""
+        return self._place("input", (), name)
+
+    def add(self, a: Value, b: Value) -> Value:
+        """Return a + b."""
+        if isinstance(a, float):
+            a, b = b, a
+        if isinstance(b, float):
+            if isinstance(a, float):
+                return a + b
+            if b == 0.0:
+                return a
+        if isinstance(b, int) and (negative := self._negated(b)) is not None:
+            return self.subtract(a, negative)
+        if isinstance(a, int) and (negative := self._negated(a)) is not None:
+            return self.subtract(b, negative)
+        return self._place("+", _ordered(a, b))
+
+    def subtract(self, a: Value, b: Value) -> Value:
+        """Return a − b."""
+        if isinstance(b, float):
+            return self.add(a, -b)
+        if isinstance(a, float) and a == 0.0:
+            return self.multiply(-1.0, b)
+        if (negative := self._negated(b)) is not None:
+            return self.add(a, negative)
+        return 0.0 if a == b and isinstance(a, int) else self._place("-", (a, b))
+
+    def multiply(self, a: Value, b: Value) -> Value:
+        """Return a b; numbers are drawn together in front."""
+        if isinstance(b, float):
+            a, b = b, a
+        if isinstance(b, float):
+            return float(a) * b
+        if isinstance(a, float):
+            if a in (0.0, 1.0):
+                return b if a else 0.0
+            kind, (first, *rest), _ = self._operation(b)
+            if kind == "*" and isinstance(first, float):
+                return self.multiply(first * a, rest[0])
+            return self._place("*", (a, b))
+        for x, y in ((a, b), (b, a)):
+            kind, (first, *rest), _ = self._operation(x)
+            if kind == "*" and isinstance(first, float):
+                return self.multiply(first, self.multiply(rest[0], y))
+        return self._place("*", _ordered(a, b))
+
+    def divide(self, a: Value, b: Value) -> Value:
+        """Return a / b."""
+        if isinstance(b, float):
+            return self.multiply(1.0 / b, a)
+        return 0.0 if a == 0.0 and isinstance(a, float) else self._place("/", (a, b))
+
+    def power(self, a: Value, exponent: int) -> Value:
+        """Return a to a whole exponent."""
+        if exponent < 0:
+            return self.divide(1.0, self.power(a, -exponent))
+        result: Value = 1.0
+        square = a
+        while exponent:
+            if exponent & 1:
+                result = self.multiply(result, square)
+            exponent >>= 1
+            if exponent:
+                square = self.multiply(square, square)
+        return result
+
+    def call(self, function: str, a: Value) -> Value:
+        """Return a function, by its sympy name."""
+        if isinstance(a, float):
+            return _NUMBERS[function](a)
+        if function in ("sin", "cos") and (negative := self._negated(a)) is not None:
+            value = self.call(function, negative)
+            return self.multiply(-1.0, value) if function == "sin" else value
+        return self._place(function, (a,))
+
+    def sum(self, terms: Iterable[Value]) -> Value:
+        """Return the sum of several values, from the first on."""
+        total: Value = 0.0
+        for term in terms:
+            total = self.add(total, term)
+        return total
+
+    def needed(self, outputs: Sequence[Value]) -> list[int]:
+        """Return the places of the operations that outputs need, in order."""
+        found: set[int] = set()
+        todo = [value for value in outputs if isinstance(value, int)]
+        while todo:
+            place = todo.pop()
+            if place not in found:
+                found.add(place)
+                todo += [value for value in self.operations[place][1] if isinstance(value, int)]
+        return sorted(found)
+
+    def _operation(self, place: int) -> tuple[str, tuple[Value, ...], str]:
+        kind, values, name = self.operations[place]
+        return kind, values or (0.0,), name
+
+    def _negated(self, place: int) -> Value | None:
+        """What it is the negative of, if it is written as one."""
+        kind, values, _ = self.operations[place]
+        if kind == "*" and isinstance(values[0], float) and values[0] < 0:
+            return self.multiply(-values[0], values[1])
+        return None
+
+    def _place(self, kind: str, values: tuple[Value, ...], name: str = "") -> int:
+        # 1 and 1.0 are equal keys, but a place and a number
+        key = kind, name, *(value if isinstance(value, int) else (value,) for value in values)
+        found = self._places.get(key)
+        if found is None:
+            found = self._places[key] = len(self.operations)
+            self.operations.append((kind, values, name))
+        return found
+
+
+def _ordered(a: Value, b: Value) -> tuple[Value, Value]:
+    """Two operands in the order of their places, so that a + b is found as b + a; numbers come first."""
+    if isinstance(b, float) or (isinstance(a, int) and b < a):
+        return b, a
+    return a, b

@@ -1,0 +1,1 @@
+"""Integrate many motions of a mechanism side by side."""

@@ -1,0 +1,245 @@
+"""Some of many runs as one piece of work that any process can do: pickled to it, integrated there, sent back."""
+
+from __future__ import annotations
+
+import copy
+import os
+import pickle
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.heyoka import integrator, lanes
+from mecanique.motion.compile.program import Program, program_of
+from mecanique.motion.compile.python import Batched, batched
+from mecanique.motion.ensemble.dop853 import Block, integrate
+from mecanique.motion.record.rates import Rates
+from mecanique.motion.simulation.arguments import kinks, longest_step
+
+__all__ = ["Chunk", "Part", "run_part", "threads_here"]
+
+FEWEST = 500
+"""Fewest runs for which a thread pays."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Runs that are integrated as one piece.
+
+    Args:
+        first: index of its first run.
+        mechanism: what moves, pickled.
+        q: shape (n, nq), positions at the start.
+        v: shape (n, nv), velocities at the start.
+        parameters: values of the parameters that differ from run to run, shape (n,) each, by
+            symbol.
+        times: of the samples, the first is the start, shape (m,) [s].
+        method: "batch", "taylor" or "single".
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+        max_steps: most steps of a run.
+        threads: how many threads it may use.
+    """
+
+    first: int
+    mechanism: bytes
+    q: np.ndarray
+    v: np.ndarray
+    parameters: Mapping[str, np.ndarray]
+    times: np.ndarray
+    method: str
+    rtol: float
+    atol: float
+    max_steps: int
+    threads: int = 1
+
+    def __len__(self) -> int:
+        return len(self.q)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Chunk:
+    """What a part yields.
+
+    Args:
+        first: index of its first run.
+        q: shape (n, m, nq), positions; not a number after a run has failed.
+        v: shape (n, m, nv), velocities.
+        steps: shape (n,), number of steps; negative for runs that failed.
+    """
+
+    first: int
+    q: np.ndarray
+    v: np.ndarray
+    steps: np.ndarray
+
+
+def run_part(part: Part) -> Chunk:
+    """Integrate the runs of a part.
+
+    Args:
+        part: the runs.
+    """
+    mechanism, nq = _mechanism(part.mechanism), part.q.shape[1]
+    integrate_all: dict[str, Callable[[Part, Mechanism], tuple[np.ndarray, np.ndarray]]] = {
+        "batch": _batch,
+        "taylor": _taylor,
+        "single": _single,
+    }
+    states, steps = integrate_all[part.method](part, mechanism)
+    q = Rates.of(mechanism).normalized(states[:, :, :nq])
+    return Chunk(part.first, q, states[:, :, nq:], steps)
+
+
+@lru_cache(maxsize=4)
+def _mechanism(pickled: bytes) -> Mechanism:
+    mechanism: Mechanism = pickle.loads(pickled)
+    return mechanism
+
+
+@lru_cache(maxsize=4)
+def _program(pickled: bytes, swept: tuple[str, ...]) -> Program:
+    return program_of(_mechanism(pickled), swept)
+
+
+def _start(part: Part) -> np.ndarray:
+    return np.hstack([part.q, part.v])
+
+
+def _batch(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    program = _program(part.mechanism, tuple(part.parameters))
+    values = [part.parameters[symbol] for symbol in program.open]
+    rates, nq = Rates.of(mechanism), part.q.shape[1]
+
+    def normalized(states: np.ndarray) -> np.ndarray:
+        states[:nq] = rates.normalized(states[:nq].T).T
+        return states
+
+    begin, end = float(part.times[0]), float(part.times[-1])
+    longest, stops = longest_step(mechanism, end - begin, None, ()), kinks(mechanism, begin, end)
+    start = _start(part).T
+
+    def work(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+        def make(some: np.ndarray) -> Batched:
+            return batched(program, [value[low + some] for value in values])
+
+        block = Block(
+            make,
+            np.ascontiguousarray(start[:, low:high]),
+            normalized if rates.balls else None,
+            part.rtol,
+            part.atol,
+            longest,
+            part.max_steps,
+        )
+        return integrate(block, part.times.tolist(), stops)
+
+    # numpy lets other threads run while it computes, but small arrays do not pay for them
+    threads = max(1, min(part.threads, len(part) // FEWEST))
+    bounds = [len(part) * k // threads for k in range(threads + 1)]
+    if threads == 1:
+        pieces = [work(0, len(part))]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            pieces = list(pool.map(lambda pair: work(*pair), pairwise(bounds)))
+    states = np.concatenate([piece for piece, _ in pieces], axis=2)
+    return np.moveaxis(states, -1, 0).swapaxes(1, 2), np.concatenate([steps for _, steps in pieces])
+
+
+_integrators: dict[Any, Any] = {}
+
+
+def _taylor(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    width = lanes()
+    program = _program(part.mechanism, tuple(part.parameters))
+    key = part.mechanism, program.open, part.rtol, width
+    if key not in _integrators:
+        _integrators.clear()  # compiled code is large; one kind of runs at a time is enough
+        _integrators[key] = integrator(program, part.rtol, width)
+    original = _integrators[key]
+    start = _start(part)
+    states: np.ndarray = np.full((len(part), len(part.times), start.shape[1]), np.nan)
+    steps = np.zeros(len(part), dtype=int)
+    values = np.array([part.parameters[symbol] for symbol in program.open]).reshape(
+        len(program.open), len(part)
+    )
+
+    def work(low: int, high: int) -> None:
+        machine = copy.deepcopy(original)
+        for first in range(low, high, width):
+            # the last lanes may be idle: they repeat the last run
+            runs = np.minimum(np.arange(first, first + width), len(part) - 1)
+            inside = min(width, high - first)
+            machine.set_time(float(part.times[0]))
+            machine.state[:] = start[runs].T
+            if len(values):
+                machine.pars[:] = values[:, runs]
+            states[runs[:inside], 0] = start[runs[:inside]]
+            taken = np.zeros(width, dtype=int)
+            whole = np.ones(width, dtype=bool)
+            for place, t in enumerate(part.times[1:].tolist(), 1):
+                machine.propagate_until(t, max_steps=part.max_steps)
+                outcomes = machine.propagate_res
+                taken += [result[3] for result in outcomes]
+                whole &= [result[0].name == "time_limit" for result in outcomes]
+                whole &= np.isfinite(machine.state).all(axis=0) & (taken <= part.max_steps)
+                states[runs[:inside], place] = np.where(whole, machine.state, np.nan).T[:inside]
+                if not whole.any():
+                    break
+            steps[runs[:inside]] = np.where(whole, taken, -taken - 1)[:inside]
+
+    threads = max(1, min(part.threads, -(-len(part) // width)))
+    bounds = [len(part) * k // threads // width * width for k in range(threads)] + [len(part)]
+    if threads == 1:
+        work(0, len(part))
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            for future in [pool.submit(work, *pair) for pair in pairwise(bounds)]:
+                future.result()
+    return states, steps
+
+
+def _single(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    from mecanique.motion.simulation.simulate import simulate
+
+    states: np.ndarray = np.full(
+        (len(part), len(part.times), part.q.shape[1] + part.v.shape[1]), np.nan
+    )
+    steps = np.zeros(len(part), dtype=int)
+    begin, end = float(part.times[0]), float(part.times[-1])
+    for k, (q, v) in enumerate(zip(part.q, part.v, strict=True)):
+        own = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
+        states[k, 0] = np.concatenate([q, v])
+        try:
+            motion = simulate(
+                mechanism.replace(**own) if own else mechanism,
+                q=q,
+                v=v,
+                t0=begin,
+                duration=end - begin,
+                samples=part.times,
+                rtol=part.rtol,
+                atol=part.atol,
+                max_steps=part.max_steps,
+            )
+        except MecaniqueError as error:
+            if isinstance(error.__cause__, KeyboardInterrupt):
+                raise KeyboardInterrupt from error
+            steps[k] = -1
+            continue
+        states[k], steps[k] = np.hstack([motion.q, motion.v]), motion.statistics.steps
+    return states, steps
+
+
+def threads_here() -> int:
+    """Return how many threads a part may use in this process."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

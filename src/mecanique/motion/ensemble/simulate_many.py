@@ -1,0 +1,304 @@
+"""Many motions of one mechanism: sweeps over initial states and parameters, on one machine or on many."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mecanique.errors import (
+    DerivationError,
+    InputError,
+    IntegrationError,
+    MecaniqueError,
+    UnknownNameError,
+)
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.heyoka import build_seconds, installed
+from mecanique.motion.compile.program import Program, program_of
+from mecanique.motion.compile.python import batched
+from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
+from mecanique.motion.ensemble.runs import Runs, Store, identity
+from mecanique.motion.ensemble.starts import swept
+from mecanique.motion.simulation.arguments import sample_times, span_and_tolerances
+from mecanique.verification.states.random import States
+
+__all__ = ["simulate_many"]
+
+Given: TypeAlias = (
+    "Sequence[float] | np.ndarray | Mapping[str, float | Sequence[float] | np.ndarray] | None"
+)
+
+CHUNK = 5000
+"""Runs in a chunk for each thread: the overhead of Python is small, and threads seldom wait for each other."""
+
+WAITING = 64
+"""Most chunks handed to an executor at a time, so that memory stays bounded."""
+
+SECONDS = 4e-7
+"""Time that numpy takes per run, second of motion and operation of the equations, roughly [s]."""
+
+_TITLES = {
+    "batch": "batch (explicit Runge-Kutta of order 8(5,3), many runs at once in numpy)",
+    "taylor": "taylor (Taylor series, heyoka)",
+    "single": "single (each run by simulate)",
+}
+
+
+def simulate_many(
+    mechanism: Mechanism,
+    q: Given = None,
+    v: Given = None,
+    parameters: Mapping[str, float | Sequence[float] | np.ndarray] | None = None,
+    *,
+    duration: float = 10.0,
+    rtol: float = 1e-8,
+    atol: float | None = None,
+    method: str = "auto",
+    samples: int | Sequence[float] | np.ndarray = 2,
+    t0: float = 0.0,
+    max_steps: int = 1_000_000,
+    executor: Executor | None = None,
+    directory: str | PathLike[str] | None = None,
+    chunk: int | None = None,
+    progress: bool | Callable[[float], object] = False,
+) -> Runs:
+    """Integrate many motions of one mechanism, each from its own start and with its own parameters.
+
+    What is given once holds for all runs. The equations derived in-house drive the runs, after they
+    have been compared with the reference.
+
+    Args:
+        mechanism: what moves.
+        q: positions at the start: shape (nq,) or (n, nq), or by coordinate name a number or shape
+            (n,).
+        v: velocities at the start: shape (nv,) or (n, nv), or by name (q or q') a number or shape
+            (n,).
+        parameters: by symbol, a number or shape (n,).
+        duration: how long [s].
+        rtol: relative tolerance of each step, in 1e-14…1e-1.
+        atol: absolute tolerance of each step; as rtol by default.
+        method: "auto", or one of "batch" (numpy), "taylor" (heyoka, extra `fast`), "single" (each
+            run by `simulate`). "auto" takes "single" where there is no closed form, e.g. for
+            mechanisms with loops or with limits.
+        samples: number of samples, the start and the end among them, or their times [s], shape
+            (m,).
+        t0: time at the start [s].
+        max_steps: most steps of a run.
+        executor: any `concurrent.futures` executor, e.g.
+            `dask.distributed.Client().get_executor()`; without one the runs are integrated in this
+            process.
+        directory: where to keep what is done, chunk by chunk; the same call continues runs that
+            were interrupted.
+        chunk: number of runs in a chunk.
+        progress: True for a bar, or a function that is called with the fraction done, in 0…1.
+
+    Raises:
+        InputError: if an argument is not what is expected, or the directory holds other runs.
+        UnknownNameError: if a coordinate, velocity, parameter or method does not exist.
+        MechanismError: if the mechanism is not sound with some of the parameters.
+        DerivationError: if the equations do not allow the method asked for.
+        IntegrationError: if it was interrupted or the executor broke; its `.motion` holds the runs
+            that are done.
+    """
+    t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
+    times = np.union1d([t0], sample_times(t0, end, 60.0, samples))
+    if times[-1] < end:
+        times = np.append(times, end)
+    start, varied = swept(mechanism, q, v, parameters)
+    if method not in ("auto", *_TITLES):
+        raise UnknownNameError("method", method, ("auto", *_TITLES))
+    for name, number in (("max_steps", max_steps), ("chunk", chunk)):
+        if isinstance(number, bool) or not (
+            number is None or (isinstance(number, (int, np.integer)) and number > 0)
+        ):
+            raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
+    chosen, reason = _chosen(mechanism, start, varied, method, end - t0)
+    size = min(chunk or _chunk(len(start), chosen, executor), len(start))
+    about = (
+        identity(mechanism, start, varied, times, [chosen, rtol, atol, int(max_steps), size])
+        if directory
+        else {}
+    )
+    store = Store(None if directory is None else Path(directory), about)
+    runs = Runs(mechanism, times, start, varied, f"{_TITLES[chosen]}{reason}", rtol, size, store)
+    pickled = _pickled(mechanism)
+    threads = threads_here() if executor is None else 1
+
+    def parts() -> Iterator[Part]:
+        for first in range(0, len(start), size):
+            if first not in store:
+                some = slice(first, first + size)
+                own = {symbol: values[some] for symbol, values in varied.items()}
+                q, v = start[some, : mechanism.nq], start[some, mechanism.nq :]
+                yield Part(
+                    first, pickled, q, v, own, times, chosen, rtol, atol, int(max_steps), threads
+                )
+
+    with _reporting(progress) as report:
+        report(runs.done / len(runs))
+        try:
+            for _ in (
+                _here(parts(), store) if executor is None else _elsewhere(parts(), store, executor)
+            ):
+                report(runs.done / len(runs))
+        except MecaniqueError:
+            raise
+        except (KeyboardInterrupt, BrokenExecutor) as error:
+            what = (
+                "interrupted"
+                if isinstance(error, KeyboardInterrupt)
+                else f"the executor broke ({error})"
+            )
+            again = (
+                "; the same call continues them"
+                if directory
+                else "; with a directory the same call continues them"
+            )
+            raise IntegrationError(
+                f"{what}: {runs.done} of {len(runs)} runs are done, in the error's .motion{again}",
+                motion=runs,
+            ) from error
+    return runs
+
+
+def _chunk(count: int, method: str, executor: Executor | None) -> int:
+    """How many runs make a chunk."""
+    if method == "single":
+        return 10
+    # an executor should have some chunks to share out, but small ones are slow: numpy's overhead is
+    # per call
+    return CHUNK * threads_here() if executor is None else int(np.clip(-(-count // 8), 250, CHUNK))
+
+
+def _here(parts: Iterator[Part], store: Store) -> Iterator[None]:
+    for part in parts:
+        store.keep(run_part(part))
+        yield
+
+
+def _elsewhere(parts: Iterator[Part], store: Store, executor: Executor) -> Iterator[None]:
+    """Hand parts to the executor, a few at a time, and keep what comes back."""
+    waiting: set[Future[Any]] = set()
+    try:
+        for part in parts:
+            waiting.add(executor.submit(run_part, part))
+            if len(waiting) >= WAITING:
+                waiting = yield from _kept(waiting, store)
+        while waiting:
+            waiting = yield from _kept(waiting, store)
+    except BaseException:
+        for future in waiting:
+            future.cancel()
+            if future.done() and not future.cancelled() and future.exception() is None:
+                store.keep(future.result())
+        raise
+
+
+def _kept(waiting: set[Future[Any]], store: Store) -> Any:
+    done, left = wait(waiting, return_when=FIRST_COMPLETED)
+    broken: BaseException | None = None
+    for future in done:
+        error = future.exception()
+        if error is None:
+            store.keep(future.result())
+            yield
+        else:
+            broken = error
+    if broken is not None:
+        raise broken
+    return left
+
+
+def _chosen(
+    mechanism: Mechanism,
+    start: np.ndarray,
+    varied: Mapping[str, np.ndarray],
+    method: str,
+    span: float,
+) -> tuple[str, str]:
+    """The method, and why it was chosen, after its equations were compared with the reference."""
+    if method == "single":
+        return method, ""
+    if mechanism.limits:
+        limited = ", ".join(mechanism.limits)
+        if method != "auto":
+            raise InputError(
+                f"method {method!r} does not watch the limits of {limited}; expected 'single' or 'auto'"
+            )
+        return "single", f"; chosen because it watches the limits of {limited}"
+    try:
+        program = program_of(mechanism, varied)
+        _compare(mechanism, program, varied)
+    except DerivationError as error:
+        if method != "auto":
+            raise
+        return "single", f"; chosen because {error}"
+    if method != "auto":
+        return method, ""
+    if not installed():
+        return "batch", "; chosen because heyoka is not installed"
+    work = len(start) * span * len(program.tape.needed(program.rates)) * SECONDS
+    if program.signals or work < 2 * build_seconds(program):
+        return (
+            "batch",
+            "; chosen because compiling would take longer" if not program.signals else "",
+        )
+    return "taylor", "; chosen for the number of runs"
+
+
+def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.ndarray]) -> None:
+    """Compare the equations with the reference, for the least and the largest values of each parameter."""
+    from mecanique.reference import Reference
+
+    extremes = {0} | {
+        int(at(values)) for values in varied.values() for at in (np.argmin, np.argmax)
+    }
+    for index in sorted(extremes):
+        own = {symbol: float(values[index]) for symbol, values in varied.items()}
+        one = mechanism.replace(**own) if own else mechanism
+
+        def accelerations(states: States, own: dict[str, float] = own) -> np.ndarray:
+            Y, out = (
+                np.hstack([states.q, states.v]).T,
+                np.empty((mechanism.nq + mechanism.nv, len(states))),
+            )
+            rhs = batched(program, [np.array(own[symbol]) for symbol in program.open])
+            with np.errstate(all="ignore"):
+                for k, t in enumerate(states.t.tolist()):
+                    rhs(t, Y[:, k : k + 1], out[:, k : k + 1])
+            found: np.ndarray = out[mechanism.nq :].T
+            return found
+
+        require_agreement(one, Reference(one), accelerations, "closed form")
+
+
+def _pickled(mechanism: Mechanism) -> bytes:
+    try:
+        return pickle.dumps(mechanism)
+    except Exception as error:
+        raise InputError(
+            f"mechanism {mechanism.name!r} cannot be sent to other processes ({error}); "
+            "let its inputs be records, expressions, or functions of a module"
+        ) from error
+
+
+@contextmanager
+def _reporting(progress: bool | Callable[[float], object]) -> Iterator[Callable[[float], object]]:
+    if progress is True and sys.stderr.isatty():
+        from rich.console import Console
+        from rich.progress import Progress
+
+        with Progress(console=Console(stderr=True)) as bar:
+            task = bar.add_task("runs", total=1.0)
+            yield lambda fraction: bar.update(task, completed=fraction)
+    else:
+        yield progress if callable(progress) else lambda _: None

@@ -1,0 +1,1 @@
+"""Equilibria, linearization, modes and frequency response."""

@@ -1,0 +1,1 @@
+"""Store, export and plot motions."""

@@ -1,0 +1,130 @@
+"""Plots of a motion, by matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.motion.record.motion import Motion
+from mecanique.motion.record.units import labelled, units
+
+__all__ = ["plot"]
+
+
+def plot(motion: Motion, what: str = "coordinates", joint: str | None = None) -> Any:
+    """Plot a motion; return the matplotlib Figure, which no window shows yet.
+
+    Args:
+        motion: what to plot.
+        what: "coordinates", "phase", "energies" or "reactions".
+        joint: for "reactions", the joint; the first by default.
+
+    Raises:
+        InputError: if matplotlib is not installed.
+        UnknownNameError: if there is no such plot or joint.
+    """
+    kinds: dict[str, Callable[[Motion, Any, str | None], None]] = {
+        "coordinates": _coordinates,
+        "phase": _phase,
+        "energies": _energies,
+        "reactions": _reactions,
+    }
+    if what not in kinds:
+        raise UnknownNameError("plot", what, kinds)
+    try:
+        from matplotlib.figure import Figure
+    except ImportError:
+        raise InputError(
+            "plots need matplotlib; install it with: pip install 'mecanique[plot]'"
+        ) from None
+    figure = Figure(figsize=(8, 5), layout="constrained")
+    kinds[what](motion, figure, joint)
+    return figure
+
+
+def _coordinates(motion: Motion, figure: Any, joint: str | None) -> None:
+    m, unit = motion.mechanism, units(motion.mechanism)
+    groups = (m.coordinates.names, m.velocities)
+    for axes, names in zip(figure.subplots(2, 1, sharex=True), groups, strict=True):
+        for name in names:
+            axes.plot(motion.t, motion[name], label=labelled(name, unit[name]), linewidth=1)
+        axes.set_ylabel(_together(names, unit))
+        axes.legend(loc="upper right", fontsize="small")
+        axes.grid(alpha=0.3)
+    figure.axes[-1].set_xlabel("t [s]")
+    figure.suptitle(m.name)
+
+
+def _phase(motion: Motion, figure: Any, joint: str | None) -> None:
+    m, unit = motion.mechanism, units(motion.mechanism)
+    pairs = [(name, f"{name}'") for name in m.coordinates if f"{name}'" in m.velocities]
+    if not pairs:
+        raise InputError(
+            f"mechanism {m.name!r} has no coordinate whose rate is a velocity; expected one for a phase plot"
+        )
+    columns = int(np.ceil(np.sqrt(len(pairs))))
+    grid = figure.subplots(int(np.ceil(len(pairs) / columns)), columns, squeeze=False).ravel()
+    for axes, (name, rate) in zip(grid, pairs, strict=False):
+        axes.plot(motion[name], motion[rate], linewidth=1)
+        axes.plot(motion[name][:1], motion[rate][:1], "o", markersize=4)
+        axes.set_xlabel(labelled(name, unit[name]))
+        axes.set_ylabel(labelled(rate, unit[rate]))
+        axes.grid(alpha=0.3)
+    for axes in grid[len(pairs) :]:
+        axes.set_axis_off()
+    figure.suptitle(f"{m.name}, phase portrait")
+
+
+def _energies(motion: Motion, figure: Any, joint: str | None) -> None:
+    energy = motion.energy()
+    axes = figure.subplots()
+    for name, values in (
+        ("kinetic", energy.kinetic),
+        ("gravity", energy.gravity),
+        ("springs", energy.springs),
+        ("total", energy.total),
+        ("work done on it", energy.work),
+    ):
+        if name in ("kinetic", "total") or np.abs(values).max() > 0:
+            axes.plot(motion.t, values, label=name, linewidth=2 if name == "total" else 1)
+    axes.set_xlabel("t [s]")
+    axes.set_ylabel("energy [J]")
+    axes.legend(loc="upper right", fontsize="small")
+    axes.grid(alpha=0.3)
+    figure.suptitle(motion.mechanism.name)
+
+
+def _reactions(motion: Motion, figure: Any, joint: str | None) -> None:
+    m = motion.mechanism
+    if joint is None:
+        if not m.joints:
+            raise InputError(
+                f"mechanism {m.name!r} has no joint; expected one for a plot of reactions"
+            )
+        joint = m.joints[0].name
+    wrench = motion.reactions(joint)
+    for axes, (what, unit, values) in zip(
+        figure.subplots(2, 1, sharex=True),
+        (("force", "N", wrench.force), ("moment", "N·m", wrench.moment)),
+        strict=True,
+    ):
+        for k, direction in enumerate("xyz"):
+            axes.plot(motion.t, values[:, k], label=direction, linewidth=1)
+        if np.abs(values).max() < 1e-12 * (1 + np.abs(wrench.force).max()):
+            axes.set_ylim(-1, 1)  # nothing but rounding: not worth a closer look
+        axes.set_ylabel(f"{what} [{unit}]")
+        axes.legend(loc="upper right", fontsize="small")
+        axes.grid(alpha=0.3)
+    figure.axes[-1].set_xlabel("t [s]")
+    figure.suptitle(
+        f"{m.name}: {m.joint(joint).parent} on {m.joint(joint).child} at {joint!r}, world axes"
+    )
+
+
+def _together(names: tuple[str, ...], unit: dict[str, str]) -> str:
+    shared = {unit[name] for name in names}
+    text = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}"
+    return labelled(text, shared.pop()) if len(shared) == 1 else text

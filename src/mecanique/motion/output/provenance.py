@@ -1,0 +1,103 @@
+"""Where a mechanism comes from, as a saved motion states it, and how to find it again."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["found", "provenance"]
+
+
+def provenance(mechanism: Mechanism) -> dict[str, Any]:
+    """Return what identifies a mechanism: names, parameter values, and its place in the catalogue or its URDF text.
+
+    Args:
+        mechanism: what moved.
+    """
+    about: dict[str, Any] = {
+        "mechanism": mechanism.name,
+        "coordinates": list(mechanism.coordinates.names),
+        "velocities": list(mechanism.velocities),
+        "parameters": mechanism.values,
+        "catalogue": _from_catalogue(mechanism),
+    }
+    if about["catalogue"] is None:
+        from mecanique.urdf import write_urdf
+
+        try:
+            about["urdf"] = write_urdf(mechanism)
+        except MecaniqueError:
+            about["urdf"] = (
+                None  # not every mechanism can be written; who loads the motion must give it
+            )
+    return about
+
+
+def found(about: dict[str, Any], mechanism: Mechanism | None, path: str) -> Mechanism:
+    """Return the mechanism of a saved motion, checked against what the file states.
+
+    Args:
+        about: what `provenance` returned, from the file.
+        mechanism: the mechanism given, if any.
+        path: the file, for messages.
+
+    Raises:
+        InputError: if none is given and the catalogue has none, or it is another one.
+    """
+    if mechanism is None:
+        place = about.get("catalogue")
+        if not isinstance(place, dict):
+            raise InputError(
+                f"{path!r} is a motion of {about.get('mechanism')!r}, which is not in the catalogue; "
+                "give the mechanism: Motion.load(path, mechanism)"
+            )
+        from mecanique import textbook
+
+        try:
+            mechanism = textbook.load(str(place["system"]), **place["values"])
+        except (MecaniqueError, KeyError, TypeError) as error:
+            raise InputError(
+                f"{path!r} names a system that the catalogue does not have: {error}"
+            ) from None
+    for what, have in (
+        ("coordinates", list(mechanism.coordinates.names)),
+        ("velocities", list(mechanism.velocities)),
+        ("parameters", mechanism.values),
+    ):
+        if about.get(what) != have:
+            raise InputError(
+                f"{path!r} is a motion of {about.get('mechanism')!r} with other {what}: "
+                f"expected {about.get(what)}, got {have}"
+            )
+    return mechanism
+
+
+def _from_catalogue(mechanism: Mechanism) -> dict[str, Any] | None:
+    """The system and the values that build this very mechanism, if the catalogue has it."""
+    from mecanique import textbook
+
+    if mechanism.name not in textbook.names():
+        return None
+    system = textbook.entry(mechanism.name)
+    known = {parameter.symbol for parameter in system.parameters}
+    values: dict[str, float] = {
+        symbol: value for symbol, value in mechanism.values.items() if symbol in known
+    }
+    # options are not among the parameters of what they build; they count bodies or joints, so small
+    # numbers do
+    trials: list[dict[str, float]] = [{}]
+    for option in system.options:
+        trials = [
+            {**trial, option: number}
+            for trial in trials
+            for number in range(1, len(mechanism.bodies) + 2)
+        ]
+    for trial in trials[:1000]:
+        try:
+            if textbook.load(mechanism.name, **values, **trial) == mechanism:
+                return {"system": mechanism.name, "values": {**values, **trial}}
+        except MecaniqueError:
+            continue
+    return None

@@ -1,0 +1,285 @@
+"""Motions in files: npz to keep them, CSV and data frames to take them elsewhere."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Callable
+from os import PathLike
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.output.provenance import found, provenance
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.events import Occurrence
+from mecanique.motion.record.motion import Motion, Statistics
+from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.units import labelled, per_second, units
+
+__all__ = ["load", "save", "to_csv", "to_frame", "to_parquet"]
+
+FORMAT = "mecanique motion 1"
+"""First line of every file's description."""
+
+_STEPS = ("t", "q", "v", "a", "breaks")
+
+
+def save(motion: Motion, path: str | PathLike[str]) -> None:
+    """Write a motion to an npz file, whole or not at all; nothing in it is pickled.
+
+    Args:
+        motion: what to write.
+        path: the file; ".npz" is added if it has no ending.
+
+    Raises:
+        InputError: if the file cannot be written.
+    """
+    from importlib.metadata import version
+
+    path = Path(path)
+    path = path if path.suffix else path.with_suffix(".npz")
+    s = motion.statistics
+    about = {
+        "format": FORMAT,
+        "mecanique": version("mecanique"),
+        "numpy": np.__version__,
+        "method": motion.method,
+        "statistics": [s.steps, s.evaluations, s.seconds, s.rtol, s.atol],
+        "smooth": motion.curve.smooth,
+        "close": motion.curve.close,
+        "events": [event.name for event in motion.events],
+        **provenance(motion.mechanism),
+    }
+    arrays = {f"step_{name}": getattr(motion.curve, name) for name in _STEPS}
+    happened = [
+        np.concatenate([[event.t], event.q, event.v, event.after]) for event in motion.events
+    ]
+    width = 1 + motion.mechanism.nq + 2 * motion.mechanism.nv
+    arrays |= {
+        "t": motion.t,
+        "q": motion.q,
+        "v": motion.v,
+        "events": np.array(happened).reshape(-1, width),
+    }
+    text = np.array(json.dumps(about, ensure_ascii=False))
+    _written(path, lambda file: np.savez_compressed(file, about=text, **arrays))
+
+
+def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motion:
+    """Read a motion that `save` wrote.
+
+    The mechanism's names and parameters must be the file's, and it must have the accelerations that
+    the file's steps have.
+
+    Args:
+        path: the file.
+        mechanism: what moved; not needed for a system of the catalogue.
+
+    Raises:
+        InputError: if the file is no motion, is damaged, or belongs to another mechanism.
+    """
+    try:
+        # NumPy leaves a file that it opened itself open if it is damaged
+        with open(path, "rb") as handle, np.load(handle, allow_pickle=False) as file:
+            data = {name: file[name] for name in file.files}
+        about = json.loads(str(data["about"]))
+        if about["format"] != FORMAT:
+            raise InputError(
+                f"expected a file of format {FORMAT!r}, got {about['format']!r} in {os.fspath(path)!r}"
+            )
+        steps = [data[f"step_{name}"] for name in _STEPS]
+        t, q, v, happened = (data[name] for name in ("t", "q", "v", "events"))
+        names, method = list(about["events"]), str(about["method"])
+        smooth, close = bool(about["smooth"]), bool(about["close"])
+        numbers = about["statistics"]
+        statistics = Statistics(int(numbers[0]), int(numbers[1]), *(float(x) for x in numbers[2:5]))
+    except MecaniqueError:
+        raise
+    except OSError as error:
+        raise InputError(f"cannot read {os.fspath(path)!r}: {error.strerror or error}") from None
+    except (
+        ValueError,
+        KeyError,
+        TypeError,
+        IndexError,
+        AttributeError,
+        EOFError,
+        zipfile.BadZipFile,
+    ) as error:
+        raise InputError(
+            f"{os.fspath(path)!r} is no motion saved by mecanique, or is damaged ({error})"
+        ) from None
+    mechanism = found(about, mechanism, os.fspath(path))
+    if not _fits(mechanism, t, q, v, steps, happened, names):
+        raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
+    step_t, step_q, step_v, step_a, breaks = steps
+    curve = Curve(step_t, step_q, step_v, step_a, breaks, Rates.of(mechanism), smooth, close)
+    cut = np.cumsum([1, mechanism.nq, mechanism.nv])
+    events = tuple(
+        Occurrence(name, float(time[0]), *state)
+        for name, (time, *state) in (
+            (name, np.split(row, cut)) for name, row in zip(names, happened, strict=True)
+        )
+    )
+    motion = Motion(mechanism, t, q, v, curve, method, statistics, events)
+    _check_accelerations(motion, os.fspath(path))
+    return motion
+
+
+def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
+    """Write t, q, v and a to a CSV file: a header with units, then one row per sample, all digits.
+
+    Args:
+        motion: what to write.
+        path: the file.
+
+    Raises:
+        InputError: if the file cannot be written.
+    """
+    header = ",".join(f'"{title}"' if "," in title else title for title in _titles(motion))
+    table = np.column_stack([motion.t, motion.q, motion.v, motion.a])
+
+    def write(file: IO[bytes]) -> None:
+        file.write(f"{header}\n".encode())
+        for row in table.tolist():
+            file.write((",".join(map(repr, row)) + "\n").encode())
+
+    _written(Path(path), write)
+
+
+def to_frame(motion: Motion) -> Any:
+    """Return q, v and a as a pandas DataFrame with t as index; units are in `frame.attrs["units"]`.
+
+    Args:
+        motion: what to convert.
+
+    Raises:
+        InputError: if pandas is not installed.
+    """
+    try:
+        import pandas as pd
+    except ImportError:
+        raise InputError(
+            "data frames need pandas; install it with: pip install 'mecanique[frames]'"
+        ) from None
+    frame = pd.DataFrame(
+        np.column_stack([motion.q, motion.v, motion.a]),
+        index=pd.Index(motion.t, name="t"),
+        columns=list(motion.names),
+    )
+    frame.attrs["units"] = {"t": "s", **_units(motion)}
+    return frame
+
+
+def to_parquet(motion: Motion, path: str | PathLike[str]) -> None:
+    """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
+
+    Args:
+        motion: what to write.
+        path: the file.
+
+    Raises:
+        InputError: if pyarrow is not installed, or the file cannot be written.
+    """
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise InputError(
+            "Parquet files need pyarrow; install it with: pip install 'mecanique[parquet]'"
+        ) from None
+    columns = [motion.t, *np.column_stack([motion.q, motion.v, motion.a]).T]
+    table = pa.table(
+        {name: pa.array(column) for name, column in zip(("t", *motion.names), columns, strict=True)}
+    )
+    table = table.replace_schema_metadata(
+        {"units": json.dumps({"t": "s", **_units(motion)}, ensure_ascii=False)}
+    )
+    _written(Path(path), lambda file: pq.write_table(table, file))
+
+
+def _units(motion: Motion) -> dict[str, str]:
+    known = units(motion.mechanism)
+    return known | {f"{name}'": per_second(known[name]) for name in motion.mechanism.velocities}
+
+
+def _titles(motion: Motion) -> list[str]:
+    known = _units(motion)
+    return ["t [s]", *(labelled(name, known[name]) for name in motion.names)]
+
+
+def _written(path: Path, write: Callable[[Any], object]) -> None:
+    """Write to a new file beside the path, then put it in its place."""
+    temporary = None
+    try:
+        with tempfile.NamedTemporaryFile(
+            dir=path.parent, prefix=f".{path.name}.", delete=False
+        ) as file:
+            temporary = file.name
+            write(file)
+        os.replace(temporary, path)
+        temporary = None
+    except OSError as error:
+        raise InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}") from None
+    finally:
+        if temporary is not None:
+            os.unlink(temporary)
+
+
+def _fits(
+    m: Mechanism,
+    t: np.ndarray,
+    q: np.ndarray,
+    v: np.ndarray,
+    steps: list[np.ndarray],
+    events: np.ndarray,
+    names: list[str],
+) -> bool:
+    step_t, step_q, step_v, step_a, breaks = steps
+    n, count = len(np.atleast_1d(t)), len(np.atleast_1d(step_t))
+    shapes: list[tuple[np.ndarray, tuple[int, ...]]] = [
+        (t, (n,)),
+        (q, (n, m.nq)),
+        (v, (n, m.nv)),
+        (step_t, (count,)),
+        (step_q, (count, m.nq)),
+        (step_v, (count, m.nv)),
+        (step_a, (count, m.nv)),
+        (events, (len(names), 1 + m.nq + 2 * m.nv)),
+    ]
+    whole = (
+        all(array.shape == expected for array, expected in shapes)
+        and breaks.ndim == 1
+        and n > 0
+        and count > 0
+    )
+    numeric = all(array.dtype == np.float64 for array in (t, q, v, *steps[:4]))
+    if not (whole and numeric and breaks.dtype.kind == "i" and len(breaks) and breaks[0] == 0):
+        return False
+    inside = bool((np.diff(breaks) > 0).all() and breaks[-1] < count)
+    ordered = bool((np.diff(t) > 0).all() and (np.diff(step_t) >= 0).all())
+    return (
+        inside
+        and ordered
+        and all(bool(np.isfinite(array).all()) for array in (t, q, v, *steps[:4]))
+    )
+
+
+def _check_accelerations(motion: Motion, path: str) -> None:
+    """A file must not be taken for another mechanism's with the same names."""
+    curve = motion.curve
+    at = np.unique(np.linspace(0, len(curve.t) - 1, 5).astype(int))
+    found_a = motion.reference.acceleration(curve.q[at], curve.v[at], curve.t[at])
+    gap = np.abs(found_a - curve.a[at]).max()
+    size = 1 + np.abs(curve.a[at]).max()
+    if not gap <= 1e-6 * size:
+        raise InputError(
+            f"{path!r} holds a motion of another mechanism than {motion.mechanism.name!r}: its accelerations differ by "
+            f"{gap:.2g} (of {size:.2g}); give the mechanism, inputs included, that moved"
+        )

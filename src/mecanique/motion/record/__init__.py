@@ -1,0 +1,1 @@
+"""A motion as it is recorded: states over time, rates, events and energies."""

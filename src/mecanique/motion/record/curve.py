@@ -1,0 +1,284 @@
+"""The motion between the integrator's steps: a polynomial on each interval through the nearest steps.
+
+At each step the integrator knows q, v and a, hence q, q̇ and q̈ to its tolerance: the polynomial of
+degree 11 through four neighboring steps (Hermite, in Newton's form with confluent nodes) is as
+accurate as the eighth-order steps themselves and costs no evaluation of the equations; its
+derivative gives v. Where steps are so short that a derivative would enlarge rounding, there is a
+second polynomial through v and a at six steps, and the smaller error estimate decides. Polynomials
+never reach across a break: an impact, or a kink in a sampled input. Implicit methods do not give q̈
+that accurately on stiff systems, and their steps differ too much in length; each of their steps is
+a stretch of its own, through points of the method's own interpolation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.motion.record.rates import Rates
+
+__all__ = ["Curve", "State"]
+
+CLOSEST = 0.5
+"""Least distance between the nodes of a polynomial, in lengths of its interval; nearer ones would amplify errors."""
+
+DERIVED = 1.5
+"""Error of the derivative of the polynomial for q, in estimated errors of q per length (measured: 0.3 to 4)."""
+
+DOUBTED = 3.0
+"""Factor on the estimate of the polynomial for v: on long steps, where the other is better, it may be too small."""
+
+REACH = 5
+"""How many intervals away a new step changes the interpolation."""
+
+
+class State(NamedTuple):
+    """Where a mechanism is and how it moves.
+
+    Args:
+        t: time, a number or shape (n,) [s].
+        q: positions, shape (nq,) or (n, nq).
+        v: velocities, shape (nv,) or (n, nv).
+    """
+
+    t: float | np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+
+
+class _Pieces(NamedTuple):
+    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), estimate of the largest error (n,)."""
+
+    nodes: np.ndarray
+    coefficients: np.ndarray
+    error: np.ndarray
+
+    def at(self, piece: np.ndarray, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return values and first derivatives, each of shape (n, k), of one polynomial per time."""
+        nodes, coefficients = self.nodes[piece], self.coefficients[piece]
+        value = coefficients[:, -1].copy()
+        rate = np.zeros_like(value)
+        for order in range(nodes.shape[1] - 2, -1, -1):
+            away = (t - nodes[:, order])[:, None]
+            rate *= away
+            rate += value
+            value *= away
+            value += coefficients[:, order]
+        return value, rate
+
+    def merged(self, kept: np.ndarray, changed: np.ndarray, fresh: _Pieces) -> _Pieces:
+        """Return the kept rows of these, in the places that did not change, and fresh ones in the others."""
+        merged = []
+        for old, new in zip(self, fresh, strict=True):
+            both = np.empty((len(changed), *old.shape[1:]))
+            both[~changed], both[changed] = old[kept], new
+            merged.append(both)
+        return _Pieces(*merged)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """A motion as a function of time, through the steps of an integrator.
+
+    Args:
+        t: shape (n,), times of the steps [s]; at a break two steps have the same time.
+        q: shape (n, nq), positions.
+        v: shape (n, nv), velocities.
+        a: shape (n, nv), rates of the velocities.
+        breaks: shape (s,), index of the first step of each smooth stretch, 0 first.
+        rates: the maps between v and q̇.
+        smooth: whether polynomials use q, v and a of neighboring steps; otherwise those of each
+            stretch's points alone.
+        close: whether steps are so short that a derivative of q may enlarge rounding.
+        known: polynomials that are there already.
+    """
+
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    a: np.ndarray
+    breaks: np.ndarray
+    rates: Rates
+    smooth: bool = True
+    close: bool = True
+    known: tuple[_Pieces, ...] | None = field(default=None, repr=False)
+
+    @cached_property
+    def intervals(self) -> np.ndarray:
+        """Index of the step at the start of each interval, shape (m,); breaks and steps without length are none."""
+        return np.flatnonzero(np.diff(self.t) > 0)
+
+    @cached_property
+    def _pieces(self) -> tuple[_Pieces, ...]:
+        return self._fitted(self.intervals) if self.known is None else self.known
+
+    def _fitted(self, starts: np.ndarray) -> tuple[_Pieces, ...]:
+        """Polynomials for q and for v on intervals; for both at once if the curve is not smooth."""
+        if not self.smooth:
+            most = int(np.diff(np.append(self.breaks, len(self.t))).max())
+            nodes, used = _stencils(self.t, starts, self.breaks, most)
+            return (_newton(self.t, [np.hstack([self.q, self.v])], nodes, used, starts),)
+        nodes, used = _stencils(self.t, starts, self.breaks, 6 if self.close else 4)
+        data = [
+            self.q,
+            self.rates.first(self.q, self.v),
+            self.rates.second(self.q, self.v, self.a) / 2,
+        ]
+        positions = _newton(self.t, data, nodes[:, :4], used.clip(max=4), starts)
+        return (
+            (positions, _newton(self.t, [self.v, self.a], nodes, used, starts))
+            if self.close
+            else (positions,)
+        )
+
+    @cached_property
+    def _errors_of_v(self) -> np.ndarray:
+        """Estimates for the derivative of the polynomial for q, and for that of v if there is one: one row each."""
+        length = self.t[self.intervals + 1] - self.t[self.intervals]
+        estimates = [DERIVED * self._pieces[0].error / length]
+        if self.close:  # the times of steps are rounded, which a derivative between them enlarges
+            slope = np.abs(self.v[self.intervals]).max(axis=1, initial=0.0)
+            estimates[0] = estimates[0] + slope * np.spacing(np.abs(self.t).max()) / length
+        return np.stack(estimates + [DOUBTED * pieces.error for pieces in self._pieces[1:]])
+
+    def errors(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return estimates of the largest errors in q and in v on a smooth curve's intervals, each of shape (m,)."""
+        return self._pieces[0].error, self._errors_of_v.min(axis=0)
+
+    def __call__(self, t: float | np.ndarray) -> State:
+        """Return the state at times within the motion; at a break, the state after it.
+
+        Args:
+            t: a number or shape (n,) [s].
+        """
+        times = np.atleast_1d(np.asarray(t, dtype=float))
+        if not len(self.intervals):
+            q, v = (
+                np.repeat(self.q[-1:], len(times), axis=0),
+                np.repeat(self.v[-1:], len(times), axis=0),
+            )
+        else:
+            piece = np.searchsorted(self.t[self.intervals], times, side="right") - 1
+            piece = piece.clip(0, len(self.intervals) - 1)
+            value, rate = self._pieces[0].at(piece, times)
+            nq = self.q.shape[1]
+            q = self.rates.normalized(value[:, :nq])
+            v = self.rates.velocities(q, rate) if self.smooth else value[:, nq:]
+            if self.smooth and self.close:
+                better = np.diff(self._errors_of_v, axis=0)[0, piece] <= 0
+                v = np.where(better[:, None], self._pieces[1].at(piece, times)[0], v)
+        return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
+
+    def with_steps(
+        self, at: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray
+    ) -> Curve:
+        """Return the curve with further steps inside its intervals.
+
+        Args:
+            at: shape (n,), index of the step before each new one, increasing.
+            t: shape (n,), their times [s].
+            q: shape (n, nq).
+            v: shape (n, nv).
+            a: shape (n, nv).
+        """
+        place = at + 1
+        breaks = self.breaks + np.searchsorted(place, self.breaks, side="right")
+        curve = Curve(
+            np.insert(self.t, place, t),
+            np.insert(self.q, place, q, axis=0),
+            np.insert(self.v, place, v, axis=0),
+            np.insert(self.a, place, a, axis=0),
+            breaks,
+            self.rates,
+            self.smooth,
+            self.close,
+        )
+        starts = curve.intervals
+        new = place + np.arange(len(place))
+        changed = np.isin(starts, new[:, None] + np.arange(-REACH, REACH + 1))
+        # intervals that keep all their neighbors keep their polynomials
+        kept = np.searchsorted(
+            self.intervals, starts[~changed] - np.searchsorted(new, starts[~changed])
+        )
+        fresh = curve._fitted(starts[changed])
+        return replace(
+            curve,
+            known=tuple(
+                old.merged(kept, changed, f) for old, f in zip(self._pieces, fresh, strict=True)
+            ),
+        )
+
+
+def _stencils(
+    t: np.ndarray, starts: np.ndarray, breaks: np.ndarray, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return for each interval the nearest steps of its stretch, shape (n, count), and how many are usable."""
+    stretch = np.searchsorted(breaks, starts, side="right") - 1
+    low, high = breaks[stretch], np.append(breaks[1:], len(t))[stretch] - 1
+    length = t[starts + 1] - t[starts]
+    middle = t[starts] + length / 2
+    nodes = np.empty((len(starts), count), dtype=int)
+    nodes[:, 0], nodes[:, 1] = starts, starts + 1
+    used = np.full(len(starts), 2)
+    left, right = starts.copy(), starts + 1  # outermost nodes chosen so far
+    below, above = starts - 1, starts + 2  # next candidates
+    while (used < count).any():
+        if not ((below >= low) | (above <= high))[used < count].any():
+            break
+        gap_left, gap_right = t[left] - t[below.clip(0)], t[above.clip(max=len(t) - 1)] - t[right]
+        can_left, can_right = below >= low, above <= high
+        # a step too near to a chosen one is passed over
+        below[can_left & (gap_left < CLOSEST * length)] -= 1
+        above[can_right & (gap_right < CLOSEST * length)] += 1
+        can_left &= gap_left >= CLOSEST * length
+        can_right &= gap_right >= CLOSEST * length
+        far_left = np.where(can_left, middle - t[below.clip(0)], np.inf)
+        far_right = np.where(can_right, t[above.clip(max=len(t) - 1)] - middle, np.inf)
+        go_left = can_left & (far_left <= far_right) & (used < count)
+        go_right = can_right & (far_right < far_left) & (used < count)
+        nodes[go_left, used[go_left]] = left[go_left] = below[go_left]
+        nodes[go_right, used[go_right]] = right[go_right] = above[go_right]
+        used[go_left | go_right] += 1
+        below[go_left] -= 1
+        above[go_right] += 1
+    return nodes, used
+
+
+def _newton(
+    t: np.ndarray, data: list[np.ndarray], nodes: np.ndarray, used: np.ndarray, starts: np.ndarray
+) -> _Pieces:
+    """Return Newton's form; data holds values and Taylor coefficients at the steps, each node counts as often."""
+    pieces, count = nodes.shape
+    repeat = len(data)
+    size = count * repeat
+    width = data[0].shape[1]
+    coefficients = np.zeros((pieces, size, width))
+    points = np.zeros((pieces, size))
+    error = np.zeros(pieces)
+    for number in np.unique(used):
+        rows = np.flatnonzero(used == number)
+        index = np.repeat(nodes[rows, :number], repeat, axis=1)
+        z = t[index]
+        table = data[0][index]
+        coefficients[rows, 0] = table[:, 0]
+        for order in range(1, number * repeat):
+            gap = z[:, order:] - z[:, :-order]
+            same = np.zeros(gap.shape, dtype=bool)
+            if order < repeat:
+                same = index[:, order:] == index[:, :-order]
+            step = (table[:, 1:] - table[:, :-1]) / np.where(same, 1.0, gap)[:, :, None]
+            if order < repeat:
+                step = np.where(same[:, :, None], data[order][index[:, :-order]], step)
+            table = step
+            coefficients[rows, order] = table[:, 0]
+        points[rows, : number * repeat] = z
+        middle = (t[starts[rows]] + t[starts[rows] + 1]) / 2
+        last = np.prod(middle[:, None] - z[:, :-1], axis=1)
+        error[rows] = np.abs(coefficients[rows, number * repeat - 1]).max(
+            axis=1, initial=0.0
+        ) * np.abs(last)
+    return _Pieces(points, coefficients, error)

@@ -1,0 +1,188 @@
+"""Events: what a motion passes through, what ends it, and impacts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.expression import Scalar, compiled, finite, plain
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.rates import Rates
+
+__all__ = ["Event", "Occurrence", "Quantity"]
+
+Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
+"""A function of t, q and v."""
+
+Impact: TypeAlias = Callable[
+    [float, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]], np.ndarray
+]
+"""A function of t, q, v and of what gives the velocities that an impulse causes."""
+
+
+@final
+@dataclass(frozen=True)
+class Event:
+    """Where a quantity passes zero.
+
+    Args:
+        name: its name.
+        when: the quantity: the name of a coordinate or velocity, an expression in them, parameters,
+            inputs and t, or a function of t, q and v.
+        direction: +1 for rising through zero, −1 for falling, 0 for both.
+        stop: whether the motion ends there.
+        restitution: e in 0…1 for an impact there: the quantity's rate is reversed and multiplied by
+            e, by an impulse along the quantity's gradient. The quantity must then depend on
+            positions (and t) alone.
+
+    Raises:
+        InputError: if a value is not one of these.
+    """
+
+    name: str
+    when: Scalar | str | Quantity
+    direction: int = 0
+    stop: bool = False
+    restitution: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.direction not in (-1, 0, 1):
+            raise InputError(
+                f"event {self.name!r}: expected direction -1, 0 or 1, got {self.direction!r}"
+            )
+        if not isinstance(self.when, str) and not callable(self.when):
+            object.__setattr__(self, "when", plain(self.when))
+        if self.restitution is not None:
+            restitution = finite(self.restitution, f"restitution of event {self.name!r}")
+            if not 0 <= restitution <= 1:
+                raise InputError(
+                    f"event {self.name!r}: expected a restitution in 0…1, got {restitution:g}"
+                )
+            if self.stop:
+                raise InputError(f"event {self.name!r}: expected stop or restitution, not both")
+            if callable(self.when) and not hasattr(self.when, "free_symbols"):
+                raise InputError(
+                    f"event {self.name!r}: expected an expression for an impact, got a function"
+                )
+
+    def quantity(self, mechanism: Mechanism) -> Quantity:
+        """Return the quantity as a function of t, q and v.
+
+        Args:
+            mechanism: the mechanism that moves.
+
+        Raises:
+            UnknownNameError: if the mechanism has no such name.
+        """
+        if callable(self.when) and not hasattr(self.when, "free_symbols"):
+            return self.when
+        return _function(mechanism, [self._expression(mechanism)])
+
+    def impact(self, mechanism: Mechanism, rates: Rates) -> Impact:
+        """Return the function of t, q, v and W that gives the velocities after the impact.
+
+        With n the quantity's gradient by v-directions and ġ its rate, v⁺ = v − W n (1 + e) ġ / (nᵀ
+        W n), where W gives the velocities that an impulse causes: M⁻¹, or what the loops leave of
+        it (Newton's law of restitution; Greenwood, Principles of Dynamics, 1988, sect. 4-8).
+
+        Args:
+            mechanism: the mechanism that moves.
+            rates: the maps between v and q̇.
+
+        Raises:
+            InputError: if the quantity depends on velocities.
+        """
+        from sympy import Symbol, diff
+
+        expression = self._expression(mechanism)
+        held = sorted({symbol.name for symbol in expression.free_symbols} & {*mechanism.velocities})
+        if held:
+            raise InputError(
+                f"event {self.name!r}: an impact depends on positions alone, got {', '.join(held)} in it"
+            )
+        gradient = [diff(expression, Symbol(name)) for name in (*mechanism.coordinates, "t")]
+        slope = _functions(mechanism, gradient)
+        e = 0.0 if self.restitution is None else self.restitution
+        nv = mechanism.nv
+
+        def after(
+            t: float, q: np.ndarray, v: np.ndarray, W: Callable[[np.ndarray], np.ndarray]
+        ) -> np.ndarray:
+            *by_q, by_t = slope(t, q, v)
+            n = rates.first(np.repeat(q[None], nv, axis=0), np.eye(nv)) @ np.array(by_q)
+            rate = n @ v + by_t
+            direction = W(n)
+            yielding = float(n @ direction)
+            if not yielding > 1e-14 * float(np.abs(n) @ np.abs(direction)):
+                raise InputError(
+                    f"event {self.name!r}: no impulse changes its quantity at t = {t:.6g} s; it cannot move"
+                )
+            velocities: np.ndarray = v - direction * ((1 + e) * rate / yielding)
+            return velocities
+
+        return after
+
+    def _expression(self, mechanism: Mechanism) -> Scalar:
+        from sympy import Symbol, sympify
+
+        if isinstance(self.when, str):
+            names = (*mechanism.coordinates.names, *mechanism.velocities)
+            if self.when not in names:
+                raise UnknownNameError("coordinate or velocity", self.when, names)
+            return Symbol(self.when)
+        return sympify(self.when)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Occurrence:
+    """An event that took place.
+
+    Args:
+        name: of the event.
+        t: when [s].
+        q: shape (nq,), positions.
+        v: shape (nv,), velocities, just before.
+        after: shape (nv,), velocities just after; v unless it was an impact.
+    """
+
+    name: str
+    t: float
+    q: np.ndarray
+    v: np.ndarray
+    after: np.ndarray
+
+    @property
+    def impact(self) -> bool:
+        """Whether the velocities jump."""
+        return not np.array_equal(self.v, self.after)
+
+
+def _functions(
+    mechanism: Mechanism, expressions: list[Scalar]
+) -> Callable[[float, np.ndarray, np.ndarray], tuple[float, ...]]:
+    values = mechanism.values
+    constants = list(values.values())
+    signals = [signal.function(values) for signal in mechanism.inputs]
+    names = [
+        *mechanism.coordinates,
+        *mechanism.velocities,
+        "t",
+        *values,
+        *(signal.symbol for signal in mechanism.inputs),
+    ]
+    function = compiled(expressions, names)
+
+    def call(t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, ...]:
+        return function(*q.tolist(), *v.tolist(), t, *constants, *(signal(t) for signal in signals))
+
+    return call
+
+
+def _function(mechanism: Mechanism, expressions: list[Scalar]) -> Quantity:
+    call = _functions(mechanism, expressions)
+    return lambda t, q, v: float(call(t, q, v)[0])

@@ -1,0 +1,131 @@
+"""Keep a closed mechanism closed while its motion is integrated.
+
+The equations keep the second derivative of the constraints at zero; rounding and the errors of the
+steps let positions and velocities drift off all the same. They are brought back by projection,
+which costs no accuracy, whereas feedback terms in the equations (Baumgarte, Comput. Methods Appl.
+Mech. Eng. 1 (1972) 1) would (Hairer & Wanner, Solving Ordinary Differential Equations II, sect.
+VII.2).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar, final
+
+import numpy as np
+
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.simulation.arguments import Values
+
+__all__ = ["Closing"]
+
+_LEFT = 1e-3
+"""A state that this part of the tolerance, or more, brings back onto the loops has left them."""
+
+_ROUNDING = 1e-14
+
+
+@final
+class Closing:
+    """The loops of a mechanism in motion.
+
+    Args:
+        mechanism: a mechanism with loops.
+        reference: its `Reference`.
+        rtol: relative tolerance of a step.
+    """
+
+    share: ClassVar[float] = 0.1
+    """Part of the tolerance that the steps may use: each starts afresh, and their errors add up without canceling."""
+
+    def __init__(self, mechanism: Mechanism, reference: Any, rtol: float) -> None:
+        self._mechanism = mechanism
+        self._closed = reference.closed
+        self._most = max(_LEFT * rtol, _ROUNDING)
+        self._nq = mechanism.nq
+
+    def start(self, q: Values | None, v: Values | None, t: float) -> tuple[np.ndarray, str]:
+        """Return the state to start from, and what was done to close it.
+
+        What is given by name stays if the loops can be closed so.
+
+        Args:
+            q: positions as given.
+            v: velocities as given.
+            t: time at the start [s].
+
+        Raises:
+            ClosureError: naming the loop that cannot be closed, and by how much.
+        """
+        from mecanique.reference.loops.assembly import (
+            closed_velocity,
+            limit_rank,
+            position_near,
+            projected,
+        )
+
+        m = self._mechanism
+        given_q, given_v = m.position(q), m.velocity(v)
+        none = np.zeros(m.nv, dtype=bool)
+        position = position_near(self._closed, q, given_q, t, none)
+        limit_rank(self._closed, position, t)
+        held = none
+        if isinstance(v, Mapping):
+            named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
+            held = np.array([name in named for name in m.velocities])
+        velocity = closed_velocity(self._closed, position, given_v, t, held if held.any() else None)
+        position, velocity = projected(self._closed, position, velocity, t)
+        moved = [
+            f"{what} changed by up to {size:.3g}"
+            for what, size in (
+                ("positions", float(np.abs(position - given_q).max(initial=0.0))),
+                ("velocities", float(np.abs(velocity - given_v).max(initial=0.0))),
+            )
+            if size > 1e-9
+        ]
+        remark = "; loops closed at the start" + (f" ({', '.join(moved)})" if moved else "")
+        return np.concatenate([position, velocity]), remark
+
+    def has_left(self, t: float, y: np.ndarray) -> bool:
+        """Return whether a state has drifted off the loops.
+
+        Args:
+            t: its time [s].
+            y: shape (nq + nv,).
+        """
+        gap = np.abs(self.back(t, y) - y)
+        speed = 1.0 + float(np.abs(y[self._nq :]).max(initial=0.0))
+        return bool(
+            max(gap[: self._nq].max(initial=0.0), gap[self._nq :].max(initial=0.0) / speed)
+            > self._most
+        )
+
+    def back(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Return the state on the loops next to a state, shape (nq + nv,).
+
+        Args:
+            t: its time [s].
+            y: shape (nq + nv,).
+        """
+        return np.concatenate(self._both(y[: self._nq], y[self._nq :], t))
+
+    def all_back(
+        self, t: np.ndarray, q: np.ndarray, v: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the states on the loops next to some states, shape (n, nq) and (n, nv).
+
+        Args:
+            t: shape (n,) [s].
+            q: shape (n, nq).
+            v: shape (n, nv).
+        """
+        both = [self._both(*state) for state in zip(q, v, t.tolist(), strict=True)]
+        return np.array([position for position, _ in both]), np.array(
+            [velocity for _, velocity in both]
+        )
+
+    def _both(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+        from mecanique.reference.loops.assembly import projected
+
+        position, velocity = projected(self._closed, q, v, t, drifted=True)
+        return position, velocity

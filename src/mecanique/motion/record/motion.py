@@ -1,0 +1,344 @@
+"""The motion of a mechanism: states by time, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, fields
+from functools import cached_property
+from os import PathLike
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.analysis.audit import Audit, audit
+from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.record.energies import Energies, energies
+from mecanique.motion.record.events import Event, Occurrence
+
+__all__ = ["Motion", "Statistics"]
+
+
+@final
+@dataclass(frozen=True)
+class Statistics:
+    """What the integration took.
+
+    Args:
+        steps: number of steps.
+        evaluations: number of evaluations of the equations.
+        seconds: time it took, the reference's construction included [s].
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+    """
+
+    steps: int
+    evaluations: int
+    seconds: float
+    rtol: float
+    atol: float
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How a mechanism moved; `simulate` makes it.
+
+    `motion["q"]`, `motion["q'"]` and `motion["q''"]` are the samples of a coordinate, its velocity
+    and acceleration; `motion(t)` is the state at any time, as accurate as the integration.
+
+    Args:
+        mechanism: what moved.
+        t: shape (n,), times of the samples [s].
+        q: shape (n, nq), positions.
+        v: shape (n, nv), velocities.
+        path: the motion as a function of time, or what gives it when it is asked for.
+        method: which method integrated it and why.
+        statistics: what that took.
+        events: what took place, in order of time.
+        watched: the events that were watched for.
+        engine: the mechanism's `Reference`, if it is there already.
+    """
+
+    mechanism: Mechanism
+    t: np.ndarray
+    q: np.ndarray
+    v: np.ndarray
+    path: Curve | Callable[[], Curve] = field(repr=False)
+    method: str
+    statistics: Statistics
+    events: tuple[Occurrence, ...] = ()
+    watched: tuple[Event, ...] = field(default=(), repr=False)
+    engine: Any = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        for array in (self.t, self.q, self.v):
+            array.flags.writeable = False
+
+    @cached_property
+    def curve(self) -> Curve:
+        """The motion as a function of time."""
+        curve = self.path if isinstance(self.path, Curve) else self.path()
+        for array in (curve.t, curve.q, curve.v, curve.a):
+            array.flags.writeable = False
+        return curve
+
+    @cached_property
+    def reference(self) -> Any:
+        """The mechanism's `Reference`."""
+        if self.engine is not None:
+            return self.engine
+        from mecanique.reference import Reference
+
+        return Reference(self.mechanism)
+
+    @cached_property
+    def a(self) -> np.ndarray:
+        """Accelerations at the samples, by the equations of motion, shape (n, nv)."""
+        accelerations: np.ndarray = self.reference.acceleration(self.q, self.v, self.t)
+        accelerations.flags.writeable = False
+        return accelerations
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names that the motion knows: coordinates, velocities and accelerations."""
+        m = self.mechanism
+        return (*m.coordinates.names, *m.velocities, *(f"{name}'" for name in m.velocities))
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        m = self.mechanism
+        for names, values in ((m.coordinates.names, "q"), (m.velocities, "v")):
+            if name in names:
+                column: np.ndarray = getattr(self, values)[:, names.index(name)]
+                return column
+        if name.endswith("'") and name[:-1] in m.velocities:
+            rates: np.ndarray = self.a[:, m.velocities.index(name[:-1])]
+            return rates
+        raise UnknownNameError("coordinate, velocity or acceleration", name, self.names)
+
+    def __call__(self, t: float | Sequence[float] | np.ndarray) -> State:
+        """Return the state at times within the motion, as (t, q, v).
+
+        Args:
+            t: a number, or shape (n,) [s].
+
+        Raises:
+            InputError: if a time is not within the motion.
+        """
+        return self._on_loops(self.curve(self._times(t)))
+
+    def poses(self, t: float | Sequence[float] | np.ndarray | None = None) -> np.ndarray:
+        """Return the pose of every body in the world, in the order of the mechanism's bodies, shape (n, nb, 4, 4).
+
+        Args:
+            t: times [s]: a number, for shape (nb, 4, 4), or shape (n,); the samples' by default.
+        """
+        state = self._states(t)
+        poses: np.ndarray = self.reference.poses(state.q, state.t)
+        return poses
+
+    def energy(self, t: Sequence[float] | np.ndarray | None = None) -> Energies:
+        """Return the energies, and the work that changed them.
+
+        Args:
+            t: times, shape (n,) [s]; the samples' by default.
+        """
+        if t is None:
+            return self._energies
+        times = np.atleast_1d(self._times(t))
+        return energies(self.mechanism, self.reference, self.curve, self.events, times)
+
+    @cached_property
+    def _energies(self) -> Energies:
+        return energies(self.mechanism, self.reference, self.curve, self.events, self.t)
+
+    def reactions(self, joint: str, t: Sequence[float] | np.ndarray | None = None) -> Any:
+        """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).
+
+        Of a loop: what body a does to body b.
+
+        Args:
+            joint: name of the joint, or of a loop.
+            t: times, shape (n,) [s]; the samples' by default.
+
+        Raises:
+            UnknownNameError: if there is no such joint or loop.
+        """
+        loops = {loop.name for loop in self.mechanism.loops}
+        name = joint if joint in loops else self.mechanism.joint(joint).name
+        if t is None:
+            return self._reactions[name]
+        state = self._states(t)
+        return self.reference.reactions(state.q, state.v, state.t)[name]
+
+    @cached_property
+    def _reactions(self) -> dict[str, Any]:
+        found: dict[str, Any] = self.reference.reactions(self.q, self.v, self.t)
+        return found
+
+    def point(
+        self,
+        body: str,
+        xyz: Sequence[float] = (0.0, 0.0, 0.0),
+        t: Sequence[float] | np.ndarray | None = None,
+    ) -> Any:
+        """Return how a point of a body moved: position, velocity, acceleration, each of shape (n, 3), world axes.
+
+        Args:
+            body: name of the body.
+            xyz: shape (3,), in the body's frame [m].
+            t: times, shape (n,) [s]; the samples' by default.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        state = self._states(t)
+        a = self.a if t is None else self.reference.acceleration(state.q, state.v, state.t)
+        return self.reference.point(name, xyz, state.q, state.v, a, state.t)
+
+    def times(self, event: str) -> np.ndarray:
+        """Return when an event took place, shape (n,) [s].
+
+        Args:
+            event: its name.
+        """
+        return np.array([occurrence.t for occurrence in self.events if occurrence.name == event])
+
+    def audit(self, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
+        """Check the motion against the balances of energy and momentum.
+
+        Args:
+            refine: also integrate again with a smaller tolerance, to find until when the motion can
+                be trusted.
+            accuracy: the error that is then accepted, relative to the largest coordinate.
+        """
+        return audit(self, refine=refine, accuracy=accuracy)
+
+    def summary(self) -> str:
+        """Return what moved, for how long, how it was integrated and how well the energy balance holds."""
+        from mecanique.motion.record.report import summary
+
+        return summary(self)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write the motion to an npz file, whole or not at all.
+
+        Args:
+            path: the file; ".npz" is added if it has no ending.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
+        from mecanique.motion.output.storage import save
+
+        save(self, path)
+
+    @staticmethod
+    def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motion:
+        """Read a motion that `save` wrote.
+
+        Args:
+            path: the file.
+            mechanism: what moved; not needed for a system of the catalogue.
+
+        Raises:
+            InputError: if the file is no motion, or another mechanism's.
+        """
+        from mecanique.motion.output.storage import load
+
+        return load(path, mechanism)
+
+    def to_csv(self, path: str | PathLike[str]) -> None:
+        """Write t, q, v and a to a CSV file, with units in the header.
+
+        Args:
+            path: the file.
+
+        Raises:
+            InputError: if the file cannot be written.
+        """
+        from mecanique.motion.output.storage import to_csv
+
+        to_csv(self, path)
+
+    def to_parquet(self, path: str | PathLike[str]) -> None:
+        """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
+
+        Args:
+            path: the file.
+
+        Raises:
+            InputError: if pyarrow is not installed, or the file cannot be written.
+        """
+        from mecanique.motion.output.storage import to_parquet
+
+        to_parquet(self, path)
+
+    def to_frame(self) -> Any:
+        """Return t (as index), q, v and a as a pandas DataFrame.
+
+        Raises:
+            InputError: if pandas is not installed.
+        """
+        from mecanique.motion.output.storage import to_frame
+
+        return to_frame(self)
+
+    def plot(self, what: str = "coordinates", joint: str | None = None) -> Any:
+        """Plot the motion; return the matplotlib Figure.
+
+        Args:
+            what: "coordinates", "phase", "energies" or "reactions".
+            joint: for "reactions", the joint; the first by default.
+
+        Raises:
+            InputError: if matplotlib is not installed, or there is no such plot.
+        """
+        from mecanique.motion.output.plot import plot
+
+        return plot(self, what, joint)
+
+    def _repr_html_(self) -> str | None:
+        from mecanique.motion.output.notebook import html
+
+        return html(self)
+
+    def __repr__(self) -> str:
+        return f"<Motion of {self.mechanism.name!r}: {len(self.t)} samples, t = {self.t[0]:g}…{self.t[-1]:g} s>"
+
+    def __getstate__(self) -> dict[str, Any]:
+        state = {f.name: getattr(self, f.name) for f in fields(self)}
+        # Pinocchio's work space is made again where it is needed
+        return state | {"path": self.curve, "engine": None}
+
+    def _times(self, t: float | Sequence[float] | np.ndarray) -> float | np.ndarray:
+        try:
+            times = np.asarray(t, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(f"expected times [s], got {t!r}") from None
+        begin, end = float(self.curve.t[0]), float(self.curve.t[-1])
+        slack = 1e-12 * max(abs(begin), abs(end), end - begin)
+        if times.ndim > 1 or not ((times >= begin - slack) & (times <= end + slack)).all():
+            raise InputError(f"expected times within the motion, {begin:g}…{end:g} s, got {t!r}")
+        times = times.clip(begin, end)
+        return times if times.ndim else float(times)
+
+    def _states(self, t: float | Sequence[float] | np.ndarray | None) -> State:
+        return State(self.t, self.q, self.v) if t is None else self(t)
+
+    def _on_loops(self, state: State) -> State:
+        """The state with its loops closed to rounding, not only to the tolerance of the interpolation."""
+        if not self.mechanism.loops:
+            return state
+        from mecanique.motion.record.loops import Closing
+
+        closing = Closing(self.mechanism, self.reference, self.statistics.rtol)
+        q, v = closing.all_back(
+            np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
+        )
+        return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])

@@ -1,0 +1,42 @@
+"""A motion in a few lines of text."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mecanique.motion.record.units import labelled, units
+
+__all__ = ["summary"]
+
+MOST = 12
+"""Most coordinates that are listed."""
+
+
+def summary(motion: Any) -> str:
+    """Return what moved, for how long, how it was integrated and how well the energy balance holds.
+
+    Args:
+        motion: the `Motion`.
+    """
+    mechanism, statistics = motion.mechanism, motion.statistics
+    energy = motion.energy()
+    lines = [
+        f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, {len(motion.t)} samples",
+        f"method: {motion.method}",
+        f"        rtol {statistics.rtol:g}, atol {statistics.atol:g}; {statistics.steps} steps, "
+        f"{statistics.evaluations} evaluations, {statistics.seconds:.3g} s",
+        f"energy: {energy.total[0]:.6g} J at the start, {energy.work[-1]:.6g} J of work since; "
+        f"balance within {abs(energy.balance).max() / energy.scale:.1e} (relative)",
+    ]
+    unit = units(mechanism)
+    names = (*mechanism.coordinates.names, *mechanism.velocities)
+    for name in names[:MOST]:
+        values = motion[name]
+        lines.append(
+            f"{labelled(name, unit[name]):>14}: {values.min():.6g} … {values.max():.6g}, at the end {values[-1]:.9g}"
+        )
+    if len(names) > MOST:
+        lines.append(f"{'…':>14}  {len(names) - MOST} more")
+    for event in motion.events[:MOST]:
+        lines.append(f"event {event.name}: t = {event.t:.9g} s")
+    return "\n".join(lines)

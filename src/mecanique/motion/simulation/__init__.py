@@ -1,0 +1,1 @@
+"""Integrate a mechanism's equations of motion."""

@@ -1,0 +1,294 @@
+"""From generalized coordinates to the engine's: p(q, t), u = G v + c and u' = G a + γ.
+
+u are the engine's velocities. G = ∂u/∂v and γ collects what the map's second derivatives add, time
+included (rheonomic maps: Goldstein, Classical Mechanics, 1950, sect. 1-4, eq. 1-49).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import cos, sin, sqrt
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.model.expression import compiled, plain, symbols_in
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.load import Engine
+
+__all__ = ["Chart"]
+
+
+@final
+class Chart:
+    """The map of a mechanism's coordinates to those of its engine; its arrays are overwritten by the next call.
+
+    Args:
+        mechanism: whose coordinates are mapped.
+        engine: the mechanism inside Pinocchio.
+
+    Raises:
+        EngineError: if the map follows an input whose derivatives are not known.
+    """
+
+    def __init__(self, mechanism: Mechanism, engine: Engine) -> None:
+        self._values = tuple(mechanism.values.values())
+        self._positions: list[tuple[int, int]] = []
+        self._circles: list[tuple[int, int]] = []
+        self._quaternions: list[tuple[int, tuple[int, ...]]] = []
+        self._twists: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+        self._spins: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
+        self._rates: list[tuple[int, int]] = []
+        self.index: dict[str, int] = {}
+        """Where each joint coordinate stands in the list that `place` returns."""
+        driven = mechanism.coordinates.driven
+        q_at = {name: k for k, name in enumerate(mechanism.coordinates)}
+        v_at = {name: k for k, name in enumerate(mechanism.velocities)}
+        self.p: Array = np.zeros(engine.model.nq)
+        fixed: Array = np.zeros((engine.model.nv, mechanism.nv))
+        followers: list[str] = []
+        rows: list[int] = []
+        for joint in mechanism.joints:
+            seats = engine.seats[joint.name]
+            if isinstance(joint, (Spherical, Floating)):
+                (seat,) = seats
+                at_q = tuple(q_at[name] for name in joint.coordinates)
+                at_v = tuple(v_at[name] for name in joint.velocities)
+                self._quaternions.append((seat.at_q + 3, at_q[-4:]))
+                self._spins.append((at_q[-4:], at_v[-3:]))
+                if isinstance(joint, Floating):
+                    self._positions += zip(range(seat.at_q, seat.at_q + 3), at_q, strict=False)
+                    self._twists.append((at_q, at_v))
+                self.index.update(zip(joint.coordinates, at_q, strict=True))
+                for row, column in zip(
+                    range(seat.at_v + 6 - len(at_v), seat.at_v + 6), at_v, strict=True
+                ):
+                    fixed[row, column] = 1.0
+                continue
+            for name, seat in zip(joint.coordinates, seats, strict=False):
+                if name in driven:
+                    at = mechanism.nq + len(followers)
+                    followers.append(name)
+                    rows.append(seat.at_v)
+                else:
+                    at = q_at[name]
+                    fixed[seat.at_v, v_at[f"{name}'"]] = 1.0
+                self.index[name] = at
+                (self._circles if seat.kind == "continuous" else self._positions).append(
+                    (seat.at_q, at)
+                )
+        plain_names = {name[:-1] for name in mechanism.velocities if name.endswith("'")}
+        self._rates = [
+            (q_at[name], v_at[f"{name}'"]) for name in mechanism.coordinates if name in plain_names
+        ]
+        self._q_at_v = np.array([at for at, _ in self._rates], dtype=int)
+        self._v_at_q = np.array([at for _, at in self._rates], dtype=int)
+        self._nq = mechanism.nq
+        self._map: Callable[..., tuple[float, ...]] | None = None
+        self._jet: Callable[..., tuple[float, ...]] | None = None
+        self._G = fixed
+        self._c: Array = np.zeros(engine.model.nv)
+        self._gamma: Array = np.zeros(engine.model.nv)
+        self._rows = np.array(rows, dtype=int)
+        if followers:
+            self._follow(mechanism, followers)
+        same = (
+            self._jet is None
+            and fixed.shape[0] == fixed.shape[1]
+            and bool((fixed == np.eye(len(fixed))).all())
+        )
+        self.identical = same
+        """Whether v are the engine's velocities in the engine's order."""
+        self.constant = self._jet is None
+        """Whether G is constant, c and γ are zero."""
+        self.one_hinge = same and not self._positions and self._circles == [(0, 0)]
+        """Whether one angle is all there is."""
+        self.single = self.constant and fixed.shape[0] == fixed.shape[1] and not self._quaternions
+        """Whether the positions and angles of the engine's joints follow the coordinates linearly, one by one."""
+        self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
+        """Whether v is q'."""
+
+    @property
+    def G(self) -> Array:
+        """∂u/∂v at the last call of `at`, shape (engine's nv, nv)."""
+        return self._G
+
+    @property
+    def c(self) -> Array:
+        """Part of u that does not depend on v, at the last call of `at`, shape (engine's nv,)."""
+        return self._c
+
+    @property
+    def gamma(self) -> Array:
+        """Part of u' that does not depend on a, at the last call of `at`, shape (engine's nv,)."""
+        return self._gamma
+
+    def place(self, q: Array, t: float) -> list[float]:
+        """Set the engine's position p and return every coordinate: q, then the driven joint coordinates.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        values: list[float] = q.tolist()
+        if self._map is not None:
+            values += self._map(*values, t, *self._values)
+        p = self.p
+        for to, at in self._positions:
+            p[to] = values[at]
+        for to, at in self._circles:
+            angle = values[at]
+            p[to] = cos(angle)
+            p[to + 1] = sin(angle)
+        for to, ats in self._quaternions:
+            x, y, z, w = (values[at] for at in ats)
+            # integration lets the length drift; the engine takes any length for one
+            scale = 1 / sqrt(x * x + y * y + z * z + w * w)
+            p[to : to + 4] = x * scale, y * scale, z * scale, w * scale
+        return values
+
+    def at(self, q: Array, v: Array, t: float) -> Array:
+        """Set G, c and γ at a state and return the engine's velocities u, shape (engine's nv,).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        if self.identical:
+            return v
+        if self._jet is not None:
+            numbers = self._jet(*q.tolist(), *v.tolist(), t, *self._values)
+            rows, count = self._rows, len(self._rows)
+            table = np.array(numbers)
+            self._c[rows] = table[:count]
+            self._gamma[rows] = table[count : 2 * count]
+            self._G[rows] = table[2 * count :].reshape(count, -1)
+            u: Array = self._G.dot(v)
+            u += self._c
+            return u
+        # for small arrays dot takes a third of the time of @
+        product: Array = self._G.dot(v)
+        return product
+
+    def rates(self, q: Array, v: Array, out: Array) -> None:
+        """Write q' into an array.
+
+        A quaternion turns by ½ quaternion ∘ (ω, 0), ω in the child's axes (Diebel, Representing
+        Attitude, 2006).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            out: shape (nq,), what is written to.
+        """
+        if not self._spins:
+            out[self._q_at_v] = v[self._v_at_q]
+            return
+        for at, of in self._rates:
+            out[at] = v[of]
+        for (xa, ya, za, wa), (oxa, oya, oza) in self._spins:
+            x, y, z, w = q[xa], q[ya], q[za], q[wa]
+            ox, oy, oz = 0.5 * v[oxa], 0.5 * v[oya], 0.5 * v[oza]
+            out[xa] = w * ox + y * oz - z * oy
+            out[ya] = w * oy + z * ox - x * oz
+            out[za] = w * oz + x * oy - y * ox
+            out[wa] = -x * ox - y * oy - z * oz
+        for at_q, at_v in self._twists:
+            out[list(at_q[:3])] = _turned(
+                [float(q[k]) for k in at_q[3:]], [float(v[k]) for k in at_v[:3]]
+            )
+
+    def _follow(self, mechanism: Mechanism, followers: Sequence[str]) -> None:
+        """Differentiate the map and compile it."""
+        from sympy import DiracDelta, Expr, Integer, Symbol, sympify
+
+        driven = mechanism.coordinates.driven
+        names = (*mechanism.coordinates, *mechanism.velocities, "t", *mechanism.values)
+        # real symbols, so that |x| has the derivative sign(x)
+        real = {Symbol(name): Symbol(name, real=True) for name in names}
+        back = {value: key for key, value in real.items()}
+        signals = {Symbol(i.symbol): i for i in mechanism.inputs}
+        rules: dict[Any, Any] = {}
+        for symbol, signal in signals.items():
+            if any(symbol.name in symbols_in(driven[name]) for name in followers):
+                if callable(signal.signal):
+                    raise EngineError(
+                        f"the coordinate map of mechanism {mechanism.name!r} follows input {signal.symbol!r}, "
+                        "a function whose derivatives are not known; expected an expression in t and parameters"
+                    )
+                rules[symbol] = sympify(plain(signal.signal))
+        rates = {
+            real[Symbol(name)]: rate.xreplace(real) for name, rate in _rates(mechanism).items()
+        }
+        v = [real[Symbol(name)] for name in mechanism.velocities]
+        time = real[Symbol("t")]
+
+        def total(expression: Any) -> Any:
+            parts = (
+                expression.diff(symbol) * rate
+                for symbol, rate in rates.items()
+                if expression.has(symbol)
+            )
+            return sum(parts, expression.diff(time))
+
+        def without_impulses(expression: Any) -> Expr:
+            return expression.replace(DiracDelta, lambda *_: Integer(0)).xreplace(back)
+
+        maps = [sympify(plain(driven[name])).xreplace(rules).xreplace(real) for name in followers]
+        first = [total(expression) for expression in maps]
+        G = [rate.diff(symbol) for rate in first for symbol in v]
+        c = [rate.xreplace(dict.fromkeys(v, Integer(0))) for rate in first]
+        gamma = [total(rate) for rate in first]
+        q_names = (*mechanism.coordinates, "t", *mechanism.values)
+        self._map = compiled([without_impulses(expression) for expression in maps], q_names)
+        everything = [without_impulses(expression) for expression in (*c, *gamma, *G)]
+        count = len(followers)
+        moving = any(
+            symbols_in(entry) - mechanism.values.keys() for entry in everything[2 * count :]
+        )
+        if moving or any(entry != 0 for entry in everything[: 2 * count]):
+            self._jet = compiled(everything, names)
+        else:
+            numbers = [mechanism.evaluate(entry) for entry in everything[2 * count :]]
+            self._G[self._rows] = np.array(numbers).reshape(count, -1)
+
+
+def _rates(mechanism: Mechanism) -> dict[str, Any]:
+    """The rate of each coordinate as an expression in coordinates and velocities."""
+    from sympy import Rational, Symbol
+
+    rates = {name[:-1]: Symbol(name) for name in mechanism.velocities if name.endswith("'")}
+    half = Rational(1, 2)
+    for joint in mechanism.joints:
+        if not isinstance(joint, (Spherical, Floating)):
+            continue
+        x, y, z, w = quaternion = [Symbol(name) for name in joint.coordinates[-4:]]
+        *linear, ox, oy, oz = (Symbol(name) for name in joint.velocities)
+        turning = (
+            w * ox + y * oz - z * oy,
+            w * oy + z * ox - x * oz,
+            w * oz + x * oy - y * ox,
+            -x * ox - y * oy - z * oz,
+        )
+        rates.update(zip(joint.coordinates[-4:], (half * part for part in turning), strict=True))
+        if linear:
+            rates.update(zip(joint.coordinates[:3], _turned(quaternion, linear), strict=True))
+    return rates
+
+
+def _turned(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """A vector given in the turned axes, in the axes that they turned from; exact for a unit quaternion."""
+    x, y, z, w = quaternion
+    a, b, c = vector
+    square = x * x + y * y + z * z + w * w
+    # p = v + 2 w (r × v) + 2 r × (r × v), divided by the quaternion's square
+    i, j, k = y * c - z * b, z * a - x * c, x * b - y * a
+    return (
+        a + 2 * (w * i + y * k - z * j) / square,
+        b + 2 * (w * j + z * i - x * k) / square,
+        c + 2 * (w * k + x * j - y * i) / square,
+    )

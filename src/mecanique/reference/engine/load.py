@@ -1,0 +1,214 @@
+"""Load a mechanism into Pinocchio by its own URDF parser, and make sure that it arrived whole."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.model.bodies import Body
+from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.mechanism import Mechanism
+from mecanique.urdf.write import write_urdf
+from mecanique.urdf.writing.chains import SimpleJoint, chains
+
+__all__ = ["MOST_DEPTH", "MOST_VELOCITIES", "Engine", "Holder", "Seat", "load"]
+
+MOST_VELOCITIES = 210
+"""Pinocchio's work space takes about 63 bytes times the cube of the number of joint velocities: 0.6 GB at 210."""
+
+MOST_DEPTH = 1000
+"""Pinocchio's parser recurses along the tree; a few thousand joints in a row end the process."""
+
+_WIDTHS = {
+    "continuous": (2, 1),
+    "revolute": (1, 1),
+    "prismatic": (1, 1),
+    "floating": (7, 6),
+    "fixed": (0, 0),
+}
+"""Numbers of positions and velocities that Pinocchio gives each type of URDF joint."""
+
+
+@final
+@dataclass(frozen=True)
+class Seat:
+    """Where a simple joint's coordinates stand in the engine.
+
+    Args:
+        kind: its URDF type.
+        index: of the joint in the model, 0 for a fixed one.
+        at_q: first of its positions.
+        at_v: first of its velocities.
+    """
+
+    kind: str
+    index: int
+    at_q: int
+    at_v: int
+
+
+@final
+@dataclass(frozen=True)
+class Holder:
+    """What holds a body: bodies that fixed joints weld together share one moving joint.
+
+    Args:
+        joint: index of the moving joint in the model, 0 for the world.
+        placement: pose of the body in that joint's frame, a pinocchio.SE3.
+        inertia: of the body alone, in that joint's frame, a pinocchio.Inertia.
+        frame: index of the body's frame.
+    """
+
+    joint: int
+    placement: Any
+    inertia: Any
+    frame: int
+
+
+@final
+@dataclass(frozen=True)
+class Engine:
+    """A mechanism's tree in Pinocchio.
+
+    Args:
+        model: pinocchio.Model.
+        data: pinocchio.Data.
+        weightless: the same model without gravity.
+        seats: of each joint's chain, by the joint's name.
+        holders: of each body, by its name.
+    """
+
+    model: Any
+    data: Any
+    weightless: Any
+    seats: dict[str, tuple[Seat, ...]]
+    holders: dict[str, Holder]
+
+
+def load(mechanism: Mechanism) -> Engine:
+    """Write a mechanism as URDF and read it with Pinocchio.
+
+    Spherical joints are written as floating ones: the parser knows no ball joint; whoever asks the
+    engine must keep their translation at zero.
+
+    Args:
+        mechanism: what to load.
+
+    Raises:
+        EngineError: if it is too large, or Pinocchio refuses it or reads something else.
+    """
+    links = chains(mechanism, "floating")
+    _check_size(mechanism, links)
+    import pinocchio as pin
+
+    try:
+        model = pin.buildModelFromXML(write_urdf(mechanism, spherical="floating"))
+    except (ValueError, RuntimeError) as error:
+        raise EngineError(f"Pinocchio refused mechanism {mechanism.name!r}: {error}") from None
+    model.gravity.linear = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
+    model.gravity.angular = np.zeros(3)
+    # by position, because names may repeat the engine's own, e.g. "universe"
+    indices = {name: index for index, name in enumerate(model.names) if index}
+    frames = {
+        frame.name: index for index, frame in enumerate(model.frames) if frame.type == pin.BODY
+    }
+    missing = [
+        step.name
+        for chain in links.values()
+        for step in chain
+        if step.kind != "fixed" and step.name not in indices
+    ]
+    missing += [body.name for body in mechanism.bodies if body.name not in frames]
+    if missing:
+        raise EngineError(
+            f"Pinocchio lost {', '.join(map(repr, missing))} of mechanism {mechanism.name!r}"
+        )
+    seats = {
+        name: tuple(_seat(model, indices, step) for step in chain) for name, chain in links.items()
+    }
+    holders = {
+        body.name: _holder(pin, mechanism, body, model.frames[frames[body.name]], frames)
+        for body in mechanism.bodies
+    }
+    _check_inertias(pin, mechanism, model, holders)
+    for joint in mechanism.joints:
+        if isinstance(joint, (Revolute, Prismatic)):
+            model.armature[seats[joint.name][0].at_v] = mechanism.evaluate(joint.armature)
+    weightless = model.copy()
+    weightless.gravity.linear = np.zeros(3)
+    return Engine(model, model.createData(), weightless, seats, holders)
+
+
+def _check_size(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> None:
+    velocities = sum(_WIDTHS[step.kind][1] for chain in links.values() for step in chain)
+    depth = {mechanism.ground: 0}
+    for joint in mechanism.tree:
+        depth[joint.child] = depth[joint.parent] + len(links[joint.name])
+    deepest = max(depth.values())
+    way_out = "split it, or use the equations of mecanique.derivation, which have no such limit"
+    if velocities > MOST_VELOCITIES:
+        raise EngineError(
+            f"mechanism {mechanism.name!r} has {velocities} joint velocities; Pinocchio is given at most "
+            f"{MOST_VELOCITIES}, because its memory grows with their cube: {way_out}"
+        )
+    if deepest > MOST_DEPTH:
+        raise EngineError(
+            f"mechanism {mechanism.name!r} has {deepest} joints in a row; Pinocchio is given at most {MOST_DEPTH}, "
+            f"because its parser ends the process somewhere above: {way_out}"
+        )
+
+
+def _seat(model: Any, indices: dict[str, int], step: SimpleJoint) -> Seat:
+    if step.kind == "fixed":
+        return Seat(step.kind, 0, 0, 0)
+    index = indices[step.name]
+    joint = model.joints[index]
+    if (joint.nq, joint.nv) != _WIDTHS[step.kind]:
+        raise EngineError(
+            f"Pinocchio read joint {step.name!r} of type {step.kind} as {joint.shortname()}"
+        )
+    return Seat(step.kind, index, joint.idx_q, joint.idx_v)
+
+
+def _holder(
+    pin: Any, mechanism: Mechanism, body: Body, frame: Any, frames: dict[str, int]
+) -> Holder:
+    ixx, iyy, izz, ixy, ixz, iyz = (mechanism.evaluate(entry) for entry in body.inertia)
+    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    center = np.array([mechanism.evaluate(c) for c in body.center])
+    # set part by part, because the constructor refuses principal moments that rounding made
+    # negative
+    inertia = pin.Inertia.Zero()
+    inertia.mass, inertia.lever, inertia.inertia = mechanism.evaluate(body.mass), center, tensor
+    return Holder(
+        frame.parentJoint, frame.placement.copy(), frame.placement.act(inertia), frames[body.name]
+    )
+
+
+def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[str, Holder]) -> None:
+    """The parser drops or changes what it cannot digest and says so only on the process's standard error."""
+    carried: dict[int, list[str]] = {}
+    for name, holder in holders.items():
+        carried.setdefault(holder.joint, []).append(name)
+    for index in range(1, model.njoints):
+        names = carried.get(index, [])
+        found, wanted = (
+            model.inertias[index],
+            sum((holders[name].inertia for name in names), pin.Inertia.Zero()),
+        )
+        first = wanted.mass * np.linalg.norm(wanted.lever)
+        scale = np.abs(wanted.inertia).max() + first * np.linalg.norm(wanted.lever)
+        whole = (
+            abs(found.mass - wanted.mass) <= 1e-9 * wanted.mass
+            and np.abs(found.mass * found.lever - wanted.mass * wanted.lever).max() <= 1e-9 * first
+            and np.abs(found.inertia - wanted.inertia).max() <= 1e-9 * scale
+        )
+        if not whole:
+            listed = ", ".join(map(repr, names))
+            raise EngineError(
+                f"Pinocchio read body {listed} with mass {found.mass:g} kg and center {found.lever}, not "
+                f"{wanted.mass:g} kg and {wanted.lever}; masses below 1e-15 kg are lost: measure in smaller units"
+            )

@@ -1,0 +1,100 @@
+"""Look at a mechanism in a few random states before anybody relies on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from mecanique.model.joints import Floating, Prismatic, Spherical
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+
+__all__ = ["backward_error", "massless_mode", "random_states", "reach_of"]
+
+_SINGULAR = 1e-13
+"""Below this share of its own scale a pivot of the mass matrix is rounding noise."""
+
+
+def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array, Array, float]]:
+    """Give positions, velocities and times, the same ones every time.
+
+    Args:
+        mechanism: whose states they are.
+        count: how many.
+    """
+    random = np.random.default_rng(1788)
+    slides = {
+        name
+        for joint in mechanism.joints
+        if isinstance(joint, (Prismatic, Floating))
+        for name in joint.coordinates
+    }
+    reach = np.array([1.0 if name in slides else np.pi for name in mechanism.coordinates])
+    for _ in range(count):
+        q = random.uniform(-1, 1, mechanism.nq) * reach
+        for joint in mechanism.joints:
+            if isinstance(joint, (Spherical, Floating)):
+                at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+                quaternion = random.normal(size=4)
+                q[at] = quaternion / np.linalg.norm(quaternion)
+        yield q, random.normal(size=mechanism.nv), float(random.uniform(0, 1))
+
+
+def massless_mode(mass: Array, reach: Array) -> Array | None:
+    """Return a motion that moves no mass, shape (nv,), largest component 1; None if every motion moves some.
+
+    Args:
+        mass: mass matrix, shape (nv, nv).
+        reach: what each diagonal entry would be if nothing canceled, shape (nv,).
+    """
+    diagonal = np.diag(mass)
+    for at in np.flatnonzero(~(diagonal > _SINGULAR * reach)):
+        mode: Array = np.zeros(len(mass))
+        mode[at] = 1.0
+        return mode
+    if not len(mass):
+        return None
+    scale = 1 / np.sqrt(diagonal)
+    values, vectors = np.linalg.eigh(mass * np.outer(scale, scale))
+    if values[0] > _SINGULAR:
+        return None
+    mode = vectors[:, 0] * scale
+    return np.asarray(mode / mode[np.argmax(np.abs(mode))])
+
+
+def reach_of(model: Any, data: Any) -> Array:
+    """Return for each of the engine's velocities the mass it moves, or that mass's polar moment about the joint.
+
+    Args:
+        model: pinocchio.Model.
+        data: pinocchio.Data, after the mass matrix has been computed.
+    """
+    reach: Array = np.zeros(model.nv)
+    for index in range(1, model.njoints):
+        joint, carried = model.joints[index], data.Ycrb[index]
+        polar = float(np.trace(carried.inertia)) + carried.mass * float(
+            carried.lever @ carried.lever
+        )
+        span = slice(joint.idx_v, joint.idx_v + joint.nv)
+        if joint.nv == 6:
+            reach[span] = [carried.mass] * 3 + [polar] * 3
+        else:
+            reach[span] = carried.mass if joint.shortname().startswith("JointModelP") else polar
+    reach += model.armature
+    return reach
+
+
+def backward_error(mass: Array, acceleration: Array, right: Array) -> float:
+    """Return how well M a = right holds, relative to the size of its terms.
+
+    Args:
+        mass: mass matrix, shape (nv, nv).
+        acceleration: shape (nv,).
+        right: shape (nv,).
+    """
+    size = float((np.abs(mass) @ np.abs(acceleration) + np.abs(right)).max(initial=0.0))
+    if not np.isfinite(size):
+        return float("inf")
+    return float(np.abs(mass @ acceleration - right).max(initial=0.0)) / size if size else 0.0

@@ -1,0 +1,255 @@
+"""The right-hand side of the equations of motion for integrators: nothing is checked, little is allocated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import atan2, cos, sin
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.loads import Loads
+
+__all__ = ["Rhs", "fast_rhs"]
+
+Rhs: TypeAlias = Callable[[float, Array], Array]
+"""f(t, y) = y', shape (nq + nv,) both."""
+
+_Accelerations: TypeAlias = Callable[[Array, Array, float], Array]
+
+
+def fast_rhs(
+    mechanism: Mechanism,
+    engine: Engine,
+    chart: Chart,
+    loads: Loads,
+    *,
+    recursive: bool,
+    overwriting: bool,
+) -> Rhs:
+    """Return the fastest right-hand side that is right for a mechanism.
+
+    Args:
+        mechanism: whose motion it is.
+        engine: the mechanism inside Pinocchio.
+        chart: its coordinates.
+        loads: its forces.
+        recursive: whether the articulated-body recursion may be used (Featherstone, Rigid Body
+            Dynamics Algorithms, 2008, ch. 7); otherwise M a = forces − bias is solved.
+        overwriting: whether an answer may be overwritten by the next; otherwise each is an array of
+            its own, because most integrators keep what they are given.
+    """
+    single = chart.single and chart.velocities_are_rates
+    bare = recursive and single and not loads.act_on_bodies and not loads.act_in_joints
+    if bare:
+        if chart.one_hinge:
+            rhs = _hinge(engine, chart, loads)
+        elif chart.identical:
+            rhs = _chain(engine, loads, mechanism.nv)
+        else:
+            rhs = _linear(engine, chart, loads, mechanism.nv)
+        return rhs if overwriting else lambda t, y: rhs(t, y).copy()
+    accelerations = (
+        _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
+    )
+    nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
+    if chart.velocities_are_rates:
+
+        def simple(t: float, y: Array) -> Array:
+            out = empty(size)
+            v = y[nq:]
+            out[:nq] = v
+            out[nq:] = accelerations(y[:nq], v, t)
+            return out
+
+        return simple
+
+    def general(t: float, y: Array) -> Array:
+        out = empty(size)
+        q, v = y[:nq], y[nq:]
+        chart.rates(q, v, out[:nq])
+        out[nq:] = accelerations(q, v, t)
+        return out
+
+    return general
+
+
+def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
+    """A single hinge without springs or loads: every pendulum; half the time would go into generality."""
+    import pinocchio as pin
+
+    aba, model, data, p, none, out = (
+        pin.aba,
+        engine.model,
+        engine.data,
+        chart.p,
+        loads.in_joints,
+        np.empty(2),
+    )
+
+    def hinge(t: float, y: Array) -> Array:
+        angle, rate = y.tolist()
+        p[0] = cos(angle)
+        p[1] = sin(angle)
+        out[0] = rate
+        out[1] = aba(model, data, p, y[1:], none)[0]
+        return out
+
+    return hinge
+
+
+def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
+    """Hinges and slides without springs or loads: chains and falling robots."""
+    import pinocchio as pin
+
+    model = _by_angles(engine)
+    aba, data, none, out = pin.aba, model.createData(), loads.in_joints, np.empty(2 * nv)
+
+    def chain(t: float, y: Array) -> Array:
+        v = y[nv:]
+        out[:nv] = v
+        out[nv:] = aba(model, data, y[:nv], v, none)
+        return out
+
+    return chain
+
+
+def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
+    """The same where the joints follow the coordinates linearly, r = G q + r0: absolute angles, above all."""
+    import pinocchio as pin
+
+    model = _by_angles(engine)
+    aba, data, none, out = pin.aba, model.createData(), loads.in_joints, np.empty(2 * nv)
+    chart.place(np.zeros(nv), 0.0)
+    p, rest = chart.p, np.zeros((2, nv))
+    for joint in list(engine.model.joints)[1:]:
+        at = joint.idx_q
+        rest[0, joint.idx_v] = atan2(p[at + 1], p[at]) if joint.nq == 2 else p[at]
+    forth, back = chart.G.T.copy(), np.linalg.inv(chart.G).dot
+
+    def linear(t: float, y: Array) -> Array:
+        out[:nv] = y[nv:]
+        both = y.reshape(2, nv).dot(forth)
+        both += rest
+        out[nv:] = back(aba(model, data, both[0], both[1], none))
+        return out
+
+    return linear
+
+
+def _by_angles(engine: Engine) -> Any:
+    """The same model with the angle of each endless hinge as its position, where the parser has cosine and sine."""
+    import pinocchio as pin
+
+    model, data, other = engine.model, engine.model.createData(), pin.Model()
+    other.gravity = model.gravity
+    for index in range(1, model.njoints):
+        joint = model.joints[index]
+        if joint.nq == 2:
+            joint = pin.JointModelRevoluteUnaligned(np.array(data.joints[index].S).reshape(-1)[3:])
+        other.addJoint(
+            model.parents[index], joint, model.jointPlacements[index], model.names[index]
+        )
+        other.inertias[index] = model.inertias[index]
+    other.armature = model.armature
+    return other
+
+
+def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
+    import pinocchio as pin
+
+    aba, move, model, data = pin.aba, pin.forwardKinematics, engine.model, engine.data
+    place, p, in_joints, external, update = (
+        chart.place,
+        chart.p,
+        loads.in_joints,
+        loads.external.forces,
+        loads.update,
+    )
+    on_bodies, forced = loads.act_on_bodies, loads.act_on_bodies or loads.act_in_joints
+    if chart.identical:
+
+        def own(q: Array, v: Array, t: float) -> Array:
+            values = place(q, t)
+            if on_bodies:
+                move(model, data, p, v)
+            if forced:
+                update(values, q, v, v, t)
+            result: Array = (
+                aba(model, data, p, v, in_joints, external)
+                if on_bodies
+                else aba(model, data, p, v, in_joints)
+            )
+            return result
+
+        return own
+    forth, back = chart.G.dot, np.linalg.inv(chart.G).dot
+
+    def turned(q: Array, v: Array, t: float) -> Array:
+        values = place(q, t)
+        u = forth(v)
+        if on_bodies:
+            move(model, data, p, u)
+        if forced:
+            update(values, q, u, v, t)
+        result: Array = back(
+            aba(model, data, p, u, in_joints, external)
+            if on_bodies
+            else aba(model, data, p, u, in_joints)
+        )
+        return result
+
+    return turned
+
+
+def _solved(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
+    import pinocchio as pin
+    from scipy.linalg.lapack import dposv
+
+    crba, rnea, move, model, data = (
+        pin.crba,
+        pin.rnea,
+        pin.forwardKinematics,
+        engine.model,
+        engine.data,
+    )
+    place, at, p, in_joints, external = (
+        chart.place,
+        chart.at,
+        chart.p,
+        loads.in_joints,
+        loads.external.forces,
+    )
+    on_bodies, forced = loads.act_on_bodies, loads.act_on_bodies or loads.act_in_joints
+    # both are overwritten by each call of `at`
+    G, gamma = chart.G, chart.gamma
+    back = G.T.dot
+    unknown: Array = np.full(mechanism.nv, np.nan)
+    if not mechanism.nv:
+        return lambda q, v, t: unknown
+
+    def solved(q: Array, v: Array, t: float) -> Array:
+        values = place(q, t)
+        u = at(q, v, t)
+        if on_bodies:
+            move(model, data, p, u)
+        if forced:
+            update(values, q, u, v, t)
+        # inverse dynamics with the external forces is bias less what they do
+        right = back(
+            in_joints
+            - (
+                rnea(model, data, p, u, gamma, external)
+                if on_bodies
+                else rnea(model, data, p, u, gamma)
+            )
+        )
+        _, result, fault = dposv(back(crba(model, data, p)).dot(G), right)
+        return unknown if fault else result
+
+    update = loads.update
+    return solved

@@ -1,0 +1,309 @@
+"""A mechanism's tree in one state at a time, nothing checked: what `Reference` asks Pinocchio.
+
+With a coordinate map r = φ(q, t) the engine's equations are drawn back by G = ∂φ/∂q:
+Gᵀ M_r G a + Gᵀ (M_r γ + b_r) = Gᵀ Q_r (Kane & Levinson, Dynamics, 1985, sect. 4.1, 6.1).
+"""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.load import load
+from mecanique.reference.engine.loads import Loads
+from mecanique.reference.engine.probe import backward_error, massless_mode, random_states, reach_of
+from mecanique.reference.engine.reactions import Reactions
+from mecanique.reference.engine.rhs import Rhs, fast_rhs
+from mecanique.reference.engine.sites import Action, External
+
+__all__ = ["Tree"]
+
+_ILL_CONDITIONED = 1e6
+_AGREEMENT = 1e-10
+
+
+@final
+class Tree:
+    """The tree of a mechanism inside Pinocchio; every array it takes is right in shape and finite.
+
+    Args:
+        mechanism: what to load.
+
+    Raises:
+        EngineError: if it is too large for Pinocchio, or is not read as it is written.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        import pinocchio as pin
+
+        self.mechanism = mechanism
+        self.engine = load(mechanism)
+        self.chart = Chart(mechanism, self.engine)
+        self.loads = Loads(mechanism, self.engine, self.chart.index)
+        self._pin = pin
+        self._reactions = Reactions(mechanism, self.engine)
+        self._supported = External(self.engine.model.njoints)
+        holders = self.engine.holders
+        self._body_frames = [holders[body.name].frame for body in mechanism.bodies]
+        # Pinocchio leaves out what is welded to the ground; the ground itself is no part of the
+        # energy
+        welded = (
+            holder
+            for name, holder in holders.items()
+            if not holder.joint and name != mechanism.ground
+        )
+        resting = sum((holder.inertia for holder in welded), pin.Inertia.Zero())
+        self._resting = -resting.mass * float(self.engine.model.gravity.linear @ resting.lever)
+        self.moving_mass = float(
+            sum(self.engine.model.inertias[k].mass for k in range(1, self.engine.model.njoints))
+        )
+        """Mass of the bodies that the ground does not hold [kg]."""
+        self.massless: Array | None = None
+        """A motion that moves no mass in any state looked at, shape (nv,); None if there is none."""
+        self.recursive = self._probe()
+        """Whether the articulated-body recursion gives the accelerations; else M a = forces − bias is solved."""
+
+    def move(
+        self, q: Array, v: Array, t: float, a: Array | None = None
+    ) -> tuple[list[float], Array, Array]:
+        """Put the engine's bodies in a state; return q with the driven joint coordinates, u and u'.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            a: shape (nv,); without it the engine's accelerations are not set, and u' is of no use.
+        """
+        engine, chart = self.engine, self.chart
+        values = chart.place(q, t)
+        u = chart.at(q, v, t)
+        if a is None:
+            self._pin.forwardKinematics(engine.model, engine.data, chart.p, u)
+            return values, u, u
+        rate = a if chart.identical else chart.G @ a + chart.gamma
+        self._pin.forwardKinematics(engine.model, engine.data, chart.p, u, rate)
+        return values, u, rate
+
+    def mass(self, q: Array, v: Array, t: float) -> Array:
+        """Return M, shape (nv, nv); v does not matter."""
+        engine, chart = self.engine, self.chart
+        chart.place(q, t)
+        chart.at(q, v, t)
+        full = self._pin.crba(engine.model, engine.data, chart.p)
+        return np.array(full) if chart.identical else np.asarray(chart.G.T @ full @ chart.G)
+
+    def bias(self, q: Array, v: Array, t: float) -> Array:
+        """Return the inertia forces that do not depend on a, and gravity, shape (nv,)."""
+        engine, chart = self.engine, self.chart
+        chart.place(q, t)
+        u = chart.at(q, v, t)
+        return self._reduced(self._pin.rnea(engine.model, engine.data, chart.p, u, chart.gamma))
+
+    def gravity(self, q: Array, v: Array, t: float) -> Array:
+        """Return ∂V/∂q of gravity, shape (nv,); v does not matter."""
+        engine, chart = self.engine, self.chart
+        chart.place(q, t)
+        chart.at(q, v, t)
+        return self._reduced(
+            self._pin.computeGeneralizedGravity(engine.model, engine.data, chart.p)
+        )
+
+    def forces(self, q: Array, v: Array, t: float) -> Array:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (nv,)."""
+        engine, loads = self.engine, self.loads
+        values, u, _ = self.move(q, v, t)
+        loads.check()
+        loads.update(values, q, u, v, t)
+        total: Array = loads.in_joints.copy()
+        if loads.act_on_bodies:
+            rest = np.zeros(engine.model.nv)
+            # inverse dynamics at rest and without gravity is minus what the external forces do
+            total -= self._pin.rnea(
+                engine.weightless, engine.data, self.chart.p, rest, rest, loads.external.forces
+            )
+        return self._reduced(total)
+
+    def acceleration(self, q: Array, v: Array, t: float) -> Array:
+        """Return a, shape (nv,).
+
+        Raises:
+            EngineError: if a motion moves no mass in this state.
+        """
+        if self.recursive:
+            engine, chart, loads = self.engine, self.chart, self.loads
+            values, u, _ = self.move(q, v, t)
+            loads.check()
+            loads.update(values, q, u, v, t)
+            full = self._pin.aba(
+                engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces
+            )
+            if np.isfinite(full).all():
+                return np.array(full) if chart.identical else np.linalg.solve(chart.G, full)
+        mass = self.mass(q, v, t)
+        mode = massless_mode(mass, self._reach())
+        if mode is not None:
+            self._refuse(mode, f" at q = {q.tolist()}")
+        return np.asarray(np.linalg.solve(mass, self.forces(q, v, t) - self.bias(q, v, t)))
+
+    def energy(self, q: Array, v: Array, t: float) -> Array:
+        """Return T, V of gravity and V of the springs, shape (3,)."""
+        engine, chart = self.engine, self.chart
+        values, u, _ = self.move(q, v, t)
+        springs = self.loads.energy(values)
+        height = (
+            self._pin.computePotentialEnergy(engine.model, engine.data, chart.p) + self._resting
+        )
+        # Pinocchio's own kinetic energy leaves the armature of bounded hinges and slides out
+        kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
+        return np.array([kinetic, height, springs])
+
+    def momentum(self, q: Array, v: Array, t: float) -> Array:
+        """Return linear momentum, angular about the origin and about the center of mass, that center, shape (4, 3)."""
+        self.move(q, v, t)
+        engine = self.engine
+        total, moment = self._pin.Force.Zero(), np.zeros(3)
+        for index in range(1, engine.model.njoints):
+            pose, inertia = engine.data.oMi[index], engine.model.inertias[index]
+            total += pose.act(inertia * engine.data.v[index])
+            moment += inertia.mass * pose.act(inertia.lever)
+        center = moment / self.moving_mass if self.moving_mass else moment
+        return np.array(
+            [total.linear, total.angular, total.angular - np.cross(center, total.linear), center]
+        )
+
+    def reactions(self, q: Array, v: Array, t: float) -> Array:
+        """Return force and moment of each parent on its child, in the order of the joints, shape (n, 2, 3)."""
+        loads = self.loads
+        a = self.acceleration(q, v, t)
+        values, u, rate = self.move(q, v, t, a)
+        return self.transmitted(loads.update(values, q, u, v, t) + loads.across_joints(), u, rate)
+
+    def transmitted(
+        self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
+    ) -> Array:
+        """Return what the joints transmit to balance what acts on the bodies, shape (n, 2, 3), as `reactions` does.
+
+        The work space must hold the state in question.
+
+        Args:
+            actions: all forces on the bodies but gravity and the reactions.
+            u: the engine's velocities.
+            rate: the engine's accelerations.
+            weightless: whether to leave gravity out.
+        """
+        engine = self.engine
+        model = engine.weightless if weightless else engine.model
+        self._supported.set(actions)
+        self._pin.rnea(model, engine.data, self.chart.p, u, rate, self._supported.forces)
+        found = self._reactions.read(actions)
+        return np.array([found[joint.name] for joint in self.mechanism.joints]).reshape(-1, 2, 3)
+
+    def poses(self, q: Array, t: float) -> Array:
+        """Return the pose of every body, in their order, shape (nb, 4, 4)."""
+        engine, chart = self.engine, self.chart
+        chart.place(q, t)
+        self._pin.framesForwardKinematics(engine.model, engine.data, chart.p)
+        return np.array([engine.data.oMf[frame].homogeneous for frame in self._body_frames])
+
+    def point(self, body: str, xyz: Array, q: Array, v: Array, a: Array, t: float) -> Array:
+        """Return position, velocity and acceleration of a point of a body, world axes, shape (3, 3)."""
+        self.move(q, v, t, a)
+        holder, data = self.engine.holders[body], self.engine.data
+        at = holder.placement.act(xyz)
+        pose, twist, rate = data.oMi[holder.joint], data.v[holder.joint], data.a[holder.joint]
+        velocity = twist.linear + np.cross(twist.angular, at)
+        # from the spatial to the classical acceleration
+        change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
+        return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
+
+    def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
+        """Return how a body moves with each velocity, world axes, shape (6, nv); the value of v does not matter."""
+        engine, chart = self.engine, self.chart
+        chart.place(q, t)
+        chart.at(q, v, t)
+        frame = engine.holders[body].frame
+        world = self._pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        # Pinocchio gives a single column as a vector
+        own = self._pin.computeFrameJacobian(
+            engine.model, engine.data, chart.p, frame, world
+        ).reshape(6, -1)
+        return np.asarray(own @ chart.G)
+
+    def rhs(self, *, overwriting: bool = False) -> Rhs:
+        """Return f(t, y) = y' for integration.
+
+        Args:
+            overwriting: whether an answer may be overwritten by the next.
+
+        Raises:
+            EngineError: if a motion moves no mass in any state looked at.
+        """
+        if self.massless is not None:
+            self._refuse(self.massless, "")
+        return fast_rhs(
+            self.mechanism,
+            self.engine,
+            self.chart,
+            self.loads,
+            recursive=self.recursive,
+            overwriting=overwriting,
+        )
+
+    def _reduced(self, forces: Array) -> Array:
+        chart = self.chart
+        return np.array(forces) if chart.identical else np.asarray(chart.G.T @ forces)
+
+    def _reach(self) -> Array:
+        return np.asarray((self.chart.G**2).T @ reach_of(self.engine.model, self.engine.data))
+
+    def _probe(self) -> bool:
+        """Look for motions that move no mass; return whether the recursion may be used."""
+        G = self.chart.G
+        recursive = self.chart.constant and G.shape[0] == G.shape[1] > 0
+        recursive = bool(recursive and np.linalg.cond(G) < _ILL_CONDITIONED)
+        found, sound = None, False
+        for q, v, t in random_states(self.mechanism):
+            try:
+                mass = self.mass(q, v, t)
+                if not np.isfinite(mass).all():
+                    continue
+                mode = massless_mode(mass, self._reach())
+                if mode is not None:
+                    found = mode
+                    continue
+                sound = True
+                recursive = recursive and self._recursion_agrees(mass, q, v, t)
+            except (ArithmeticError, ValueError, EngineError):
+                # a map or a force that is not defined in this random state
+                continue
+        if not sound:
+            self.massless = found
+        return recursive and sound
+
+    def _recursion_agrees(self, mass: Array, q: Array, v: Array, t: float) -> bool:
+        right = self.forces(q, v, t) - self.bias(q, v, t)
+        engine, chart, loads = self.engine, self.chart, self.loads
+        values, u, _ = self.move(q, v, t)
+        loads.update(values, q, u, v, t)
+        full = self._pin.aba(
+            engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces
+        )
+        return backward_error(mass, np.linalg.solve(chart.G, full), right) < _AGREEMENT
+
+    def _refuse(self, mode: Array, where: str) -> None:
+        names = [
+            name
+            for name, part in zip(self.mechanism.velocities, mode, strict=True)
+            if abs(part) > 1e-6
+        ]
+        joints = [joint for joint in self.mechanism.joints if set(joint.velocities) & set(names)]
+        moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
+        raise EngineError(
+            f"mechanism {self.mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass{where}, so nothing "
+            "determines it; give the body mass or inertia, or prescribe the joint by the coordinate map"
+        )

@@ -1,0 +1,202 @@
+"""A closed mechanism in one state at a time, nothing checked: its tree, held together by its loops.
+
+M a + h = Jᵀ λ with J a + γ = 0, solved in the null space of J
+(`mecanique.reference.loops.nullspace`), so that massless links and redundant constraints are fine.
+λ makes the wrenches of the loops; inverse dynamics with these as external forces gives every joint
+reaction.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.sites import Action
+from mecanique.reference.engine.tree import Tree
+from mecanique.reference.loops.constraints import Closures
+from mecanique.reference.loops.nullspace import ConstrainedMotion, solve, split
+
+__all__ = ["COMPONENTS", "LEAST", "WEAK", "Closed", "Forces"]
+
+COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
+"""The components of a wrench, world axes."""
+
+LEAST = 1e-12
+"""Scaled singular values of the constraints below this are rounding."""
+
+WEAK = 1e-4
+"""Fraction of the largest singular value below which a motion passes a singular position."""
+
+_OPEN = 1e-6
+"""Loops that are farther open than this, in characteristic lengths or radians, are not closed."""
+
+
+class Forces(NamedTuple):
+    """What joints and loops transmit.
+
+    Args:
+        wrenches: force and moment of each joint, then of each loop, shape (n, 2, 3).
+        undetermined: shape (n, 6), components that redundant constraints leave undetermined.
+    """
+
+    wrenches: Array
+    undetermined: Array
+
+
+@final
+class Closed:
+    """The constrained motion of a mechanism with loops.
+
+    Args:
+        tree: the mechanism's tree inside Pinocchio.
+    """
+
+    def __init__(self, tree: Tree) -> None:
+        import pinocchio as pin
+
+        self._pin = pin
+        self._tree = tree
+        self.mechanism: Mechanism = tree.mechanism
+        self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
+        self.most: int | None = None
+        """The rank that the constraints do not exceed, if known; a little off the loops redundant rows seem to."""
+
+    def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
+        """Return accelerations and multipliers.
+
+        Raises:
+            ClosureError: if a free direction carries no mass.
+        """
+        engine, chart, loads = self._tree.engine, self._tree.chart, self._tree.loads
+        values, u = self.closures.move(q, v, t)
+        closure = self.closures.now(residual=False)
+        loads.update(values, q, u, v, t)
+        mass = self._pin.crba(engine.model, engine.data, chart.p)
+        # inverse dynamics with the external forces is bias less what they do
+        h = (
+            self._pin.rnea(
+                engine.model, engine.data, chart.p, u, chart.gamma, loads.external.forces
+            )
+            - loads.in_joints
+        )
+        if not chart.identical:
+            mass, h = chart.G.T @ mass @ chart.G, chart.G.T @ h
+        return solve(
+            mass,
+            h,
+            closure.jacobian,
+            closure.gamma,
+            rows=self.closures.rows,
+            columns=self.closures.columns,
+            names=self.mechanism.velocities,
+            least=LEAST,
+            most=self.most,
+            weak=weak,
+        )
+
+    def acceleration(self, q: Array, v: Array, t: float) -> Array:
+        """Return a, shape (nv,).
+
+        Raises:
+            ClosureError: if a free direction carries no mass.
+            EngineError: if a force has no direction.
+        """
+        return self._checked(q, v, t).acceleration
+
+    def refuse_open(self, q: Array, t: float) -> None:
+        """Raise if the loops are not closed: the equations mean nothing there.
+
+        Raises:
+            EngineError: naming the loop and how far it is open.
+        """
+        residual = self.closures.residual(q, t)
+        gaps = np.abs(residual) * self.closures.rows
+        worst = int(gaps.argmax()) if len(gaps) else 0
+        if len(gaps) and not gaps[worst] < _OPEN:
+            raise EngineError(
+                f"mechanism {self.mechanism.name!r}: the loops are open at q = {q.tolist()} "
+                f"({self.closures.names[worst]} by {residual[worst]:.3g}); close them first, by mecanique.assemble"
+            )
+
+    def reactions(self, q: Array, v: Array, t: float) -> Forces:
+        """Return what parents do to their children, and in each loop body a to body b."""
+        motion = self._checked(q, v, t)
+        tree = self._tree
+        loads = tree.loads
+        values, u, rate = tree.move(q, v, t, motion.acceleration)
+        actions = loads.update(values, q, u, v, t) + loads.across_joints()
+        wrenches = self.closures.wrenches(motion.multipliers)
+        found = tree.transmitted([*actions, *self._actions(wrenches)], u, rate)
+        force, moment, _ = wrenches
+        whole = np.concatenate([found, np.stack([force, moment], axis=1)])
+        if motion.determined.all():
+            return Forces(whole, np.zeros((len(whole), 6), dtype=bool))
+        return Forces(whole, self.undetermined(q, t))
+
+    def undetermined(self, q: Array, t: float) -> Array:
+        """Return which components of each joint's and each loop's wrench are not determined, shape (n, 6).
+
+        They are those of the self-stresses: multipliers that balance one another, Jᵀ λ = 0.
+        """
+        tree = self._tree
+        count = len(self.mechanism.joints) + len(self.mechanism.loops)
+        zero = np.zeros(self.mechanism.nv)
+        closure = self.closures.at(q, zero, t)
+        rows, columns = self.closures.rows, self.closures.columns
+        left = split(rows[:, None] * closure.jacobian * columns, least=LEAST).loose
+        loose = np.zeros((count, 6), dtype=bool)
+        for combination in left.T:
+            tree.move(q, zero, t, zero)
+            wrenches = self.closures.wrenches(rows * combination)
+            rest = np.zeros(tree.engine.model.nv)
+            found = tree.transmitted(self._actions(wrenches), rest, rest, weightless=True)
+            whole = np.concatenate([found, np.stack(wrenches[:2], axis=1)]).reshape(count, 6)
+            whole[:, 3:] /= self.closures.length
+            loose |= np.abs(whole) > 1e-8 * max(float(np.abs(whole).max(initial=0.0)), 1e-300)
+        return loose
+
+    def drift(self, q: Array, v: Array, t: float) -> tuple[float, float]:
+        """Return how far positions and velocities are off the constraints, at most, scaled."""
+        closure = self.closures.at(q, v, t)
+        off = closure.residual, closure.jacobian @ v + closure.drift
+        position, velocity = (float(np.abs(self.closures.rows * x).max(initial=0.0)) for x in off)
+        return position, velocity
+
+    def rates(self, q: Array, v: Array) -> Array:
+        """Return q', shape (nq,)."""
+        out: Array = np.empty(self.mechanism.nq)
+        self._tree.chart.rates(q, v, out)
+        return out
+
+    def poses(self, q: Array, t: float) -> Array:
+        """Return the pose of every body, in their order, shape (nb, 4, 4)."""
+        return self._tree.poses(q, t)
+
+    def _checked(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
+        self._tree.move(q, v, t)
+        self._tree.loads.check()
+        self.refuse_open(q, t)
+        return self.solve(q, v, t)
+
+    def _actions(self, wrenches: tuple[Array, Array, Array]) -> list[Action]:
+        """What the loops do: on body b, and the opposite on body a."""
+        actions = []
+        sites = self._tree.loads.sites
+        for loop, force, moment, place in zip(
+            self.mechanism.loops, *(x.tolist() for x in wrenches), strict=True
+        ):
+            for body, sign in ((loop.body_b, 1.0), (loop.body_a, -1.0)):
+                (fx, fy, fz), (mx, my, mz), (x, y, z) = force, moment, place
+                actions.append(
+                    Action(
+                        sites[body],
+                        (sign * fx, sign * fy, sign * fz),
+                        (x, y, z),
+                        (sign * mx, sign * my, sign * mz),
+                    )
+                )
+        return actions

@@ -1,0 +1,324 @@
+"""The constraint equations of loops, from Pinocchio's kinematics: Φ(q, t), Φ' = J v + b, Φ'' = J a + γ.
+
+Everything is measured in the axes of frame a. With the position p and the rotation R of frame b
+there, the rows are components of p, of the angular velocity of b against a, or |p| − length. The
+velocity of b's origin relative to the point of body a at the same place is the sum of the columns
+of the spatial Jacobian of those joints that carry only one of both bodies (Featherstone, Rigid Body
+Dynamics Algorithms, 2008, sect. 8.2 to 8.4).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from mecanique.model.joints import Floating, Planar, Prismatic
+from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.load import Engine
+
+__all__ = ["Closure", "Closures", "characteristic_length"]
+
+_HAT = np.array(
+    [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
+)
+"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
+
+_AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
+
+
+class Closure(NamedTuple):
+    """The constraints in one state.
+
+    Args:
+        residual: Φ, shape (m,) [m or rad].
+        jacobian: J, shape (m, nv).
+        drift: b, what Φ' is without v, shape (m,).
+        gamma: what Φ'' is without a, shape (m,).
+    """
+
+    residual: Array
+    jacobian: Array
+    drift: Array
+    gamma: Array
+
+
+@final
+class Closures:
+    """The constraint equations of a mechanism's loops.
+
+    Args:
+        mechanism: whose loops they are.
+        engine: the mechanism inside Pinocchio.
+        chart: its coordinates.
+    """
+
+    def __init__(self, mechanism: Mechanism, engine: Engine, chart: Chart) -> None:
+        import pinocchio as pin
+
+        self._pin = pin
+        self._engine = engine
+        self._chart = chart
+        self._loops = mechanism.loops
+        ends = [
+            (_end(pin, mechanism, engine, loop, "a"), _end(pin, mechanism, engine, loop, "b"))
+            for loop in self._loops
+        ]
+        self._joints = np.array([[a[0], b[0]] for a, b in ends])
+        self._turn_a, self._turn_b = (
+            np.array([pair[k][1].rotation for pair in ends]) for k in (0, 1)
+        )
+        self._point_a, self._point_b = (
+            np.array([pair[k][1].translation for pair in ends]) for k in (0, 1)
+        )
+        carries = np.zeros((engine.model.njoints, engine.model.nv))
+        for index in range(1, engine.model.njoints):
+            joint = engine.model.joints[index]
+            carries[index] = carries[engine.model.parents[index]]
+            carries[index, joint.idx_v : joint.idx_v + joint.nv] = 1.0
+        self._between: Array = carries[self._joints[:, 1]] - carries[self._joints[:, 0]]
+        self._masks = np.concatenate([self._between, carries[self._joints[:, 0]]]).T
+        self._used = np.unique(self._joints)
+        self._slot = np.searchsorted(self._used, self._joints)
+        owners = [(k, row) for k, loop in enumerate(self._loops) for row in CLOSED[loop.kind]]
+        self.names = tuple(f"{self._loops[k].name}: {row}" for k, row in owners)
+        """Name of each row: the loop's and the relative motion it closes, in the axes of frame a."""
+        self.owner = np.array([k for k, _ in owners], dtype=int)
+        """Which loop each row belongs to, shape (m,)."""
+        self._component = np.array([_AT.get(row, 0) for _, row in owners], dtype=int)
+        self._rods = [i for i, (_, row) in enumerate(owners) if row == "length"]
+        self._plates = [
+            i for i, (k, row) in enumerate(owners) if row == "rz" and self._loops[k].kind == "plate"
+        ]
+        self._hinges, self._welds = (
+            [k for k, loop in enumerate(self._loops) if loop.kind == kind]
+            for kind in ("hinge", "weld")
+        )
+        self._lengths = np.array(
+            [mechanism.evaluate(self._loops[self.owner[i]].length) for i in self._rods]
+        )
+        self.length = length = characteristic_length(mechanism)
+        """What lengths are compared with [m]."""
+        self.rows: Array = np.where(self._component < 3, 1 / length, 1.0)
+        """Factors that make the rows plain numbers: lengths by the characteristic length, angles as they are."""
+        slides = {
+            name
+            for joint in mechanism.joints
+            if isinstance(joint, (Prismatic, Planar, Floating))
+            for name in joint.velocities[: 3 if isinstance(joint, Floating) else 2]
+        }
+        self.columns: Array = np.array(
+            [length if name in slides else 1.0 for name in mechanism.velocities]
+        )
+        """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
+        self._u: Array = np.zeros(engine.model.nv)
+
+    def at(self, q: Array, v: Array, t: float) -> Closure:
+        """Return the constraints in a state.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        self.move(q, v, t)
+        return self.now()
+
+    def move(self, q: Array, v: Array, t: float) -> tuple[list[float], Array]:
+        """Put the engine's bodies in a state; return q with the driven joint coordinates, and u.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        chart = self._chart
+        values = chart.place(q, t)
+        self._u = chart.at(q, v, t)
+        self._pin.computeJointJacobiansTimeVariation(
+            self._engine.model, self._engine.data, chart.p, self._u
+        )
+        return values, self._u
+
+    def now(self, *, residual: bool = True) -> Closure:
+        """Return the constraints in the state of the last `move`.
+
+        Args:
+            residual: whether Φ is wanted; it is zero otherwise.
+        """
+        data, u = self._engine.data, self._u
+        turn, here, place = self._frames()
+        # with one velocity the engine's matrices come as vectors
+        columns, changes = data.J.reshape(6, -1), data.dJ.reshape(6, -1)
+        # twists at the world's origin, of b against a and of a, and what they change by with
+        # constant u
+        sums = np.concatenate([columns * u, changes * u]) @ self._masks
+        (linear, spin, linear_gain, spin_gain), (linear_a, spin_a, *_) = sums.T.reshape(
+            2, -1, 4, 3, 1
+        ).swapaxes(1, 2)
+        hats = (np.array([place, spin[:, :, 0], spin_a[:, :, 0]]) @ _HAT).reshape(3, -1, 3, 3)
+        at, turning, turning_a = hats
+        parting = linear - at @ spin
+        moved = linear_a - at @ spin_a + parting
+        change = linear_gain - at @ spin_gain + turning @ moved - turning_a @ parting
+        inverse = turn.transpose(0, 2, 1)
+        inside = inverse @ np.concatenate(
+            [parting, spin, change, spin_gain - turning_a @ spin], axis=2
+        )
+        six = inside.transpose(0, 2, 1).reshape(-1, 2, 6)
+        # columns of the twist of b against a: the velocity at frame b's origin, the angular
+        # velocity
+        J = np.empty((len(place), 6, len(u)))
+        J[:, :3] = inverse @ (columns[:3] - at @ columns[3:])
+        J[:, 3:] = inverse @ columns[3:]
+        J *= self._between[:, None, :]
+        phi = self._residual(here) if residual else np.zeros(len(self.owner))
+        return self._selected(phi, here, J, six[:, 0], six[:, 1])
+
+    def residual(self, q: Array, t: float) -> Array:
+        """Return Φ, shape (m,).
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        self._chart.place(q, t)
+        self._pin.forwardKinematics(self._engine.model, self._engine.data, self._chart.p)
+        _, here, _ = self._frames()
+        return self._residual(here)
+
+    def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
+        """Return what body a does to body b in each loop: force, moment about the point, the point; world axes.
+
+        The engine's work space must hold the state in question. The point is the origin of frame b.
+
+        Args:
+            multipliers: λ of each row, with M a + h = Jᵀ λ, shape (m,).
+
+        Returns:
+            three arrays of shape (loops, 3).
+        """
+        turn, here, place = self._frames()
+        force, moment = np.zeros((2, len(self._loops), 3))
+        for i, (k, at) in enumerate(zip(self.owner, self._component, strict=True)):
+            if i in self._rods:
+                force[k] += multipliers[i] * _unit(here[0][k])
+            elif i in self._plates:
+                moment[k] += multipliers[i] * _plate_row(here[1][k])
+            elif at < 3:
+                force[k, at] += multipliers[i]
+            else:
+                moment[k, at - 3] += multipliers[i]
+        return (turn @ force[:, :, None])[:, :, 0], (turn @ moment[:, :, None])[:, :, 0], place
+
+    def _frames(self) -> tuple[Array, tuple[Array, Array], Array]:
+        """Rotation of each frame a, pose of frame b in it, and origin of frame b in the world."""
+        poses = [self._engine.data.oMi[int(joint)] for joint in self._used]
+        turns = np.array([pose.rotation for pose in poses])
+        places = np.array([pose.translation for pose in poses])
+        a, b = self._slot.T
+        turn = turns[a] @ self._turn_a
+        origin = places[a] + (turns[a] @ self._point_a[:, :, None])[:, :, 0]
+        place = places[b] + (turns[b] @ self._point_b[:, :, None])[:, :, 0]
+        inverse = turn.transpose(0, 2, 1)
+        here = (inverse @ (place - origin)[:, :, None])[:, :, 0], inverse @ turns[b] @ self._turn_b
+        return turn, here, place
+
+    def _residual(self, here: tuple[Array, Array]) -> Array:
+        place, turn = here
+        six = np.concatenate([place, np.zeros_like(place)], axis=1)
+        for k in self._hinges:
+            six[k, 3:5] = _tilt(turn[k])
+        for k in self._welds:
+            six[k, 3:] = self._pin.log3(turn[k])
+        found: Array = six[self.owner, self._component]
+        for i, length in zip(self._rods, self._lengths, strict=True):
+            found[i] = np.linalg.norm(place[self.owner[i]]) - length
+        for i in self._plates:
+            R = turn[self.owner[i]]
+            found[i] = math.atan2(R[1, 0], R[0, 0])
+        return found
+
+    def _selected(
+        self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array
+    ) -> Closure:
+        """Choose the rows from the six of each loop; a distance and a turn within a plane mix them."""
+        place, turn = here
+        at = self.owner, self._component
+        rows: Array = J[at]
+        gamma: Array = second[at]
+        for i in self._rods:
+            k = self.owner[i]
+            along, distance = _unit(place[k]), float(np.linalg.norm(place[k]))
+            parting = rate[k, :3]
+            rows[i] = along @ J[k, :3]
+            across = float(parting @ parting) - float(along @ parting) ** 2
+            gamma[i] = along @ second[k, :3] + (across / distance if distance else 0.0)
+        for i in self._plates:
+            k = self.owner[i]
+            spin, x = rate[k, 3:], turn[k][:, 0]
+            row, level = _plate_row(turn[k]), float(x[0] ** 2 + x[1] ** 2)
+            slope = (spin @ _HAT).reshape(3, 3) @ x
+            rows[i] = row @ J[k, 3:]
+            # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z), so θ'' =
+            # w·ω' + w'·ω
+            (a, b, c), (da, db, dc) = x, slope
+            change = np.array([-(da * c + a * dc), -(db * c + b * dc), 0.0]) / level
+            change[:2] += np.array([a * c, b * c]) * 2 * (a * da + b * db) / level**2
+            gamma[i] = row @ second[k, 3:] + change @ spin
+        chart = self._chart
+        if chart.identical:
+            return Closure(phi, rows, np.zeros(len(rows)), gamma)
+        return Closure(phi, rows @ chart.G, rows @ chart.c, gamma + rows @ chart.gamma)
+
+
+def characteristic_length(mechanism: Mechanism) -> float:
+    """Return the median of the lengths a description's joints and loops state, or 1 if they state none [m].
+
+    Args:
+        mechanism: the mechanism.
+    """
+    vectors: list[Any] = [joint.origin.xyz for joint in mechanism.joints]
+    vectors += [frame.xyz for loop in mechanism.loops for frame in (loop.frame_a, loop.frame_b)]
+    vectors += [(loop.length,) for loop in mechanism.loops]
+    lengths = np.array(
+        [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
+    )
+    lengths = lengths[lengths > 1e-6]
+    return float(np.median(lengths)) if len(lengths) else 1.0
+
+
+def _end(pin: Any, mechanism: Mechanism, engine: Engine, loop: Loop, side: str) -> tuple[int, Any]:
+    """The joint that carries an end of a loop, and the pose of the loop's frame there."""
+    frame: Placement = getattr(loop, f"frame_{side}")
+    holder = engine.holders[getattr(loop, f"body_{side}")]
+    turn = np.array([[mechanism.evaluate(entry) for entry in row] for row in frame.rotation])
+    point = np.array([mechanism.evaluate(c) for c in frame.xyz])
+    return holder.joint, holder.placement * pin.SE3(turn, point)
+
+
+def _unit(vector: Array) -> Array:
+    length = float(np.linalg.norm(vector))
+    # a rod without length points anywhere: any direction lets an assembly begin
+    return vector / length if length else np.array([1.0, 0.0, 0.0])
+
+
+def _tilt(turn: Array) -> Array:
+    """The turn about x and y that takes z to the z axis of b, shape (2,)."""
+    x, y, z = turn[:, 2]
+    level = math.hypot(x, y)
+    if not level:
+        return np.array([0.0 if z > 0 else math.pi, 0.0])
+    return np.array([-y, x]) * (math.atan2(level, z) / level)
+
+
+def _plate_row(turn: Array) -> Array:
+    """∂θ'/∂ω for the angle θ of b's x axis within the plane."""
+    x, y, z = turn[:, 0]
+    level = x * x + y * y
+    return np.array([-x * z / level, -y * z / level, 1.0])

@@ -1,0 +1,179 @@
+"""How many degrees of freedom a mechanism has, which constraints are redundant, and whether a position is singular.
+
+N is the number of velocities less the rank of the constraints' Jacobian. The rank counts at
+positions in general, not at a singular one: a flat parallelogram has one row too few to decide how
+it goes on, and yet one degree of freedom. So the rank is taken at a position and at assembled
+positions around it, by singular values in scaled units.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from mecanique.errors import ClosureError
+from mecanique.model.expression import finite
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.tree import Tree
+from mecanique.reference.loops.assembly import assemble, closed_position, moved
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.nullspace import split
+from mecanique.reference.states import Given
+
+__all__ = ["Freedom", "degrees_of_freedom"]
+
+_TOLERANCE = 1e-7
+"""Singular values below this, or this fraction of the largest, count as zero: positions are closed to rounding."""
+
+_AROUND = 8
+"""How many positions around the one in question are looked at."""
+
+_AWAY = 0.1
+"""How far away they are, in characteristic lengths or radians."""
+
+
+@final
+@dataclass(frozen=True)
+class Freedom:
+    """The degrees of freedom of a mechanism; its text says how they come about.
+
+    Args:
+        coordinates: number of velocities of the tree.
+        constraints: number of scalar constraint equations of the loops.
+        rank: how many of them are independent, in general.
+        redundant: names of those that are not, "loop: row"; without them nothing moves more freely.
+        singular: whether the position in question is singular: fewer are independent there than
+            around it, or it is the only position there is and yet has directions without
+            resistance.
+        rank_here: how many are independent at the position in question.
+        q: shape (nq,), that position.
+        bodies: number of bodies with mass that are not fixed, and whether all are particles.
+    """
+
+    coordinates: int
+    constraints: int
+    rank: int
+    redundant: tuple[str, ...]
+    singular: bool
+    rank_here: int
+    q: Array
+    bodies: tuple[int, bool]
+
+    @property
+    def N(self) -> int:
+        """Number of degrees of freedom."""
+        return self.coordinates - self.rank
+
+    def __str__(self) -> str:
+        text = f"N = {self.coordinates} velocities"
+        if self.constraints:
+            text += f" - {self.rank} independent constraint equations (of {self.constraints})"
+        text += f" = {self.N}"
+        count, particles = self.bodies
+        if count:
+            b, each = (3 if particles else 6) * count - self.N, "3 n_p" if particles else "6 n"
+            things = "particles" if particles else "rigid bodies"
+            text += f"; as {each} - b of {count} {things}: b = {b} restraints"
+        if self.redundant:
+            text += f"; redundant: {', '.join(self.redundant)}"
+        if self.singular:
+            text += f"; singular position: only {self.rank_here} equations are independent there"
+        if not self.N:
+            text += "; locked: nothing can move"
+        return text
+
+
+def degrees_of_freedom(
+    mechanism: Mechanism, q: Given = None, *, t: float = 0.0, seed: int = 0
+) -> Freedom:
+    """Return the number of degrees of freedom, with the redundant constraints and whether the position is singular.
+
+    Args:
+        mechanism: any mechanism.
+        q: shape (nq,), or by coordinate name, the position in question; it is assembled first.
+        t: time [s], for prescribed motions.
+        seed: of the random positions around it.
+
+    Raises:
+        ClosureError: if the loops cannot be closed.
+        InputError: if the position is not what is expected.
+        UnknownNameError: if a name is no coordinate.
+    """
+    position, t = assemble(mechanism, q, t=t), finite(t, "time t")
+    heavy = [
+        body
+        for body in mechanism.bodies
+        if body.name != mechanism.ground and mechanism.evaluate(body.mass)
+    ]
+    particles = bool(heavy) and not any(
+        mechanism.evaluate(entry) for body in heavy for entry in body.inertia
+    )
+    bodies = len(heavy), particles
+    if not mechanism.loops:
+        return Freedom(mechanism.nv, 0, 0, (), False, 0, position, bodies)
+    closed = Closed(Tree(mechanism))
+    here = _scaled(closed, position, t)
+    rank_here = split(here, _TOLERANCE, _TOLERANCE).rank
+    around = [_scaled(closed, other, t) for other in _around(closed, position, here, t, seed)]
+    # a Jacobian of full rank anywhere on the way decides; nowhere near, the position is all there
+    # is
+    best = max([here, *around], key=lambda J: split(J, _TOLERANCE, _TOLERANCE).rank)
+    rank = split(best, _TOLERANCE, _TOLERANCE).rank
+    singular = rank_here < rank
+    redundant = _redundant(best, closed.closures.names)
+    if not around and rank_here < mechanism.nv:
+        # it may tremble, but it cannot go anywhere
+        rank, singular, redundant = mechanism.nv, True, ()
+    return Freedom(
+        mechanism.nv,
+        len(here),
+        rank,
+        redundant,
+        singular,
+        rank_here,
+        position,
+        bodies,
+    )
+
+
+def _scaled(closed: Closed, q: Array, t: float) -> Array:
+    closures = closed.closures
+    J: Array = closures.at(q, np.zeros(closed.mechanism.nv), t).jacobian
+    return closures.rows[:, None] * J * closures.columns
+
+
+def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
+    """Assembled positions that lie off q along its free directions."""
+    random = np.random.default_rng(seed)
+    free = split(J, _TOLERANCE, _TOLERANCE).null
+    found = []
+    for k in range(_AROUND if free.shape[1] else 0):
+        direction = free @ random.normal(size=free.shape[1])
+        direction *= _AWAY * 0.8**k / float(np.abs(direction).max())
+        start = moved(closed, q, closed.closures.columns * direction)
+        try:
+            other = closed_position(closed, start, t)
+        except ClosureError:
+            continue
+        gap = float(np.abs(other - q).max())
+        if gap > 0.2 * float(np.abs(start - q).max()):
+            found.append(other)
+    return found
+
+
+def _redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
+    """Rows that add nothing to those before them."""
+    found, basis = [], np.zeros((0, J.shape[1]))
+    size = max(float(np.abs(J).max(initial=0.0)), _TOLERANCE)
+    for row, name in zip(J, names, strict=True):
+        rest = row - basis.T @ (basis @ row)
+        rest -= basis.T @ (basis @ rest)
+        length = float(np.linalg.norm(rest))
+        if length > 1e-6 * size:
+            basis = np.vstack([basis, rest / length])
+        else:
+            found.append(name)
+    return tuple(found)

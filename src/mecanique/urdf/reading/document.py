@@ -1,0 +1,135 @@
+"""A URDF text as written: links, joints and what the drake: tags add, with their lines."""
+
+from __future__ import annotations
+
+import os
+import stat
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.reading.extensions import Extensions, read_extensions, with_rotors
+from mecanique.urdf.reading.fields import name_of
+from mecanique.urdf.reading.joints import JointText, read_joints
+from mecanique.urdf.reading.links import Link, read_links
+from mecanique.urdf.reading.meshes import MeshSearch, PackagePath
+from mecanique.urdf.reading.mimic import Follower, followers
+from mecanique.urdf.reading.pictures import Pictures
+from mecanique.urdf.reading.structure import root_of
+from mecanique.urdf.xml.parse import MOST_BYTES, parse
+
+__all__ = ["Document", "Source", "read_document"]
+
+Source = str | os.PathLike[str]
+"""A URDF text, or the path of a file: a string with "<" in it is a text."""
+
+
+@final
+@dataclass(frozen=True)
+class Document:
+    """What a URDF text says.
+
+    Args:
+        name: the robot's name.
+        element: the root element.
+        links: all links.
+        joints: all joints.
+        root: name of the root link; None if there is not one.
+        mimics: how mimicking joints follow free ones, by name.
+        extensions: what the drake: tags add.
+        rotors: the elements that give rotor inertias.
+        lost: the meshes that were not found, and their links.
+    """
+
+    name: str
+    element: Element
+    links: tuple[Link, ...]
+    joints: tuple[JointText, ...]
+    root: str | None
+    mimics: dict[str, Follower]
+    extensions: Extensions
+    rotors: tuple[Element, ...]
+    lost: tuple[tuple[Element, str], ...]
+
+
+def read_document(
+    source: Source, package_path: PackagePath | None = None
+) -> tuple[Document | None, Report]:
+    """Return what a URDF says, and the faults found on the way; None if it is no robot at all.
+
+    Args:
+        source: the path of a URDF file, or its text.
+        package_path: folders to search for packages with meshes.
+    """
+    file = None if isinstance(source, str) and "<" in source else Path(source)
+    report = Report(None if file is None else str(source))
+    data = source if file is None and isinstance(source, str) else _bytes(file, report)
+    robot = None if data is None else parse(data, report)
+    if robot is None:
+        return None, report
+    if robot.tag != "robot":
+        report.add(
+            "M005", robot, "", f"expected <robot> as the outermost element, got <{robot.tag[:60]}>"
+        )
+        return None, report
+    macros = [element for element in robot.walk() if element.tag.startswith("xacro:")]
+    if macros:
+        report.add(
+            "M006",
+            macros[0],
+            f"<{macros[0].tag}>",
+            "the text holds xacro macros that are not expanded",
+        )
+        return None, report
+    if "name" not in robot.attributes:
+        report.add("M101", robot, "", "the robot has no name")
+    name = (name_of(robot, report) if "name" in robot.attributes else None) or "robot"
+    pictures = Pictures(report, MeshSearch(file, package_path))
+    pictures.declare(robot)
+    links = read_links(robot, report, pictures)
+    joints = read_joints(robot, report)
+    joints, rotors = with_rotors(robot, joints, report)
+    tags = [element.tag for element in robot.children]
+    complete = len(links) == tags.count("link") and len(joints) == tags.count("joint") + tags.count(
+        "drake:joint"
+    )
+    root = root_of(links, joints, report, complete)
+    mimics = followers(joints, report)
+    extensions = read_extensions(robot, _names(links), joints, report)
+    return (
+        Document(
+            name,
+            robot,
+            tuple(links),
+            tuple(joints),
+            root,
+            mimics,
+            extensions,
+            tuple(rotors),
+            tuple(pictures.lost),
+        ),
+        report,
+    )
+
+
+def _names(links: list[Link]) -> Collection[str]:
+    return {link.name for link in links}
+
+
+def _bytes(file: Path | None, report: Report) -> bytes | None:
+    """The content of a regular file; devices and pipes might never end."""
+    if file is None:
+        return None
+    try:
+        if not stat.S_ISREG(os.stat(file).st_mode):
+            report.add("M001", 1, "", "it is no file but a folder or device")
+            return None
+        with file.open("rb") as stream:
+            return stream.read(MOST_BYTES + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        report.add("M001", 1, "", f"the file cannot be read: {reason}")
+        return None

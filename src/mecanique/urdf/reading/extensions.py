@@ -1,0 +1,295 @@
+"""What the drake: tags and our own add to a URDF: springs, dampers, loops and rotors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection
+from dataclasses import dataclass, field, replace
+from typing import final
+
+from mecanique.model.forces import AnyForce, Damper, JointDamper, JointSpring, Spring
+from mecanique.model.loops import Loop
+from mecanique.urdf.dialect import (
+    ACTUATOR_GEAR,
+    ACTUATOR_INERTIA,
+    BALL_CONSTRAINT,
+    BUSHING,
+    DISTANCE_CONSTRAINT,
+    EXTENSIONS,
+    LOOP,
+    SPRING_DAMPER,
+    Extension,
+)
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.names import Names
+from mecanique.urdf.reading.bushings import BushingFaultError, Frame, in_joint
+from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
+from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
+from mecanique.urdf.reading.loops import read_loop
+
+__all__ = ["Extensions", "read_extensions", "with_rotors"]
+
+_NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
+
+
+@final
+@dataclass
+class Extensions:
+    """What was read.
+
+    Args:
+        forces: springs and dampers.
+        loops: closures.
+        used: the elements they come from.
+    """
+
+    forces: list[AnyForce] = field(default_factory=list)
+    loops: list[Loop] = field(default_factory=list)
+    used: list[Element] = field(default_factory=list)
+    names: Names = field(default_factory=Names)
+
+
+def read_extensions(
+    robot: Element, links: Collection[str], joints: list[JointText], report: Report
+) -> Extensions:
+    """Return springs, dampers and loops of a robot; what cannot be read is reported.
+
+    Args:
+        robot: the root element.
+        links: names of all links.
+        joints: all joints.
+        report: where faults are noted.
+    """
+    found = Extensions()
+    frames = _frames(robot, links, report)
+    between: dict[frozenset[str], list[JointText]] = {}
+    for joint in joints:
+        between.setdefault(frozenset((joint.parent, joint.child)), []).append(joint)
+    for element in robot.children:
+        if element.tag in _NOT_MODELED:
+            report.add("M604", element, f"<{element.tag}>", f"<{element.tag}> is not modeled")
+            continue
+        if element.tag == LOOP:
+            loop = read_loop(element, links, found.names, report)
+            found.loops += [loop] if loop is not None else []
+            continue
+        extension = EXTENSIONS.get(element.tag)
+        if extension is None:
+            continue
+        where = f"<{element.tag}>"
+        found.used.append(element)
+        values = _values(element, extension, report, where)
+        names = {role: _name(element, extension, role, report, where) for role in _roles(extension)}
+        if values is None or None in names.values():
+            continue
+        if extension is BUSHING:
+            _bushing(element, frames, between, values, report, found)
+            continue
+        for name in names.values():
+            if name not in links:
+                report.add("M603", element, where, f"{name!r} is no link")
+                break
+        else:
+            a, b = names["body_a"] or "", names["body_b"] or ""
+            if a == b:
+                report.add("M603", element, where, f"both of its ends are on link {a!r}")
+            else:
+                _two_points(element, extension, a, b, values, report, found)
+    return found
+
+
+def with_rotors(
+    robot: Element, joints: list[JointText], report: Report
+) -> tuple[list[JointText], list[Element]]:
+    """Return the joints with the inertia of their drives' rotors, inertia × ratio², and the elements that give them.
+
+    Args:
+        robot: the root element.
+        joints: all joints.
+        report: where faults are noted.
+    """
+    places = {joint.name: k for k, joint in enumerate(joints)}
+    joints, used = list(joints), []
+    for element in robot.all("transmission"):
+        actuator = element.child("actuator")
+        rotor = None if actuator is None else actuator.child(ACTUATOR_INERTIA)
+        if actuator is None or rotor is None:
+            continue
+        where = f"transmission {element.attributes.get('name', '')!r}"
+        kind = element.child("type")
+        if "SimpleTransmission" not in (
+            element.attributes.get("type", "") if kind is None else kind.text
+        ):
+            report.add(
+                "M601",
+                rotor,
+                where,
+                "the rotor counts only in a SimpleTransmission; it is left out",
+            )
+            continue
+        inertia = number(rotor, "value", report, where)
+        gear = single(actuator, ACTUATOR_GEAR, report, where)
+        ratio = 1.0 if gear is None else number(gear, "value", report, where)
+        target = element.child("joint")
+        name = None if target is None else name_of(target, report, "name", where)
+        if target is None:
+            report.add("M103", element, where, "<transmission> has no <joint>")
+        if inertia is None or ratio is None or name is None:
+            continue
+        used.append(rotor)
+        if name not in places:
+            report.add("M603", element, where, f"{name!r} is no joint")
+            continue
+        joint = joints[places[name]]
+        armature = inertia * ratio**2
+        if not 0 <= armature < math.inf:
+            report.add(
+                "M602", rotor, where, f"expected a rotor inertia of at least 0, got {inertia:g}"
+            )
+        elif joint.kind in SINGLE:
+            joints[places[name]] = replace(joint, armature=joint.armature + armature)
+        elif joint.kind in MOVING:
+            report.add("M604", rotor, where, f"the rotor of a {joint.kind} joint is not modeled")
+    return joints, used
+
+
+def _roles(extension: Extension) -> list[str]:
+    return [role for role, child in extension.children.items() if child.attribute == "name"]
+
+
+def _name(
+    element: Element, extension: Extension, role: str, report: Report, where: str
+) -> str | None:
+    tag = extension.children[role].tag
+    child = single(element, tag, report, where)
+    if child is None:
+        report.add("M602", element, where, f"it has no <{tag}>")
+        return None
+    return name_of(child, report, "name", where)
+
+
+def _values(
+    element: Element, extension: Extension, report: Report, where: str
+) -> dict[str, tuple[float, ...]] | None:
+    values: dict[str, tuple[float, ...]] = {}
+    complete = True
+    for role, child in extension.children.items():
+        if child.attribute != "value":
+            continue
+        holder = single(element, child.tag, report, where)
+        if holder is None:
+            report.add("M602", element, where, f"it has no <{child.tag}>")
+        found = None if holder is None else numbers(holder, "value", child.count, report, where)
+        if found is not None and not role.startswith("point") and min(found) < 0:
+            report.add(
+                "M602",
+                holder or element,
+                where,
+                f"expected a {role.replace('_', ' ')} of at least 0",
+            )
+            found = None
+        complete = complete and found is not None
+        values[role] = found or ()
+    return values if complete else None
+
+
+def _two_points(
+    element: Element,
+    extension: Extension,
+    a: str,
+    b: str,
+    values: dict[str, tuple[float, ...]],
+    report: Report,
+    found: Extensions,
+) -> None:
+    where = f"<{element.tag}>"
+    p, q = values["point_a"], values["point_b"]
+    points = a, (p[0], p[1], p[2]), b, (q[0], q[1], q[2])
+    if extension is BALL_CONSTRAINT:
+        found.loops.append(Loop.ball(found.names.free(f"{a}_{b}_ball"), *points))
+        return
+    if extension is DISTANCE_CONSTRAINT:
+        (length,), (stiffness,) = values["distance"], values["stiffness"]
+        if length == 0:
+            report.add("M602", element, where, "expected a distance above 0")
+            return
+        message = (
+            f"Drake keeps the distance by a spring of {stiffness:g} N/m, mecanique keeps it exactly"
+        )
+        report.add("M609", element, where, message)
+        name = found.names.free(f"{a}_{b}_rod")
+        found.loops.append(Loop.distance(name, *points, length))
+        return
+    if extension is not SPRING_DAMPER:
+        return
+    (stiffness,), (length,), (damping,) = (
+        values["stiffness"],
+        values["free_length"],
+        values["damping"],
+    )
+    if stiffness or not damping:
+        if length == 0:
+            report.add(
+                "M609",
+                element,
+                where,
+                "Drake refuses a spring without free length, mecanique does not",
+            )
+        found.forces.append(Spring(found.names.free(f"{a}_{b}_spring"), *points, stiffness, length))
+    if damping:
+        found.forces.append(Damper(found.names.free(f"{a}_{b}_damper"), *points, damping))
+
+
+def _bushing(
+    element: Element,
+    frames: dict[str, Frame],
+    between: dict[frozenset[str], list[JointText]],
+    values: dict[str, tuple[float, ...]],
+    report: Report,
+    found: Extensions,
+) -> None:
+    where = f"<{element.tag}>"
+    ends = [element.child(BUSHING.children[role].tag) for role in ("frame_a", "frame_c")]
+    names = [end.attributes.get("name", "") for end in ends if end is not None]
+    for name in names:
+        if name not in frames:
+            report.add("M603", element, where, f"{name!r} is no frame")
+            return
+    a, c = (frames[name] for name in names)
+    try:
+        equal = in_joint(a, c, between.get(frozenset((a.link, c.link)), []), values)
+    except BushingFaultError as fault:
+        report.add("M605", element, where, str(fault))
+        return
+    if equal.turns:
+        message = (
+            "in Drake its angle jumps at half a turn (a quarter about y), in mecanique it goes on"
+        )
+        report.add("M609", element, where, message)
+    if equal.stiffness or not equal.damping:
+        name = found.names.free(f"{equal.joint}_spring")
+        found.forces.append(JointSpring(name, equal.joint, equal.stiffness, equal.reference))
+    if equal.damping:
+        found.forces.append(
+            JointDamper(found.names.free(f"{equal.joint}_damper"), equal.joint, equal.damping)
+        )
+
+
+def _frames(robot: Element, links: Collection[str], report: Report) -> dict[str, Frame]:
+    frames = {name: Frame(name) for name in links}
+    for element in robot.all("frame"):
+        name = name_of(element, report)
+        link = name_of(element, report, "link")
+        place = placement_of(element, report, f"frame {name!r}")
+        if name is None or link is None:
+            continue
+        if link not in links:
+            report.add("M603", element, f"frame {name!r}", f"{link!r} is no link")
+        elif name in frames:
+            report.add(
+                "M106", element, f"frame {name!r}", "there is a link or frame of this name already"
+            )
+        else:
+            frames[name] = Frame(link, place)
+    return frames

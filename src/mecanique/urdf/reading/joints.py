@@ -1,0 +1,323 @@
+"""Joints of a URDF."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.model.joints import (
+    Fixed,
+    Floating,
+    Joint,
+    Limits,
+    Planar,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Universal,
+)
+from mecanique.model.placement import Placement
+from mecanique.urdf.dialect import DRAKE_JOINT, UNBOUNDED
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.reading.fields import name_of, number, numbers, placement, single
+
+__all__ = ["CUSTOM", "MOVING", "SINGLE", "JointText", "Mimic", "read_joints"]
+
+SINGLE = ("revolute", "continuous", "prismatic")
+"""Types with one coordinate."""
+
+MOVING = (*SINGLE, "planar", "floating", "ball", "universal")
+"""Types that move."""
+
+CUSTOM = ("ball", "universal", "planar")
+"""Types that a <drake:joint> may have."""
+
+_STANDARD = (*SINGLE, "fixed", "planar", "floating")
+_X, _Z = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
+
+
+@final
+@dataclass(frozen=True)
+class Mimic:
+    """How a joint follows another: coordinate = multiplier × other + offset.
+
+    Args:
+        element: where it is written.
+        joint: name of the other joint.
+        multiplier: factor.
+        offset: [rad or m].
+    """
+
+    element: Element
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@final
+@dataclass(frozen=True)
+class JointText:
+    """A joint as written.
+
+    Args:
+        name: its name.
+        element: where it is written.
+        kind: its type, e.g. "revolute".
+        parent: name of the parent link.
+        child: name of the child link.
+        origin: where its frame stands in the parent.
+        axis: its axis as written, or the default.
+        limits: its bounds, if any are written.
+        damping: [N·m·s/rad or N·s/m].
+        friction: [N·m or N].
+        mimic: the joint it follows, if any.
+        armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
+    """
+
+    name: str
+    element: Element
+    kind: str
+    parent: str
+    child: str
+    origin: Placement
+    axis: tuple[float, float, float]
+    limits: Limits | None
+    damping: float
+    friction: float
+    mimic: Mimic | None
+    armature: float = 0.0
+
+    @property
+    def where(self) -> str:
+        """How reports call it."""
+        return f"joint {self.name!r}"
+
+    @property
+    def moving(self) -> bool:
+        """Whether it moves."""
+        return self.kind in MOVING
+
+    def joint(self) -> Joint:
+        """Return the joint it describes, with the coordinate names it has by itself."""
+        ends = self.name, self.parent, self.child
+        match self.kind:
+            case "revolute" | "continuous":
+                return Revolute(
+                    *ends,
+                    origin=self.origin,
+                    axis=self._unit,
+                    limits=self.limits,
+                    armature=self.armature,
+                )
+            case "prismatic":
+                return Prismatic(
+                    *ends,
+                    origin=self.origin,
+                    axis=self._unit,
+                    limits=self.limits,
+                    armature=self.armature,
+                )
+            case "planar":
+                return Planar(*ends, origin=self.origin, axis=self._unit)
+            case "universal":
+                return Universal(*ends, origin=self.origin)
+            case "ball":
+                return Spherical(*ends, origin=self.origin)
+            case "floating":
+                return Floating(*ends, origin=self.origin)
+            case _:
+                return Fixed(*ends, origin=self.origin)
+
+    @property
+    def _unit(self) -> tuple[float, float, float]:
+        """The axis as written if its length is one to rounding, so that writing and reading again change nothing."""
+        length = math.hypot(*self.axis)
+        x, y, z = self.axis
+        return self.axis if abs(length - 1) < 1e-15 else (x / length, y / length, z / length)
+
+
+def read_joints(robot: Element, report: Report) -> list[JointText]:
+    """Return the joints of a robot; what cannot be read is reported.
+
+    Args:
+        robot: the root element.
+        report: where faults are noted.
+    """
+    joints: dict[str, JointText] = {}
+    for element in robot.children:
+        if element.tag not in ("joint", DRAKE_JOINT):
+            continue
+        joint = _joint(element, report)
+        if joint is None:
+            continue
+        if joint.name in joints:
+            line = joints[joint.name].element.line
+            report.add("M106", element, joint.where, f"it is there already at line {line}")
+            continue
+        joints[joint.name] = joint
+    return list(joints.values())
+
+
+def _joint(element: Element, report: Report) -> JointText | None:
+    name = name_of(element, report)
+    where = f"joint {name!r}" if name else "a joint"
+    kind = _kind(element, report, where)
+    parent, child = (_end(element, role, report, where) for role in ("parent", "child"))
+    origin = placement(element, report, where)
+    axis = _axis(element, kind, report, where)
+    limits = _limits(element, kind, report, where)
+    damping, friction = _dynamics(element, kind, report, where)
+    mimic = _mimic(element, report, where)
+    if name is None or parent is None or child is None:
+        return None
+    # what could not be read is reported; something stands in for it, so that the tree is judged too
+    kind, axis = kind or "continuous", axis or _Z
+    return JointText(
+        name, element, kind, parent, child, origin, axis, limits, damping, friction, mimic
+    )
+
+
+def _kind(element: Element, report: Report, where: str) -> str | None:
+    kind = element.attributes.get("type")
+    custom = element.tag == DRAKE_JOINT
+    if kind is None:
+        report.add("M103", element, where, f"<{element.tag}> has no type=…")
+        return None
+    if kind in (CUSTOM if custom else _STANDARD):
+        return kind
+    if custom and kind in _STANDARD:
+        report.add(
+            "M314", element, where, f"the type {kind!r} belongs into <joint>; Drake refuses it here"
+        )
+        return kind
+    if custom and kind in ("curvilinear", "screw"):
+        report.add("M604", element, where, f"<drake:joint> of type {kind!r} is not modeled")
+        return None
+    remedy = 'Write <drake:joint type="ball">.' if kind in ("ball", "spherical") else None
+    if kind == "universal":
+        remedy = 'Write <drake:joint type="universal">.'
+    known = ", ".join(CUSTOM if custom else _STANDARD)
+    report.add("M301", element, where, f"expected a type among {known}, got {kind[:60]!r}", remedy)
+    return None
+
+
+def _end(element: Element, role: str, report: Report, where: str) -> str | None:
+    end = single(element, role, report, where)
+    if end is None:
+        report.add("M103", element, where, f"<{element.tag}> has no <{role}>")
+        return None
+    return name_of(end, report, "link", where)
+
+
+def _axis(
+    element: Element, kind: str | None, report: Report, where: str
+) -> tuple[float, float, float] | None:
+    axis = single(element, "axis", report, where)
+    used = kind in (*SINGLE, "planar")
+    if axis is None:
+        if used and element.tag == "joint":
+            message = "it has no <axis>, which means 1 0 0"
+            report.add(
+                "M304",
+                element,
+                where,
+                message + (" (Pinocchio takes z)" if kind == "planar" else ""),
+            )
+        return _Z if element.tag == DRAKE_JOINT else _X
+    values = numbers(axis, "xyz", 3, report, where)
+    if values is None or not used:
+        return None if values is None else _X
+    length = math.hypot(*values)
+    if length < 1e-8:
+        report.add("M302", axis, where, f"its axis {axis.attributes['xyz']!r} has no length")
+        return None
+    if abs(length - 1) > 1e-3:
+        report.add(
+            "M303", axis, where, f"its axis {axis.attributes['xyz']!r} has the length {length:g}"
+        )
+    return values[0], values[1], values[2]
+
+
+def _limits(element: Element, kind: str | None, report: Report, where: str) -> Limits | None:
+    limit = single(element, "limit", report, where)
+    bounded = kind in ("revolute", "prismatic")
+    if limit is None:
+        if bounded:
+            report.add(
+                "M307", element, where, f"a {kind} joint has no <limit>; it is read without bounds"
+            )
+        return None
+    names = ("lower", "upper", "effort", "velocity")
+    lower, upper, effort, velocity = (
+        number(limit, name, report, where, default=_left_out(name), most=math.inf) for name in names
+    )
+    if lower is None or upper is None or effort is None or velocity is None:
+        return None
+    if bounded:
+        missing = [name for name in ("effort", "velocity") if name not in limit.attributes]
+        if missing:
+            report.add(
+                "M307",
+                limit,
+                where,
+                f"<limit> has no {' and no '.join(missing)}; it is read as unbounded",
+            )
+        if lower > upper:
+            report.add(
+                "M306",
+                limit,
+                where,
+                f"its lower limit {lower:g} is above its upper limit {upper:g}",
+            )
+            return None
+        if lower == upper == 0 and not {"lower", "upper"} <= set(limit.attributes):
+            report.add(
+                "M308", limit, where, "<limit> without lower and upper lets it move from 0 to 0"
+            )
+        if any("inf" in limit.attributes.get(name, "").lower() for name in names):
+            report.add("M307", limit, where, "Pinocchio and ROS cannot read an infinite limit")
+    else:
+        lower, upper = -math.inf, math.inf
+    for name, value in (("effort", effort), ("velocity", velocity)):
+        if value < 0:
+            report.add("M306", limit, where, f"its limit of {name} is negative ({value:g})")
+            return None
+    bounds = lower, upper, effort, velocity
+    return Limits(
+        *(math.copysign(math.inf, bound) if abs(bound) >= UNBOUNDED else bound for bound in bounds)
+    )
+
+
+def _left_out(name: str) -> float:
+    return 0.0 if name in ("lower", "upper") else math.inf
+
+
+def _dynamics(
+    element: Element, kind: str | None, report: Report, where: str
+) -> tuple[float, float]:
+    dynamics = single(element, "dynamics", report, where)
+    if dynamics is None:
+        return 0.0, 0.0
+    text = dynamics.attributes.get("damping", "0")
+    count = 3 if kind == "planar" and len(text.split()) == 3 else 1
+    dampings = numbers(dynamics, "damping", count, report, where, default=(0.0,)) or (0.0,)
+    friction = number(dynamics, "friction", report, where, default=0.0) or 0.0
+    if min(dampings) < 0:
+        report.add("M311", dynamics, where, f"its damping is {min(dampings):g}")
+    elif any(dampings) and kind in MOVING and kind not in SINGLE:
+        report.add("M312", dynamics, where, f"the damping of a {kind} joint is not modeled")
+    return dampings[0] if kind in SINGLE else 0.0, friction
+
+
+def _mimic(element: Element, report: Report, where: str) -> Mimic | None:
+    mimic = single(element, "mimic", report, where)
+    if mimic is None:
+        return None
+    name = name_of(mimic, report, "joint", where)
+    multiplier = number(mimic, "multiplier", report, where, default=1.0)
+    offset = number(mimic, "offset", report, where, default=0.0)
+    if name is None or multiplier is None or offset is None:
+        return None
+    return Mimic(mimic, name, multiplier, offset)

@@ -1,0 +1,129 @@
+"""Links of a URDF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+from mecanique.model.bodies import Body
+from mecanique.model.placement import Placement
+from mecanique.model.shapes import Inertia, Shape
+from mecanique.model.validation import inertia_fault
+from mecanique.model.visuals import Visual
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.reading.fields import name_of, number, placement, single
+from mecanique.urdf.reading.pictures import Pictures
+
+__all__ = ["Link", "read_links"]
+
+_ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+
+
+@final
+@dataclass(frozen=True)
+class Link:
+    """A link as written.
+
+    Args:
+        name: its name.
+        element: where it is written.
+        mass: [kg].
+        frame: where the inertia's center and axes are in the link.
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the center, in the axes of `frame` [kg·m²].
+        visuals: what is drawn.
+        collisions: what would collide.
+    """
+
+    name: str
+    element: Element
+    mass: float
+    frame: Placement
+    inertia: Inertia
+    visuals: tuple[Visual, ...]
+    collisions: tuple[Visual, ...]
+
+    @property
+    def where(self) -> str:
+        """How reports call it."""
+        return f"link {self.name!r}"
+
+    @property
+    def massless(self) -> bool:
+        """Whether it has neither mass nor inertia."""
+        return not self.mass and not any(self.inertia)
+
+    def body(self) -> Body:
+        """Return the body it describes."""
+        if self.massless:
+            return (
+                Body(self.name, Shape(0.0, visuals=self.visuals))
+                if self.visuals
+                else Body(self.name)
+            )
+        shape = Shape(self.mass, inertia=self.inertia).at(self.frame.xyz, self.frame.rpy)
+        return Body(self.name, replace(shape, visuals=self.visuals))
+
+
+def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]:
+    """Return the links of a robot; what cannot be read is reported.
+
+    Args:
+        robot: the root element.
+        report: where faults are noted.
+        pictures: reads what they look like.
+    """
+    links: dict[str, Link] = {}
+    for element in robot.all("link"):
+        name = name_of(element, report)
+        where = f"link {name!r}" if name else "a link"
+        mass, frame, inertia = _inertial(element, report, where)
+        visuals = pictures.visuals(element, "visual", where)
+        collisions = pictures.visuals(element, "collision", where)
+        if name is None:
+            continue
+        if name in links:
+            report.add(
+                "M106", element, where, f"it is there already at line {links[name].element.line}"
+            )
+            continue
+        links[name] = Link(name, element, mass, frame, inertia, visuals, collisions)
+    if not links and not report.errors:
+        report.add("M102", robot, "", "the robot has no link")
+    return list(links.values())
+
+
+def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placement, Inertia]:
+    nothing = 0.0, Placement(), (0.0,) * 6
+    element = single(link, "inertial", report, where)
+    if element is None:
+        return nothing
+    frame = placement(element, report, where)
+    parts = {tag: single(element, tag, report, where) for tag in ("mass", "inertia")}
+    for tag, part in parts.items():
+        if part is None:
+            report.add("M103", element, where, f"<inertial> has no <{tag}>")
+    mass_element, inertia_element = parts["mass"], parts["inertia"]
+    mass = None if mass_element is None else number(mass_element, "value", report, where)
+    entries = (
+        []
+        if inertia_element is None
+        else [number(inertia_element, name, report, where) for name in _ENTRIES]
+    )
+    inertia = tuple(entry for entry in entries if entry is not None)
+    if (
+        mass is None
+        or mass_element is None
+        or inertia_element is None
+        or len(inertia) < len(_ENTRIES)
+    ):
+        return nothing
+    if mass < 0:
+        report.add("M201", mass_element, where, f"its mass is {mass:g} kg")
+        return nothing
+    fault = inertia_fault(mass, inertia)
+    if fault:
+        report.add("M203" if "triangle" in fault else "M202", inertia_element, where, fault)
+        return nothing
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    return mass, frame, (ixx, iyy, izz, ixy, ixz, iyz)

@@ -1,0 +1,142 @@
+"""Where the mesh files of a URDF are: packages, search path, and no way out of them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TypeAlias, final
+
+__all__ = ["MeshSearch", "OutsideError", "PackagePath"]
+
+PackagePath: TypeAlias = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
+"""Folders that hold packages: one path, several joined by the system's separator, or a sequence of them."""
+
+_SUFFIXES = {
+    ".stl",
+    ".dae",
+    ".obj",
+    ".ply",
+    ".glb",
+    ".gltf",
+    ".off",
+    ".msh",
+    ".wrl",
+    ".3ds",
+    ".stlb",
+    ".mesh",
+    ".vtk",
+}
+
+
+@final
+class OutsideError(Exception):
+    """A mesh path climbs out of its package; the reader turns this into a finding."""
+
+
+@final
+class MeshSearch:
+    """Finds mesh files.
+
+    A file is only ever looked for below the URDF's own folder, the packages around it and the
+    folders of the search path, and only under the suffix of a mesh format: a URDF cannot make the
+    viewer show other files.
+
+    Args:
+        file: the URDF file, if there is one.
+        package_path: more folders to search, before those of ROS_PACKAGE_PATH.
+    """
+
+    def __init__(self, file: Path | None, package_path: PackagePath | None = None) -> None:
+        self._folder = None if file is None else Path(os.path.abspath(file)).parent
+        self._path = [*_folders(package_path), *_folders(os.environ.get("ROS_PACKAGE_PATH"))]
+        self._found: dict[str, Path | None] = {}
+
+    def find(self, uri: str) -> Path | None:
+        """Return the file of a mesh, or None if it is not there.
+
+        Args:
+            uri: as written: package://…, model://…, file://…, or a path, relative to the URDF file.
+
+        Raises:
+            OutsideError: if the path climbs out of its package.
+        """
+        if uri not in self._found:
+            self._found[uri] = self._search(uri)
+        return self._found[uri]
+
+    def _search(self, uri: str) -> Path | None:
+        scheme, separator, rest = uri.partition("://")
+        if not separator:
+            scheme, rest = "", uri
+        rest = rest.replace("\\", "/")
+        if scheme in ("package", "model"):
+            package, _, inside = rest.lstrip("/").partition("/")
+            if _climbs(inside) or package in ("", ".", ".."):
+                raise OutsideError
+            candidates: Iterable[Path] = (root / inside for root in self._packages(package))
+        elif scheme in ("", "file"):
+            if os.path.isabs(rest):
+                candidates = [Path(os.path.normpath(rest))]
+            elif self._folder is None:
+                return None
+            else:
+                candidates = [Path(os.path.normpath(self._folder / rest))]
+            if not any(_below(root, path) for path in candidates for root in self._roots()):
+                if _climbs(rest):
+                    raise OutsideError
+                return None
+        else:
+            return None
+        return next((path for path in candidates if _is_mesh(path)), None)
+
+    def _packages(self, package: str) -> Iterator[Path]:
+        """Folders that may be a package: on the search path, then around the URDF file."""
+        for folder in self._path:
+            if folder.name == package:
+                yield folder
+            yield folder / package
+        if self._folder is not None:
+            for folder in (self._folder, *self._folder.parents):
+                if folder.name == package:
+                    yield folder
+                yield folder / package
+
+    def _roots(self) -> Iterator[Path]:
+        """Folders below which plain paths may lie."""
+        yield from self._path
+        if self._folder is not None:
+            yield self._folder
+            for folder in (self._folder, *self._folder.parents):
+                if (folder / "package.xml").is_file():
+                    yield folder
+                    break
+
+
+def _folders(path: PackagePath | None) -> list[Path]:
+    if path is None:
+        return []
+    if isinstance(path, (str, os.PathLike)):
+        return [Path(os.path.abspath(part)) for part in os.fspath(path).split(os.pathsep) if part]
+    return [Path(os.path.abspath(part)) for part in path]
+
+
+def _climbs(path: str) -> bool:
+    """Whether a path leads above where it starts, at any place on its way."""
+    depth = 0
+    for part in path.split("/"):
+        depth += -1 if part == ".." else part not in ("", ".")
+        if depth < 0:
+            return True
+    return False
+
+
+def _below(root: Path, path: Path) -> bool:
+    return path == root or root in path.parents
+
+
+def _is_mesh(path: Path) -> bool:
+    try:
+        return path.suffix.lower() in _SUFFIXES and path.is_file()
+    except (OSError, ValueError):  # a name too long, or one the file system cannot hold
+        return False

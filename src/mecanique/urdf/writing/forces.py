@@ -1,0 +1,187 @@
+"""Springs, dampers and loops as the tags Drake has for them; a comment, or a tag of our own, where it has none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from mecanique.model.forces import Damper, JointSpring, Spring
+from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Matrix3, rotation
+from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
+from mecanique.urdf.reading.loops import loop_nodes
+from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
+
+__all__ = ["ends_of_tags", "forces_and_loops"]
+
+
+def ends_of_tags(mechanism: Mechanism) -> set[str]:
+    """Return the names of the bodies at which a spring, a damper or a loop ends.
+
+    Args:
+        mechanism: whose forces and loops they are.
+    """
+    ends: set[str] = set()
+    for force in mechanism.forces:
+        match force:
+            case Spring() | Damper():
+                ends |= {force.body_a, force.body_b}
+            case JointSpring():
+                joint = mechanism.joint(force.joint)
+                ends |= {joint.parent, joint.child}
+    for loop in mechanism.loops:
+        ends |= {loop.body_a, loop.body_b}
+    return ends
+
+
+def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterator[Node]:
+    """Give the elements of springs, dampers and loops, each after a comment with its name.
+
+    Args:
+        mechanism: whose forces and loops they are.
+        anchors: body -> the link that stands for it in the tags.
+    """
+    for force in mechanism.forces:
+        match force:
+            case Spring():
+                yield from _spring(mechanism, force, anchors)
+            case Damper():
+                yield Comment(f"damper {force.name}")
+                constants = {
+                    "free_length": 1.0,
+                    "stiffness": 0.0,
+                    "damping": mechanism.evaluate(force.damping),
+                }
+                yield _between(mechanism, force, anchors, constants)
+            case JointSpring():
+                yield from _joint_spring(mechanism, force, anchors)
+    for loop in mechanism.loops:
+        yield from loop_nodes(mechanism, loop, anchors)
+
+
+def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) -> Iterator[Node]:
+    stiffness, free = (
+        mechanism.evaluate(scalar) for scalar in (spring.stiffness, spring.free_length)
+    )
+    if free > 0:
+        yield Comment(f"spring {spring.name}")
+        constants = {"free_length": free, "stiffness": stiffness, "damping": 0.0}
+        yield _between(mechanism, spring, anchors, constants)
+        return
+    ends = (
+        f"{body} ({numbers((mechanism.evaluate(c) for c in point), f'spring {spring.name!r}')})"
+        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
+    )
+    yield Comment(
+        f"spring {spring.name}: {number(stiffness, spring.name)} N/m, free length 0, from {' to '.join(ends)};",
+        "no tag, because Drake demands a free length above zero",
+    )
+
+
+def _between(
+    mechanism: Mechanism,
+    force: Spring | Damper,
+    anchors: Mapping[str, str],
+    constants: Mapping[str, float],
+) -> Tag:
+    where = f"force {force.name!r}"
+    point_a, point_b = (
+        [mechanism.evaluate(c) for c in point] for point in (force.point_a, force.point_b)
+    )
+    contents = {
+        "body_a": anchors.get(force.body_a, force.body_a),
+        "point_a": numbers(point_a, where),
+        "body_b": anchors.get(force.body_b, force.body_b),
+        "point_b": numbers(point_b, where),
+        **{role: number(value, where) for role, value in constants.items()},
+    }
+    return _extension(SPRING_DAMPER, contents)
+
+
+def _joint_spring(
+    mechanism: Mechanism, spring: JointSpring, anchors: Mapping[str, str]
+) -> Iterator[Node]:
+    """A bushing between two frames whose x axes lie along the joint's axis; frame A stands at the reference."""
+    joint = mechanism.joint(spring.joint)
+    if not isinstance(joint, (Revolute, Prismatic)):
+        return
+    where = f"spring {spring.name!r}"
+    reference, stiffness = (
+        mechanism.evaluate(scalar) for scalar in (spring.reference, spring.stiffness)
+    )
+    across = _x_along(joint.axis)
+    origin = [mechanism.evaluate(c) for c in joint.origin.xyz]
+    place = rotation(tuple(mechanism.evaluate(angle) for angle in joint.origin.rpy))
+    in_parent = _product(place, across)
+    if isinstance(joint, Revolute):
+        c, s = math.cos(reference), math.sin(reference)
+        in_parent = _product(in_parent, ((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)))
+        turning, pushing = (stiffness, 0.0, 0.0), (0.0, 0.0, 0.0)
+        yield Comment(
+            f"spring {spring.name}: {number(stiffness, where)} N·m/rad about joint {joint.name} "
+            f"from {number(reference, where)} rad; the same within half a turn"
+        )
+    else:
+        axis = _times(place, joint.axis)
+        origin = [o + reference * a for o, a in zip(origin, axis, strict=True)]
+        turning, pushing = (0.0, 0.0, 0.0), (stiffness, 0.0, 0.0)
+        yield Comment(
+            f"spring {spring.name}: {number(stiffness, where)} N/m along joint {joint.name} "
+            f"from {number(reference, where)} m"
+        )
+    frame_a, frame_c = f"{spring.name}_frame_A", f"{spring.name}_frame_C"
+    for name, link, xyz, turn in (
+        (frame_a, joint.parent, origin, in_parent),
+        (frame_c, joint.child, (0.0, 0.0, 0.0), across),
+    ):
+        yield Tag(
+            "frame",
+            name=name,
+            link=anchors.get(link, link),
+            xyz=numbers(xyz, where),
+            rpy=numbers(_rpy(turn), where),
+        )
+    contents = {
+        "frame_a": frame_a,
+        "frame_c": frame_c,
+        "torque_stiffness": numbers(turning, where),
+        "torque_damping": "0 0 0",
+        "force_stiffness": numbers(pushing, where),
+        "force_damping": "0 0 0",
+    }
+    yield _extension(BUSHING, contents)
+
+
+def _extension(extension: Extension, contents: dict[str, str]) -> Tag:
+    children = (
+        Tag(child.tag, **{child.attribute: contents[role]})
+        for role, child in extension.children.items()
+    )
+    return Tag(extension.tag, *children)
+
+
+def _x_along(axis: tuple[float, float, float]) -> Matrix3:
+    """A rotation that takes x to the axis."""
+    x, y, z = axis
+    pitch, yaw = math.atan2(-z, math.hypot(x, y)), math.atan2(y, x)
+    return rotation((0.0, pitch, yaw))
+
+
+def _product(a: Matrix3, b: Matrix3) -> Matrix3:
+    columns = [_times(a, column) for column in zip(*b, strict=True)]
+    return tuple(zip(*columns, strict=True))
+
+
+def _times(matrix: Matrix3, vector: tuple[float, ...]) -> tuple[float, float, float]:
+    x, y, z = (float(sum(m * v for m, v in zip(row, vector, strict=True))) for row in matrix)
+    return x, y, z
+
+
+def _rpy(turn: Matrix3) -> tuple[float, float, float]:
+    """Roll, pitch, yaw of a rotation (inverse of the URDF formula)."""
+    (r00, r01, _), (r10, r11, _), (r20, r21, r22) = turn
+    level = math.hypot(r00, r10)
+    if level > 1e-12:
+        return math.atan2(r21, r22), math.atan2(-r20, level), math.atan2(r10, r00)
+    return 0.0, math.atan2(-r20, level), math.atan2(-r01, r11)

@@ -1,0 +1,1 @@
+"""XML text: parse it with line numbers, write it."""

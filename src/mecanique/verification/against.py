@@ -1,0 +1,171 @@
+"""A mechanism against something else than the engine: another description, a user's functions, measured samples."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derivation import derive
+from mecanique.derivation.states import States as Several
+from mecanique.errors import InputError
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.causes.search import causes_of
+from mecanique.verification.compare import rows_of, values_of, versions
+from mecanique.verification.difference import QUANTITIES
+from mecanique.verification.given import Functions, read_samples
+from mecanique.verification.states.random import States, random_states
+from mecanique.verification.verdict import Verdict
+
+__all__ = ["Other", "compared_with", "explained"]
+
+Array = npt.NDArray[np.float64]
+Other: TypeAlias = (
+    "Mechanism | Functions | Mapping[str, Callable[..., Any]] | str | os.PathLike[str]"
+)
+"""Another mechanism, functions, or the path of a URDF file or of a CSV file with samples."""
+
+_UNEXPLAINED = "no single change among those tried removes the difference"
+
+
+def compared_with(
+    mechanism: Mechanism, other: Other, samples: int, seed: int, tolerance: float
+) -> Verdict:
+    """Compare a mechanism with another source, and say why they differ if they do.
+
+    Args:
+        mechanism: ours.
+        other: the other source.
+        samples: number of random states.
+        seed: of the random states.
+        tolerance: largest relative difference that counts as agreement.
+
+    Raises:
+        InputError: if the other source is none, or is about other coordinates.
+    """
+    notes: tuple[str, ...] = ()
+    given, name = "", "other"
+    if isinstance(other, (str, os.PathLike)) and not _is_urdf(other):
+        name = given = os.path.basename(os.fspath(other))
+        states, tau = read_samples(other, mechanism)
+        theirs = {"inverse dynamics": tau}
+    else:
+        states = random_states(mechanism, samples, seed)
+        if isinstance(other, (Mechanism, str, os.PathLike)):
+            mine = other if isinstance(other, Mechanism) else _read(other)
+            name = mine.name if mine.name != mechanism.name else f"other {mine.name}"
+            theirs, notes = _of_mechanism(mechanism, mine, states)
+        else:
+            functions = other if isinstance(other, Functions) else Functions.of(other)
+            name, theirs = "functions", functions.values(mechanism, states)
+    equations = derive(mechanism)
+    ours = values_of(equations, states, light="acceleration" not in theirs)
+    if "mass matrix" not in ours:
+        ours["mass matrix"] = equations.mass_matrix(states.q, states.t)
+    shared = {
+        quantity: ours[quantity]
+        for quantity in QUANTITIES
+        if quantity in theirs and quantity in ours
+    }
+    scale = theirs if "mass matrix" in theirs else {**theirs, "mass matrix": ours["mass matrix"]}
+    rows = rows_of(("recursion", name), shared, scale, states, mechanism)
+    verdict = Verdict(
+        mechanism.name,
+        rows,
+        len(states),
+        seed,
+        tolerance,
+        mechanism.coordinates.names,
+        mechanism.velocities,
+        versions(),
+        notes,
+        given=given,
+    )
+    return verdict if verdict.agrees else _with_causes(verdict, mechanism, states, theirs)
+
+
+def explained(verdict: Verdict, mechanism: Mechanism) -> Verdict:
+    """Return a verdict of disagreement with the engine together with its likely causes.
+
+    Args:
+        verdict: what was found.
+        mechanism: what it is about.
+    """
+    from mecanique.reference import Reference
+
+    states = random_states(mechanism, min(verdict.samples, 12), verdict.seed)
+    engine = Reference(mechanism)
+    theirs = {
+        "mass matrix": engine.mass_matrix(states.q, states.t),
+        "bias": engine.bias(states.q, states.v, states.t),
+        "gravity": engine.gravity(states.q, states.t),
+        "forces": engine.forces(states.q, states.v, states.t),
+    }
+    return _with_causes(verdict, mechanism, states, theirs)
+
+
+def _with_causes(
+    verdict: Verdict, mechanism: Mechanism, states: States, theirs: Mapping[str, Array]
+) -> Verdict:
+    causes = causes_of(mechanism, states, theirs)
+    notes = verdict.notes if causes else (*verdict.notes, _UNEXPLAINED)
+    return replace(verdict, causes=causes, notes=notes)
+
+
+def _of_mechanism(
+    mechanism: Mechanism, other: Mechanism, states: States
+) -> tuple[dict[str, Array], tuple[str, ...]]:
+    """Values of another mechanism in our order of coordinates, and how they were matched."""
+    notes: tuple[str, ...] = ()
+    ours, theirs = ((tuple(one.coordinates), one.velocities) for one in (mechanism, other))
+    if (len(ours[0]), len(ours[1])) != (len(theirs[0]), len(theirs[1])):
+        alone = [
+            f"{', '.join(sorted(set(a[0]) - set(b[0])))}" or "none"
+            for a, b in ((ours, theirs), (theirs, ours))
+        ]
+        raise InputError(
+            f"expected {len(ours[0])} coordinates as in {mechanism.name!r}, got {len(theirs[0])} in {other.name!r}; "
+            f"only the first has {alone[0]}; only the second has {alone[1]}; a joint that one side lets follow "
+            "another (mimic) or holds fixed is free on the other"
+        )
+    at_q, at_v = np.arange(len(ours[0])), np.arange(len(ours[1]))
+    if set(ours[0]) == set(theirs[0]) and set(ours[1]) == set(theirs[1]):
+        at_q, at_v = (
+            np.array([a.index(b) for b in names], dtype=int)
+            for a, names in zip(ours, theirs, strict=True)
+        )
+    elif ours != theirs:
+        notes = ("the coordinates have different names and are matched in their order",)
+    moved = States(states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
+    some = Several.of(other, moved.q, moved.v, moved.t)
+    moved = replace(moved, q=some.q)
+    values = values_of(derive(other), moved, light=bool(mechanism.loops or other.loops))
+    if "mass matrix" not in values:
+        values["mass matrix"] = derive(other).mass_matrix(moved.q, moved.t)
+    back = np.argsort(at_v)
+    for quantity in values.keys() & {
+        "mass matrix",
+        "bias",
+        "gravity",
+        "forces",
+        "inverse dynamics",
+        "acceleration",
+    }:
+        values[quantity] = values[quantity][:, back]
+    values["mass matrix"] = values["mass matrix"][:, :, back]
+    return values, notes
+
+
+def _is_urdf(path: str | os.PathLike[str]) -> bool:
+    text = os.fspath(path)
+    return "<" in text or text.lower().endswith((".urdf", ".xml"))
+
+
+def _read(path: str | os.PathLike[str]) -> Mechanism:
+    from mecanique.urdf.read import read_urdf
+
+    return read_urdf(path)

@@ -1,0 +1,211 @@
+"""Mistakes in what a coordinate means: its sign, its unit, its place in the order, what follows it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.errors import MecaniqueError
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import symbols_in
+from mecanique.model.joints import Prismatic, Revolute
+from mecanique.verification.causes.change import Change, promising
+from mecanique.verification.causes.evidence import Evidence
+
+__all__ = ["map_changes", "state_changes"]
+
+Array = npt.NDArray[np.float64]
+
+_DEGREE = np.pi / 180
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Reading:
+    """Another reading of the coordinates: q[i] ← scale q[from], and the same of velocities and forces.
+
+    Args:
+        kind: of the mistake.
+        where: coordinate, or empty.
+        text: what the other source does.
+        q: which of our coordinates each one is given, shape (nq,).
+        v: the same of velocities, shape (nv,).
+        q_factor: what coordinates are multiplied by, shape (nq,).
+        v_factor: what velocities and accelerations are multiplied by, shape (nv,).
+        tau_factor: what forces are multiplied by, shape (nv,).
+    """
+
+    kind: str
+    where: str
+    text: str
+    q: npt.NDArray[np.intp]
+    v: npt.NDArray[np.intp]
+    q_factor: Array
+    v_factor: Array
+    tau_factor: Array
+
+
+def state_changes(evidence: Evidence) -> Iterator[Change]:
+    """Axes of the other sign, degrees for radians, joints in another order.
+
+    Args:
+        evidence: what is to be explained.
+    """
+    yield from promising(evidence, _readings(evidence), partial(_answers, evidence))
+
+
+def map_changes(evidence: Evidence) -> Iterator[Change]:
+    """Followers (mimic joints, driven coordinates) that do not follow as they should, and their axes.
+
+    Args:
+        evidence: what is to be explained.
+    """
+    mechanism = evidence.mechanism
+    driven = mechanism.coordinates.driven
+    names = tuple(mechanism.coordinates)
+    for name in driven:
+        still = Coordinates(names, {**driven, name: 0.0})
+        yield from _rebuilt(
+            evidence, "mimic", name, f"{name!r} does not follow (mimic ignored)", coordinates=still
+        )
+    if len(driven) > 1:
+        still = Coordinates(names, dict.fromkeys(driven, 0.0))
+        yield from _rebuilt(
+            evidence, "mimic", "", "no joint follows another (mimic ignored)", coordinates=still
+        )
+    for joint in mechanism.joints:
+        if isinstance(joint, (Revolute, Prismatic)) and joint.coordinate in _mapped(evidence):
+            x, y, z = joint.axis
+            joints = tuple(
+                replace(j, axis=(-x, -y, -z)) if j is joint else j for j in mechanism.joints
+            )
+            yield from _rebuilt(
+                evidence, "axis sign", f"joint {joint.name!r}", _reversed(joint.name), joints=joints
+            )
+    for name, scalar in driven.items():
+        back = Coordinates(names, {**driven, name: -scalar})
+        yield from _rebuilt(
+            evidence, "mimic", name, f"{name!r} follows the other way", coordinates=back
+        )
+
+
+def _rebuilt(
+    evidence: Evidence, kind: str, where: str, text: str, **fields: object
+) -> Iterator[Change]:
+    try:
+        mechanism = replace(evidence.mechanism, **fields)  # type: ignore[arg-type]  # fields of it, by name
+        if mechanism.velocities == evidence.mechanism.velocities:
+            answers = evidence.answers(Recursion(mechanism), evidence.inputs, mechanism=mechanism)
+            yield Change(kind, where, text, answers)
+    except MecaniqueError:
+        # a change that makes no sound mechanism explains nothing
+        return
+
+
+def _mapped(evidence: Evidence) -> set[str]:
+    """Coordinates on either side of the coordinate map."""
+    driven = evidence.mechanism.coordinates.driven
+    return set(driven).union(*map(symbols_in, driven.values()))
+
+
+def _reversed(name: str) -> str:
+    return f"axis of joint {name!r} of the other sign"
+
+
+def _readings(evidence: Evidence) -> Iterator[_Reading]:
+    mechanism = evidence.mechanism
+    nq, nv = mechanism.nq, mechanism.nv
+    same_q, same_v, ones_q, ones_v = np.arange(nq), np.arange(nv), np.ones(nq), np.ones(nv)
+    places = {name: k for k, name in enumerate(mechanism.velocities)}
+    singles = {
+        name: (k, places[f"{name}'"])
+        for k, name in enumerate(mechanism.coordinates)
+        if f"{name}'" in places
+    }
+    of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, (Revolute, Prismatic))}
+
+    def scaled(names: list[str], q: float, v: float, tau: float) -> tuple[Array, Array, Array]:
+        factors = ones_q.copy(), ones_v.copy(), ones_v.copy()
+        for name in names:
+            at_q, at_v = singles[name]
+            factors[0][at_q], factors[1][at_v], factors[2][at_v] = q, v, tau
+        return factors
+
+    signed = [name for name in singles if name in of_joint]
+    for name in (name for name in signed if name not in _mapped(evidence)):
+        joint = of_joint[name]
+        yield _Reading(
+            "axis sign",
+            f"joint {joint.name!r}",
+            _reversed(joint.name),
+            same_q,
+            same_v,
+            *scaled([name], -1, -1, -1),
+        )
+    if len(signed) > 1:
+        text = "the axes of all joints of the other sign"
+        yield _Reading("axis sign", "", text, same_q, same_v, *scaled(signed, -1, -1, -1))
+    angles = [name for name in signed if isinstance(of_joint[name], Revolute)]
+    groups = [([name], f"coordinate {name!r}") for name in angles]
+    groups += [(angles, "")] if len(angles) > 1 else []
+    for names, where in groups:
+        what = where or "every angle"
+        for q, said in (
+            (_DEGREE, "taken for degrees"),
+            (1 / _DEGREE, "in degrees taken for radians"),
+        ):
+            yield _Reading(
+                "degree", where, f"{what} {said}", same_q, same_v, *scaled(names, q, 1, 1)
+            )
+            text = f"{what} {said}, its rates as well"
+            yield _Reading("degree", where, text, same_q, same_v, *scaled(names, q, q, 1))
+    for text, order in _orders(list(singles)):
+        q, v = same_q.copy(), same_v.copy()
+        for name, other in zip(singles, order, strict=True):
+            q[singles[name][0]], v[singles[name][1]] = singles[other][0], singles[other][1]
+        yield _Reading("joint order", "", text, q, v, ones_q, ones_v, ones_v)
+
+
+def _orders(names: list[str]) -> Iterator[tuple[str, list[str]]]:
+    """Other orders of the coordinates."""
+    seen = [names]
+    found = [
+        ("coordinates in alphabetical order", sorted(names)),
+        ("coordinates in reverse order", names[::-1]),
+    ]
+    for i, k in combinations(range(len(names)), 2):
+        order = names.copy()
+        order[i], order[k] = names[k], names[i]
+        found.append((f"coordinates {names[i]!r} and {names[k]!r} exchanged", order))
+    for text, order in found:
+        # of an order and its inverse, either may have been meant
+        back = [names[order.index(name)] for name in names]
+        for one in (order, back):
+            if one not in seen:
+                seen.append(one)
+                yield text, one
+
+
+def _answers(evidence: Evidence, readings: list[_Reading], rows: npt.NDArray[np.intp]) -> Array:
+    """What each reading answers in some experiments, shape (readings, n, nv)."""
+    inputs = evidence.inputs.at(rows)
+    many = inputs.at(np.tile(np.arange(len(inputs)), len(readings)))
+    moved = replace(
+        many,
+        q=np.concatenate([inputs.q[:, one.q] * one.q_factor for one in readings]),
+        v=np.concatenate([inputs.v[:, one.v] * one.v_factor for one in readings]),
+        a=np.concatenate([inputs.a[:, one.v] * one.v_factor for one in readings]),
+    )
+    answers = evidence.answers(evidence.recursion, moved).reshape(len(readings), len(inputs), -1)
+    out = np.empty_like(answers)
+    for k, one in enumerate(readings):
+        out[k][:, one.v] = answers[k]
+        out[k] *= one.tau_factor
+    return out

@@ -1,0 +1,211 @@
+"""What another source says about a mechanism, as forces at many states, and how far predictions are from it.
+
+A mass matrix is asked through M a at random accelerations a, at rest and without gravity; a bias at
+constant velocities; gravity at rest. So everything is one kind of experiment: state and
+acceleration in, forces out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.states import States as Several
+from mecanique.model.expression import symbols_in
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.states.random import States
+
+__all__ = ["Evidence", "Inputs"]
+
+Array = npt.NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """What goes into experiments.
+
+    Args:
+        q: shape (n, nq).
+        v: shape (n, nv).
+        a: shape (n, nv).
+        t: shape (n,) [s].
+        heavy: whether gravity acts, shape (n,).
+        inertia: whether inertia forces and gravity count, shape (n,).
+        loads: whether springs, dampers, drives and loads count, shape (n,).
+    """
+
+    q: Array
+    v: Array
+    a: Array
+    t: Array
+    heavy: npt.NDArray[np.bool_]
+    inertia: npt.NDArray[np.bool_]
+    loads: npt.NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def at(self, rows: npt.NDArray[np.intp]) -> Inputs:
+        """Return some of the experiments, or the same ones several times.
+
+        Args:
+            rows: which ones.
+        """
+        return Inputs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
+
+
+@final
+class Evidence:
+    """Experiments with what another source answered.
+
+    Args:
+        mechanism: what they are about.
+        inputs: of all experiments.
+        tau: what the other source answered, shape (n, nv).
+        kind: which quantity each experiment asks for, shape (n,).
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, inputs: Inputs, tau: Array, kind: npt.NDArray[np.str_]
+    ) -> None:
+        self.mechanism = mechanism
+        self.inputs = inputs
+        self.tau = tau
+        self.kind = kind
+        self.recursion = Recursion(mechanism)
+        self.base: Array = self.answers(self.recursion, inputs)
+
+    @classmethod
+    def of(
+        cls, mechanism: Mechanism, states: States, theirs: Mapping[str, Array], seed: int = 0
+    ) -> Evidence | None:
+        """Return what values by quantity say; None if nothing can be asked.
+
+        Args:
+            mechanism: what they are about.
+            states: where they were evaluated.
+            theirs: what the other source gave, by quantity.
+            seed: of the random accelerations.
+        """
+        q, v, t = states.q, states.v, states.t
+        n, zero = len(states), np.zeros_like(states.v)
+        # of order one in every direction, so that no part of M is hidden
+        a = np.abs(v).mean(axis=0) * np.random.default_rng(seed).normal(size=v.shape) if n else zero
+        moved = _is_rheonomic(mechanism)
+        parts: list[tuple[str, Array, Array, bool, bool, bool, Array]] = []
+        given = {name: values for name, values in theirs.items() if np.isfinite(values).all()}
+        if "mass matrix" in given:
+            pushed = np.einsum("nij,nj->ni", given["mass matrix"], a)
+            if not moved:
+                parts.append(("mass matrix", zero, a, False, True, False, pushed))
+            elif "bias" in given:
+                parts.append(("mass matrix", v, a, True, True, False, pushed + given["bias"]))
+        if "bias" in given:
+            parts.append(("bias", v, zero, True, True, False, given["bias"]))
+        if "gravity" in given and not moved:
+            parts.append(("gravity", zero, zero, True, True, False, given["gravity"]))
+        if "forces" in given:
+            parts.append(("forces", v, zero, True, False, True, -given["forces"]))
+        if "inverse dynamics" in given and not {"mass matrix", "bias"} & given.keys():
+            parts.append(
+                ("inverse dynamics", v, states.a, True, True, True, given["inverse dynamics"])
+            )
+        if not parts or not n:
+            return None
+        flags = [np.repeat([part[k] for part in parts], n) for k in (3, 4, 5)]
+        inputs = Inputs(
+            np.concatenate([q] * len(parts)),
+            np.concatenate([part[1] for part in parts]),
+            np.concatenate([part[2] for part in parts]),
+            np.concatenate([t] * len(parts)),
+            *flags,
+        )
+        kind = np.repeat([part[0] for part in parts], n)
+        return cls(mechanism, inputs, np.concatenate([part[6] for part in parts]), kind)
+
+    def answers(
+        self,
+        recursion: Recursion,
+        inputs: Inputs,
+        gravity: Array | None = None,
+        mechanism: Mechanism | None = None,
+    ) -> Array:
+        """Return the forces that a recursion predicts, shape (n, nv).
+
+        Args:
+            recursion: of the mechanism or a changed one.
+            inputs: the experiments.
+            gravity: acceleration of free fall instead of the mechanism's, shape (3,) [m/s²].
+            mechanism: the recursion's, if it is another.
+        """
+        mechanism = self.mechanism if mechanism is None else mechanism
+        states = Several(mechanism, inputs.q, inputs.v, inputs.t, single=False)
+        pull = (self.gravity if gravity is None else gravity) * inputs.heavy[:, None]
+        tau = (
+            recursion.varied(gravity=pull).inverse_dynamics(states, inputs.a)
+            * inputs.inertia[:, None]
+        )
+        if inputs.loads.any() and mechanism.forces:
+            tau = tau - recursion.forces(states) * inputs.loads[:, None]
+        return tau
+
+    @cached_property
+    def gravity(self) -> Array:
+        """Acceleration of free fall, shape (3,) [m/s²]."""
+        return np.array([self.mechanism.evaluate(g) for g in self.mechanism.gravity])
+
+    @cached_property
+    def weights(self) -> Array:
+        """What makes all entries alike in unit and size, shape (n, nv)."""
+        rest = self.inputs
+        states = Several(
+            self.mechanism, rest.q[:8], np.zeros_like(rest.v[:8]), rest.t[:8], single=False
+        )
+        diagonal = np.diagonal(self.recursion.mass_matrix(states), axis1=1, axis2=2).mean(axis=0)
+        d = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+        weights = np.empty_like(self.tau)
+        for kind in np.unique(self.kind):
+            rows = self.kind == kind
+            sizes = [float(np.linalg.norm(tau[rows] / d)) for tau in (self.tau, self.base)]
+            weights[rows] = 1 / (d * (max(sizes) or 1.0))
+        return weights
+
+    @cached_property
+    def few(self) -> npt.NDArray[np.intp]:
+        """Two experiments of each kind, enough to see which of many changes are worth a closer look."""
+        return np.concatenate(
+            [np.flatnonzero(self.kind == kind)[:2] for kind in dict.fromkeys(self.kind)]
+        )
+
+    def residual(self, predicted: Array, rows: npt.NDArray[np.intp] | None = None) -> Any:
+        """Return how far predictions are from what the other source answered, relative, shape (…).
+
+        Args:
+            predicted: shape (…, n, nv).
+            rows: which experiments are predicted; all by default.
+        """
+        tau, weights = (
+            (self.tau, self.weights) if rows is None else (self.tau[rows], self.weights[rows])
+        )
+        with np.errstate(all="ignore"):
+            off = (predicted - tau) * weights
+            size = np.sqrt(np.sum(off * off, axis=(-2, -1)))
+        return np.where(np.isfinite(size), size, np.inf)
+
+    @cached_property
+    def before(self) -> float:
+        """How far the unchanged mechanism is from what the other source answered, relative."""
+        return float(self.residual(self.base))
+
+
+def _is_rheonomic(mechanism: Mechanism) -> bool:
+    """Whether a coordinate map depends on time by itself, so that inertia forces act even at rest."""
+    moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
+    return any(moving & set(symbols_in(scalar)) for scalar in mechanism.coordinates.driven.values())

@@ -1,0 +1,125 @@
+"""Mistakes in what acts in the joints, and in gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.model.forces import JointDamper
+from mecanique.model.joints import Prismatic, Revolute
+from mecanique.verification.causes.change import Change, fitted
+from mecanique.verification.causes.evidence import Evidence
+
+__all__ = ["gravity_changes", "joint_changes"]
+
+Array = npt.NDArray[np.float64]
+
+_UNITS = {
+    ("armature", True): "kg·m²",
+    ("armature", False): "kg",
+    ("damping", True): "N·m·s",
+    ("damping", False): "N·s/m",
+    ("friction", True): "N·m",
+    ("friction", False): "N",
+}
+
+
+def joint_changes(evidence: Evidence) -> Iterator[Change]:
+    """Armature, damping and dry friction, of one joint and of all alike.
+
+    Args:
+        evidence: what is to be explained.
+    """
+    inputs, mechanism = evidence.inputs, evidence.mechanism
+    # what acts in joints is looked for among the forces if the other source tells them apart from
+    # the inertia forces
+    acting = inputs.loads if inputs.loads.any() else inputs.inertia
+    rates = {
+        "armature": inputs.a * inputs.inertia[:, None],
+        "damping": inputs.v * acting[:, None],
+        "friction": np.sign(inputs.v) * acting[:, None],
+    }
+    velocities = {name: index for index, name in enumerate(mechanism.velocities)}
+    singles = [joint for joint in mechanism.joints if isinstance(joint, (Revolute, Prismatic))]
+    free = [joint for joint in singles if joint.velocities[0] in velocities]
+    for kind, rate in rates.items():
+        if not rate.any():
+            continue
+        columns = np.zeros((len(free), *evidence.tau.shape))
+        own = np.zeros(len(free))
+        for k, joint in enumerate(free):
+            index = velocities[joint.velocities[0]]
+            columns[k, :, index] = rate[:, index]
+            if kind == "armature":
+                own[k] = mechanism.evaluate(joint.armature)
+            if kind == "damping":
+                dampers = [
+                    f
+                    for f in mechanism.forces
+                    if isinstance(f, JointDamper) and f.joint == joint.name
+                ]
+                own[k] = sum(mechanism.evaluate(damper.damping) for damper in dampers)
+            amounts, answers = fitted(evidence, columns[k : k + 1])
+            where, unit = f"joint {joint.name!r}", _UNITS[kind, isinstance(joint, Revolute)]
+            # less than nothing of it is no likely mistake
+            chosen = 1 if own[k] + amounts[0] > -1e-9 * abs(amounts[0]) else 2
+            yield Change(kind, where, _text(kind, where, amounts[0], own[k], unit), answers, chosen)
+        if len(free) > 1:
+            amounts, answers = fitted(evidence, columns.sum(axis=0)[None])
+            yield Change(
+                kind,
+                "",
+                f"{kind} in every joint: {amounts[0]:+.6g} more in each (SI units)",
+                answers,
+                1,
+            )
+            if np.count_nonzero(own) > 1:
+                without = evidence.base - np.einsum("k,knv->nv", own, columns)
+                yield Change(kind, "", f"the {kind} of every joint is left out", without)
+
+
+def gravity_changes(evidence: Evidence) -> Iterator[Change]:
+    """Gravity of the other sign, in another direction, of another strength.
+
+    Args:
+        evidence: what is to be explained.
+    """
+    inputs, own, recursion = evidence.inputs, evidence.gravity, evidence.recursion
+    still = evidence.answers(recursion, inputs, np.zeros(3))
+    pulls = np.array([evidence.answers(recursion, inputs, axis) - still for axis in np.eye(3)])
+    if not pulls.any():
+        return
+
+    def answers(g: Array) -> Array:
+        predicted: Array = evidence.base + np.einsum("k,knv->nv", g - own, pulls)
+        return predicted
+
+    size = float(np.linalg.norm(own))
+    if size:
+        yield Change("gravity sign", "", "gravity pulls the other way", answers(-own))
+        yield Change("gravity direction", "", "gravity is left out", answers(np.zeros(3)))
+    for axis, name in zip(np.eye(3), "xyz", strict=True):
+        for sign, mark in ((1, "+"), (-1, "−")):
+            g = sign * size * axis
+            if size and not np.allclose(np.abs(g), np.abs(own)):
+                yield Change(
+                    "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
+                )
+    amounts, predicted = fitted(evidence, pulls)
+    found = np.where(
+        np.abs(own + amounts) > 1e-9 * np.linalg.norm(own + amounts), own + amounts, 0.0
+    )
+    plain = [np.zeros(3), -own, *(sign * size * axis for axis in np.eye(3) for sign in (1, -1))]
+    if size and any(np.allclose(found, one, rtol=0, atol=1e-9 * size) for one in plain):
+        # it is one of those above
+        return
+    listed = ", ".join(f"{g:.6g}" for g in found)
+    yield Change("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
+
+
+def _text(kind: str, where: str, amount: float, own: float, unit: str) -> str:
+    if own and abs(amount + own) <= 1e-6 * abs(own):
+        return f"the {kind} of {where} ({own:.6g} {unit}) is left out"
+    return f"{kind} of {where}: {own + amount:.6g} {unit} instead of {own:.6g}"

@@ -1,0 +1,85 @@
+"""What a relative difference of two equations of motion is.
+
+Entries of one vector have different units as soon as angles and lengths are mixed, and a small
+finger would vanish beside a heavy trunk. So they are made alike first, with d_i = √M_ii of the
+engine's mass matrix:
+
+- mass matrix: M_ij / (d_i d_j),
+- bias, gravity, inverse dynamics and generalized forces: f_i / d_i,
+- acceleration: a_i d_i,
+- energies and momenta: as they are.
+
+The relative difference of x and y at a state is ‖x − y‖ / max(‖x‖, ‖y‖, floor). The floor keeps a
+value that happens to pass through zero from being judged against its own rounding errors: a
+thousandth of the root mean square of ‖y‖ over all states, and not less than a thousandth of what 1
+m/s² or 1 m/s makes of the moving mass.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+__all__ = ["QUANTITIES", "relative_difference", "scaled"]
+
+Array = npt.NDArray[np.float64]
+
+QUANTITIES = (
+    "mass matrix",
+    "bias",
+    "gravity",
+    "forces",
+    "inverse dynamics",
+    "acceleration",
+    "kinetic energy",
+    "potential energy",
+    "momentum",
+    "angular momentum",
+    "reactions",
+)
+"""What is compared, in the order of the table."""
+
+_SMALL = 1e-3
+"""Part of the typical size below which a value is judged against the typical size."""
+
+
+def scaled(quantity: str, values: Array, mass: Array) -> Array:
+    """Return values as vectors whose entries have one unit, shape (n, any).
+
+    Args:
+        quantity: one of `QUANTITIES`.
+        values: shape (n, …).
+        mass: mass matrices to scale with, shape (n, nv, nv).
+    """
+    diagonal = np.diagonal(mass, axis1=1, axis2=2)
+    d = np.sqrt(np.where(np.isfinite(diagonal) & (diagonal > 0), diagonal, 1.0))
+    match quantity:
+        case "mass matrix":
+            values = values / (d[:, :, None] * d[:, None, :])
+        case "bias" | "gravity" | "forces" | "inverse dynamics":
+            values = values / d
+        case "acceleration":
+            values = values * d
+    return values.reshape(len(values), -1)
+
+
+def relative_difference(x: Array, y: Array, least: float) -> Array:
+    """Return the relative difference at each state, shape (n,); infinite where a value is not finite.
+
+    Args:
+        x: vectors of one source, shape (n, k).
+        y: vectors of the other, shape (n, k).
+        least: smallest size to judge a difference against.
+    """
+    with np.errstate(all="ignore"):
+        sizes = np.linalg.norm(y, axis=1)
+        known = sizes[np.isfinite(sizes)]
+        largest = max(known, default=0.0)
+        # scaled by the largest, so that a huge value does not overflow into a floor that excuses
+        # everything
+        typical = largest * float(np.sqrt(np.mean((known / largest) ** 2))) if largest > 0 else 0.0
+        floor = max(_SMALL * typical, _SMALL * least, np.finfo(float).tiny)
+        size = np.maximum(np.maximum(np.linalg.norm(x, axis=1), sizes), floor)
+        difference = np.linalg.norm(x - y, axis=1) / size
+    finite = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1) & np.isfinite(difference)
+    return np.where(finite, difference, np.inf)

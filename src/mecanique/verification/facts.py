@@ -1,0 +1,406 @@
+"""Find out whether a textbook system's closed-form facts hold, one way of checking per kind of fact.
+
+Facts about any state are compared at random states, conserved quantities by their rate along the
+flow (complex step), motions by integration at the tightest tolerance, frequencies and limits of
+stability by differences of eighth order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.errors import InputError
+from mecanique.model.joints import Floating, Spherical
+from mecanique.model.mechanism import Mechanism
+from mecanique.textbook.catalogue import entry
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    Eigenvalues,
+    Fact,
+    Frequencies,
+    KineticEnergy,
+    MassMatrix,
+    Period,
+    Reaction,
+    Solution,
+    StabilityLimit,
+    State,
+    Steady,
+    Values,
+)
+from mecanique.textbook.system import System
+from mecanique.verification.states.random import random_states
+
+__all__ = ["SOURCES", "TOLERANCE", "FactRow", "check"]
+
+Array = npt.NDArray[np.float64]
+
+TOLERANCE = 1e-10
+"""Largest residual of a fact that holds."""
+
+SOURCES = ("reference", "derive")
+"""Whose equations of motion the facts can be held against."""
+
+_STEP = 1e-2
+"""Of finite differences; their error goes with its eighth power."""
+
+_STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
+"""Central differences of eighth order (Fornberg, Math. Comp. 51, 1988, table 1)."""
+
+_ASIDE = 0.01
+"""How far beside a limit, relative to it, stability is looked at."""
+
+
+@final
+@dataclass(frozen=True)
+class FactRow:
+    """One fact and how well it holds.
+
+    Args:
+        system: name of the textbook system; its title, if it is not in the catalogue.
+        kind: of the fact, e.g. "Period".
+        statement: the fact in one line.
+        residual: relative difference between the fact and the equations of motion.
+    """
+
+    system: str
+    kind: str
+    statement: str
+    residual: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether the residual is at most 1e-10."""
+        return self.residual <= TOLERANCE
+
+
+def check(
+    name: str | System,
+    values: Mapping[str, float] | None = None,
+    *,
+    source: str = "reference",
+    samples: int = 20,
+    seed: int = 0,
+) -> tuple[FactRow, ...]:
+    """Check every fact of a textbook system.
+
+    Args:
+        name: the system's name in the catalogue, or a system of one's own.
+        values: parameters and options to change, by symbol; a fact's own suppositions take
+            precedence.
+        source: whose equations of motion are asked, "reference" or "derive"; reactions are the
+            reference's.
+        samples: number of random states for facts about any state.
+        seed: of the random states.
+
+    Raises:
+        UnknownNameError: if the system or a parameter does not exist.
+        InputError: if a value is not finite or the source is unknown.
+    """
+    if source not in SOURCES:
+        raise InputError(f"expected a source among {', '.join(SOURCES)}, got {source!r}")
+
+    system = name if isinstance(name, System) else entry(name)
+
+    def bench(given: Mapping[str, float]) -> _Bench:
+        return _Bench(system, {**(values or {}), **given}, source, samples, seed)
+
+    called = system.title if isinstance(name, System) else name
+    return tuple(
+        FactRow(called, type(fact).__name__, fact.statement, _residual(fact, bench))
+        for fact in system.facts
+    )
+
+
+_Build = Callable[[Mapping[str, float]], "_Bench"]
+
+
+@final
+@dataclass(frozen=True)
+class _Bench:
+    """A system with certain parameters and its equations of motion."""
+
+    system: System
+    values: Mapping[str, float]
+    source: str
+    samples: int
+    seed: int
+
+    @cached_property
+    def mechanism(self) -> Mechanism:
+        return self.system.mechanism(**self.values)
+
+    @cached_property
+    def reference(self) -> Any:
+        from mecanique.reference import Reference
+
+        return Reference(self.mechanism)
+
+    @cached_property
+    def dynamics(self) -> Any:
+        if self.source == "reference":
+            return self.reference
+        from mecanique.derivation import derive
+
+        return derive(self.mechanism)
+
+    @cached_property
+    def constants(self) -> dict[str, Any]:
+        options = {
+            name: int(self.values.get(name, number)) for name, number in self.system.options.items()
+        }
+        return {**self.mechanism.values, **options}
+
+    def numbers(self, q: Any, v: Any, t: Any = 0.0) -> Values:
+        names = (*self.mechanism.coordinates, *self.mechanism.velocities, "t")
+        return Values({**self.constants, **dict(zip(names, (*q, *v, t), strict=True))})
+
+    def state(self, given: State) -> tuple[Array, Array]:
+        named = given(Values(self.constants)) if callable(given) else given
+        inside = set(self.mechanism.coordinates)
+        q = self.mechanism.position(
+            {name: value for name, value in named.items() if name in inside}
+        )
+        return self.closed(
+            q, self.mechanism.velocity({n: value for n, value in named.items() if n not in inside})
+        )
+
+    def closed(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """The state next to this one at which the loops are closed."""
+        if not self.mechanism.loops:
+            return q, v
+        from mecanique.reference.loops.assembly import closed_position, projected
+
+        return projected(
+            self.reference.closed, closed_position(self.reference.closed, q, 0.0), v, 0.0
+        )
+
+    def states(self) -> Iterator[tuple[Array, Array, float]]:
+        """The better half of twice as many random states: digits are lost next to singular points of coordinates."""
+        states = random_states(self.mechanism, 2 * self.samples, self.seed)
+        worth = [
+            np.linalg.cond(self.dynamics.mass_matrix(q, float(t)))
+            for q, t in zip(states.q, states.t, strict=True)
+        ]
+        for k in np.argsort(worth)[: self.samples]:
+            yield states.q[k], states.v[k], float(states.t[k])
+
+    def slope(self, t: float, y: Array) -> Array:
+        """Rates of [q, v]."""
+        q, v = y[: self.mechanism.nq], y[self.mechanism.nq :]
+        return np.concatenate((self.reference.rates(q, v), self.dynamics.acceleration(q, v, t)))
+
+    def flow(self, q: Array, v: Array, times: Any) -> Array:
+        """States [q, v] at the times, shape (n, nq + nv)."""
+        from scipy.integrate import solve_ivp
+
+        slope = self.reference.rhs() if self.source == "reference" else self.slope
+        found = solve_ivp(
+            slope,
+            (0.0, float(times[-1])),
+            np.concatenate((q, v)),
+            method="DOP853",
+            t_eval=np.asarray(times, dtype=float),
+            rtol=3e-14,
+            atol=1e-14,
+        )
+        if not found.success:
+            raise InputError(
+                f"expected a motion of {self.mechanism.name!r} up to t = {times[-1]:g} s, got: {found.message}"
+            )
+        return np.asarray(found.y.T)
+
+    def stiffness(self, at: State) -> tuple[Array, Array]:
+        """M and K of small motion about an equilibrium."""
+        q, _ = self.state(at)
+        rest = np.zeros(self.mechanism.nv)
+        K = _derivative(
+            lambda x: self.dynamics.bias(x, rest, 0.0) - self.dynamics.forces(x, rest, 0.0), q
+        )
+        return np.asarray(self.dynamics.mass_matrix(q, 0.0)), K
+
+
+def _residual(fact: Fact, build: _Build) -> float:
+    bench = build(fact.given)
+    match fact:
+        case Acceleration():
+            return _at_states(bench, fact.formula, bench.dynamics.acceleration)
+        case MassMatrix():
+            return _mass_matrix(bench, fact)
+        case KineticEnergy():
+            return _at_states(
+                bench, fact.formula, lambda q, v, t: bench.dynamics.energy(q, v, t)[0]
+            )
+        case Reaction():
+            return _at_states(
+                bench,
+                fact.formula,
+                lambda q, v, t: bench.reference.reactions(q, v, t)[fact.joint].force,
+            )
+        case Conserved():
+            return _drift(bench, fact)
+        case Solution():
+            return _solution(bench, fact)
+        case Period():
+            return _period(bench, fact)
+        case Frequencies():
+            M, K = bench.stiffness(fact.at)
+            squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+            expected = np.sort(
+                np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=float) ** 2
+            )
+            return float(np.max(np.abs(squares - expected)) / np.max(expected))
+        case Eigenvalues():
+            found = np.linalg.eigvals(_linearized(bench, fact.at))
+            stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=complex)
+            return float(
+                np.max(np.min(np.abs(np.subtract.outer(stated, found)), axis=1))
+                / np.max(np.abs(stated))
+            )
+        case Steady():
+            return _steady(bench, fact)
+        case StabilityLimit():
+            return _limit(bench, fact, build)
+
+
+def _relative(found: Any, expected: Any) -> float:
+    """Largest difference per component, in units of the component's largest value; shape (n, …) each."""
+    found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
+    scale = np.max(np.abs(expected), axis=0)
+    # a component that is zero but for rounding has no scale of its own
+    scale = np.where(scale > 1e-9 * np.max(scale), scale, np.max(scale) or 1.0)
+    return float(np.max(np.abs(found - expected) / scale))
+
+
+def _at_states(
+    bench: _Bench, formula: Callable[[Values], Any], engine: Callable[[Array, Array, float], Any]
+) -> float:
+    states = list(bench.states())
+    expected = [np.asarray(formula(bench.numbers(q, v, t)), dtype=float) for q, v, t in states]
+    return _relative([engine(q, v, t) for q, v, t in states], expected)
+
+
+def _mass_matrix(bench: _Bench, fact: MassMatrix) -> float:
+    worst = 0.0
+    for q, v, t in bench.states():
+        expected = np.asarray(fact.formula(bench.numbers(q, v, t)), dtype=float)
+        size = np.sqrt(np.diag(expected))
+        found = bench.dynamics.mass_matrix(q, t)
+        worst = max(worst, float(np.max(np.abs(found - expected) / np.multiply.outer(size, size))))
+    return worst
+
+
+def _drift(bench: _Bench, fact: Conserved) -> float:
+    """Rates of quantities along the flow, in units of the largest sum of their parts: what q, v and t contribute."""
+    nq, rates, sizes, depends = bench.mechanism.nq, [], [], False
+    for q, v, t in bench.states():
+        at = np.concatenate((q, v, [t])).astype(complex)
+        parts = []
+        for k, slope in enumerate(np.append(bench.slope(t, np.concatenate((q, v))), 1.0)):
+            moved = at.copy()
+            moved[k] += 1e-30j
+            value = np.atleast_1d(fact.formula(bench.numbers(moved[:nq], moved[nq:-1], moved[-1])))
+            parts.append(np.imag(value) / 1e-30 * slope)
+            depends |= bool(np.any(np.imag(value)))
+        rates.append(np.abs(np.sum(parts, axis=0)))
+        sizes.append(np.sum(np.abs(parts), axis=0))
+    if not depends:
+        return float("inf")  # a number is no quantity
+    size = np.max(sizes, axis=0)
+    return float(np.max(np.max(rates, axis=0) / np.where(size > 0, size, 1.0)))
+
+
+def _solution(bench: _Bench, fact: Solution) -> float:
+    q, v = bench.state(fact.start)
+    times = np.linspace(0.0, float(fact.until(Values(bench.constants))), 8)
+    names = (*bench.mechanism.coordinates, *bench.mechanism.velocities)
+    stated = [fact.formula(Values({**bench.constants, "t": float(t)})) for t in times]
+    columns = [names.index(name) for name in stated[0]]
+    return _relative(
+        bench.flow(q, v, times)[:, columns], [list(state.values()) for state in stated]
+    )
+
+
+def _period(bench: _Bench, fact: Period) -> float:
+    q, v = bench.state(fact.start)
+    onwards = np.concatenate(bench.state(fact.advance))
+    T = float(fact.seconds(Values(bench.constants)))
+    way = bench.flow(q, v, np.array([0, 1 / 4, 1 / 3, 1 / 2, 2 / 3, 3 / 4, 1]) * T)
+    size = np.max(np.abs(way), axis=0)
+    off = np.abs(way[1:] - way[0] - onwards) / np.where(size > 0, size, 1.0)
+    # a multiple of the period is not the period
+    return float("inf") if np.min(np.max(off[:-1], axis=1)) < 1e-3 else float(np.max(off[-1]))
+
+
+def _steady(bench: _Bench, fact: Steady) -> float:
+    """Acceleration in units of that at a state nearby."""
+    q, v = bench.state(fact.at)
+    quaternions = [
+        bench.mechanism.coordinates.index(name)
+        for joint in bench.mechanism.joints
+        if isinstance(joint, (Spherical, Floating))
+        for name in joint.coordinates[-4:]
+    ]
+    aside = q + 0.1
+    aside[quaternions] = q[quaternions]
+    aside, faster = bench.closed(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0))
+    typical = np.max(np.abs(bench.dynamics.acceleration(aside, faster, 0.0)))
+    return float(np.max(np.abs(bench.dynamics.acceleration(q, v, 0.0))) / (typical or 1.0))
+
+
+def _derivative(function: Callable[[Array], Any], at: Array) -> Array:
+    """Jacobian of a function, shape (m, n)."""
+    columns = []
+    for k in range(len(at)):
+        step = np.zeros(len(at))
+        step[k] = _STEP * max(1.0, abs(at[k]))
+        parts = [
+            weight * (function(at + i * step) - function(at - i * step)) for i, weight in _STENCIL
+        ]
+        columns.append(sum(parts[1:], parts[0]) / step[k])
+    return np.stack(columns, axis=-1)
+
+
+def _linearized(bench: _Bench, at: State) -> Array:
+    """Matrix of the deviations of [q, v] from an equilibrium or a steady motion."""
+    q, v = bench.state(at)
+    if len(q) != len(v):
+        raise InputError(
+            f"expected a system without quaternions for eigenvalues, got {bench.mechanism.name!r}"
+        )
+    n = len(q)
+    lower = _derivative(
+        lambda y: bench.dynamics.acceleration(y[:n], y[n:], 0.0), np.concatenate((q, v))
+    )
+    return np.block([[np.zeros((n, n)), np.eye(n)], [lower]])
+
+
+def _limit(bench: _Bench, fact: StabilityLimit, build: _Build) -> float:
+    value = float(fact.formula(Values(bench.constants)))
+    below, at, above = (
+        _margin(build({**fact.given, fact.parameter: value * factor}), fact)
+        for factor in (1 - _ASIDE, 1, 1 + _ASIDE)
+    )
+    stable, unstable = (below, above) if fact.stable == "below" else (above, below)
+    if not stable > 0 > unstable:
+        return float("inf")
+    return abs(at) / (abs(above - below) / (2 * _ASIDE))
+
+
+def _margin(bench: _Bench, fact: StabilityLimit) -> float:
+    """A number that is positive where the equilibrium is stable, and zero at the limit."""
+    if fact.period is None:
+        M, K = bench.stiffness(fact.at)
+        return float(np.min(np.linalg.eigvals(np.linalg.solve(M, K)).real))
+    q, v = bench.state(fact.at)
+    n, T = len(q), float(fact.period(Values(bench.constants)))
+    turn = _derivative(lambda y: bench.flow(y[:n], y[n:], [0.0, T])[-1], np.concatenate((q, v)))
+    # Floquet: det(turn − 1) passes through zero where a multiplier passes through one
+    return float(np.linalg.det(turn - np.eye(2 * n)))

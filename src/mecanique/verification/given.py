@@ -1,0 +1,190 @@
+"""What a mechanism may be compared with besides the engine: a user's own functions, or samples from a file."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derivation.states import States as Several
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.states.random import States
+
+__all__ = ["Functions", "read_samples"]
+
+Array = npt.NDArray[np.float64]
+
+
+@final
+@dataclass(frozen=True)
+class Functions:
+    """Equations of motion as functions of one state: M(q) a + C(q, v) v + g(q) = forces. At least one is given.
+
+    Args:
+        mass_matrix: (q) -> M, shape (nv, nv).
+        bias: (q, v) -> C v + g, shape (nv,).
+        coriolis: (q, v) -> C, shape (nv, nv), or C v, shape (nv,); with `gravity`, instead of
+            `bias`.
+        gravity: (q) -> g, shape (nv,).
+        forces: (q, v) -> generalized forces, shape (nv,).
+        inverse_dynamics: (q, v, a) -> M a + C v + g − forces, shape (nv,).
+
+    Raises:
+        InputError: if none is given.
+    """
+
+    mass_matrix: Callable[..., Any] | None = None
+    bias: Callable[..., Any] | None = None
+    coriolis: Callable[..., Any] | None = None
+    gravity: Callable[..., Any] | None = None
+    forces: Callable[..., Any] | None = None
+    inverse_dynamics: Callable[..., Any] | None = None
+
+    def __post_init__(self) -> None:
+        if not any(getattr(self, field.name) for field in fields(self)):
+            names = ", ".join(field.name for field in fields(self))
+            raise InputError(f"expected at least one of the functions {names}")
+        if self.coriolis and not self.bias and not self.gravity:
+            raise InputError("expected gravity besides coriolis: what is compared is C v + g")
+
+    @classmethod
+    def of(cls, given: Mapping[str, Callable[..., Any]]) -> Functions:
+        """Return functions by name; M, C and g are short for mass_matrix, coriolis and gravity.
+
+        Args:
+            given: function of each name.
+
+        Raises:
+            UnknownNameError: if a name is none of these.
+        """
+        short = {"M": "mass_matrix", "C": "coriolis", "g": "gravity"}
+        known = [field.name for field in fields(cls)]
+        named = {short.get(name, name): function for name, function in given.items()}
+        for name in named:
+            if name not in known:
+                raise UnknownNameError("function", name, (*known, *short))
+        return cls(**named)
+
+    def values(self, mechanism: Mechanism, states: States) -> dict[str, Array]:
+        """Return what the functions give at all states, by quantity.
+
+        Args:
+            mechanism: whose states they are.
+            states: where to evaluate.
+
+        Raises:
+            InputError: if a function fails, or gives numbers of another shape.
+        """
+        n = mechanism.nv
+        q, v, a = states.q, states.v, states.a
+        found: dict[str, Array] = {}
+        if self.mass_matrix:
+            found["mass matrix"] = _called(self.mass_matrix, "mass_matrix", (q,), ((n, n),))
+        if self.gravity:
+            found["gravity"] = _called(self.gravity, "gravity", (q,), ((n,),))
+        if self.bias:
+            found["bias"] = _called(self.bias, "bias", (q, v), ((n,),))
+        elif self.coriolis:
+            C = _called(self.coriolis, "coriolis", (q, v), ((n, n), (n,)))
+            found["bias"] = (np.einsum("nij,nj->ni", C, v) if C.ndim == 3 else C) + found["gravity"]
+        if self.forces:
+            found["forces"] = _called(self.forces, "forces", (q, v), ((n,),))
+        if self.inverse_dynamics:
+            found["inverse dynamics"] = _called(
+                self.inverse_dynamics, "inverse_dynamics", (q, v, a), ((n,),)
+            )
+        return found
+
+
+def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[States, Array]:
+    """Return the states and forces of a CSV file.
+
+    Its first line names the columns, in any order: the coordinates (q), the velocities (q'), the
+    accelerations (q''; of the velocity arm_wx, arm_wx'), the forces (tau_q, tau_arm_wx), and t.
+    What follows a name in brackets, e.g. [rad/s], is not read, and other columns are passed over. A
+    force or t without a column is zero: a file written by `Motion.to_csv` describes a free motion.
+
+    Args:
+        path: of the file.
+        mechanism: gives the names.
+
+    Raises:
+        InputError: if the file cannot be read, a column is missing or a number is none.
+    """
+    try:
+        with Path(path).open(encoding="utf-8-sig", newline="") as stream:
+            head, *rows = [row for row in csv.reader(stream) if row]
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        raise InputError(
+            f"expected a CSV file with a line of names, but {path} cannot be read: {error}"
+        ) from None
+    names = [title.partition("[")[0].strip() for title in head]
+    accelerations = [f"{name}'" for name in mechanism.velocities]
+    for name in (*mechanism.coordinates, *mechanism.velocities, *accelerations):
+        if name not in names:
+            raise InputError(f"{path}: expected a column {name!r}, got {', '.join(names)}")
+    if not rows:
+        raise InputError(f"{path}: expected at least one line of numbers")
+    columns: dict[str, list[float]] = {name: [] for name in names}
+    for number, row in enumerate(rows, 2):
+        if len(row) != len(names):
+            raise InputError(f"{path}:{number}: expected {len(names)} numbers, got {len(row)}")
+        for name, word in zip(names, row, strict=True):
+            columns[name].append(_number(word))
+    zero = [0.0] * len(rows)
+    forces = [f"tau_{name.removesuffix(chr(39))}" for name in mechanism.velocities]
+    wanted = (tuple(mechanism.coordinates), mechanism.velocities, accelerations, forces)
+    q, v, a, tau = (
+        np.array([columns.get(name, zero) for name in part]).reshape(-1, len(rows)).T
+        for part in wanted
+    )
+    t = np.array(columns.get("t", zero))
+    for what, values in zip(
+        ("coordinates", "velocities", "accelerations", "forces", "t"),
+        (q, v, a, tau, t),
+        strict=True,
+    ):
+        bad = np.flatnonzero(~np.isfinite(values.reshape(len(rows), -1)).all(axis=1))
+        if len(bad):
+            raise InputError(f"{path}:{bad[0] + 2}: expected finite numbers for the {what}")
+    some = Several.of(mechanism, q, v, t)
+    return States(some.q, some.v, np.asarray(some.t), a), tau
+
+
+def _number(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return float("nan")
+
+
+def _called(
+    function: Callable[..., Any],
+    name: str,
+    arguments: tuple[Array, ...],
+    shapes: tuple[tuple[int, ...], ...],
+) -> Array:
+    found = []
+    for row in zip(*arguments, strict=True):
+        listed = ", ".join(str(x.tolist()) for x in row)
+        try:
+            value = np.asarray(function(*(x.copy() for x in row)), dtype=float)
+        except Exception as error:
+            # whatever a user's own function raises is told together with the state
+            raise InputError(f"{name}({listed}) raised {type(error).__name__}: {error}") from error
+        if value.shape not in shapes and value.size == int(np.prod(shapes[0])):
+            value = value.reshape(shapes[0])
+        if value.shape not in shapes:
+            expected = " or ".join(map(str, shapes))
+            raise InputError(
+                f"expected shape {expected} from {name}, got {value.shape} at {listed}"
+            )
+        found.append(value)
+    return np.array(found)

@@ -1,0 +1,1 @@
+"""The random states at which both sides are compared."""

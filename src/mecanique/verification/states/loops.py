@@ -1,0 +1,80 @@
+"""Random states of a closed mechanism: random positions brought to where the loops are closed.
+
+Those next to a singular position are left out, where rounding errors of the acceleration grow
+without bound: the smallest singular value of the constraints that act there is much below the
+typical one.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.errors import ClosureError
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["closed_states"]
+
+Array = npt.NDArray[np.float64]
+
+_RANK = 1e-9
+_REGULAR = 0.03
+"""Part of the typical smallest singular value below which a position is next to a singular one."""
+
+_TREMBLING = 1e-5
+"""The same, absolute: positions that close the loops without being held in them."""
+
+
+def closed_states(
+    mechanism: Mechanism, q: Array, v: Array, t: Array
+) -> tuple[Array, Array, npt.NDArray[np.intp]]:
+    """Return the positions and velocities near given ones at which the loops are closed, and which ones they are.
+
+    Args:
+        mechanism: a mechanism with loops.
+        q: positions, shape (n, nq).
+        v: velocities, shape (n, nv).
+        t: times, shape (n,) [s].
+
+    Returns:
+        positions (k, nq), velocities (k, nv) and indices (k,).
+    """
+    from mecanique.reference import Reference
+    from mecanique.reference.loops.assembly import closed_position, projected
+
+    closed = Reference(mechanism).closed
+    if closed is None:
+        return q, v, np.arange(len(t))
+    found: list[tuple[Array, Array]] = []
+    which: list[int] = []
+    least: list[float] = []
+    ranks: list[int] = []
+    for k in range(len(t)):
+        try:
+            with np.errstate(all="ignore"):
+                start = closed_position(closed, q[k], float(t[k]))
+                position, velocity = projected(closed, start, v[k], float(t[k]))
+        except (ClosureError, ArithmeticError, ValueError):
+            continue
+        closures = closed.closures
+        J = (
+            closures.rows[:, None]
+            * closures.at(position, velocity, float(t[k])).jacobian
+            * closures.columns
+        )
+        sizes = np.linalg.svd(J, compute_uv=False)
+        acting = sizes[sizes > _RANK * sizes[0]]
+        least.append(float(acting.min(initial=1.0)))
+        ranks.append(len(acting))
+        found.append((position, velocity))
+        which.append(k)
+    if not found:
+        return q[:0], v[:0], np.arange(0)
+    regular = np.array(least) > max(_REGULAR * np.median(least), _TREMBLING)
+    # fewer equations than usual act at a singular position
+    keep = np.flatnonzero(regular & (np.array(ranks) == max(ranks)))
+    return (
+        np.array([found[k][0] for k in keep]).reshape(-1, q.shape[1]),
+        np.array([found[k][1] for k in keep]).reshape(-1, v.shape[1]),
+        np.array(which, dtype=np.intp)[keep],
+    )

@@ -1,0 +1,233 @@
+"""Random states to compare at: the same seed gives the same states."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.derivation.symbolic.springs import Assumption
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.forces import Damper, Spring
+from mecanique.model.joints import Floating, Planar, Prismatic, Revolute, Spherical, Universal
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.states.loops import closed_states
+from mecanique.verification.states.validity import is_possible
+
+__all__ = ["States", "angles", "characteristic_length", "random_states"]
+
+Array = npt.NDArray[np.float64]
+
+_LENGTH = 0.4
+"""Coordinates that are lengths lie within this many characteristic lengths of zero."""
+
+_RATE = 3.0
+"""Velocities lie within this many radians, or characteristic lengths, per second of zero."""
+
+_NEAR_LIMIT = 0.05
+"""A coordinate limited on both sides is kept off its limits by this part of their distance."""
+
+_LOT = 32
+"""Least number of candidates drawn at once, enough to know what is usual."""
+
+_ROUNDS = 50
+"""How often a new lot is drawn while states are impossible."""
+
+_TIME = 10.0
+"""Times lie between zero and this, for mechanisms whose equations depend on time [s]."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class States:
+    """States of a mechanism.
+
+    Args:
+        q: coordinates, shape (n, nq).
+        v: velocities, shape (n, nv).
+        t: times, shape (n,) [s].
+        a: accelerations for inverse dynamics, shape (n, nv).
+    """
+
+    q: Array
+    v: Array
+    t: Array
+    a: Array
+
+    def __len__(self) -> int:
+        return len(self.t)
+
+    def at(self, indices: npt.NDArray[np.intp]) -> States:
+        """Return some of the states.
+
+        Args:
+            indices: which ones.
+        """
+        return States(self.q[indices], self.v[indices], self.t[indices], self.a[indices])
+
+
+def random_states(
+    mechanism: Mechanism, samples: int, seed: int, assumptions: Sequence[Assumption] = ()
+) -> States:
+    """Return random states: angles in (−π, π), lengths within 0.4 characteristic lengths, unit quaternions.
+
+    Args:
+        mechanism: the mechanism.
+        samples: number of states, at least 1.
+        seed: of numpy's default generator, at least 0.
+        assumptions: what must hold besides.
+
+    Raises:
+        InputError: if `samples` or `seed` is not a whole number in its range, or no possible state
+            is found.
+    """
+    samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
+    random = np.random.default_rng(seed)
+    lot, found = max(samples, _LOT), list[States]()
+    for _ in range(_ROUNDS):
+        candidates = _drawn(mechanism, lot, random)
+        if mechanism.loops:
+            q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
+            candidates = States(q, v, candidates.t[at], candidates.a[at])
+        at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
+        found.append(candidates.at(at[: samples - sum(map(len, found))]))
+        if sum(map(len, found)) == samples:
+            return States(
+                *(
+                    np.concatenate([getattr(part, name) for part in found])
+                    for name in ("q", "v", "t", "a")
+                )
+            )
+    raise InputError(
+        f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
+        f"{', its loops are closed' if mechanism.loops else ''} and no spring or "
+        f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * lot} random ones"
+    )
+
+
+def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
+    length = characteristic_length(mechanism)
+    angular = angles(mechanism)
+    reach = np.array(
+        [np.pi if name in angular else _LENGTH * length for name in mechanism.coordinates]
+    )
+    low, high = -reach, reach.copy()
+    for name, (lower, upper) in mechanism.limits.items():
+        k = mechanism.coordinates.index(name)
+        if np.isfinite([lower, upper]).all():
+            low[k], high[k] = (
+                lower + _NEAR_LIMIT * (upper - lower),
+                upper - _NEAR_LIMIT * (upper - lower),
+            )
+        else:
+            low[k], high[k] = max(lower, low[k]), min(upper, high[k])
+            if not low[k] < high[k]:
+                middle = mechanism.neutral()[k]
+                low[k], high[k] = (
+                    (lower, 2 * middle - lower)
+                    if np.isfinite(lower)
+                    else (2 * middle - upper, upper)
+                )
+    q = random.uniform(low, high, (samples, mechanism.nq))
+    for joint in mechanism.joints:
+        if isinstance(joint, (Spherical, Floating)):
+            at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+            quaternions = random.normal(size=(samples, 4))
+            q[:, at] = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
+    v = random.uniform(-fast, fast, (samples, mechanism.nv))
+    t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
+    a = random.uniform(-fast, fast, (samples, mechanism.nv))
+    return States(q, v, t, a)
+
+
+def characteristic_length(mechanism: Mechanism) -> float:
+    """Return the median of the lengths a description states, or 1 if it states none [m].
+
+    Args:
+        mechanism: its joints' origins, centers of mass, attachment points and free lengths are
+            looked at.
+    """
+    vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
+    vectors += [body.center for body in mechanism.bodies]
+    for force in mechanism.forces:
+        if isinstance(force, (Spring, Damper)):
+            vectors += [force.point_a, force.point_b]
+        if isinstance(force, Spring):
+            vectors.append((force.free_length,))
+    lengths = np.array(
+        [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
+    )
+    lengths = lengths[lengths > 1e-6]
+    return float(np.median(lengths)) if len(lengths) else 1.0
+
+
+def whole(number: object, what: str, least: int) -> int:
+    """Return a whole number, or raise.
+
+    Args:
+        number: what was given.
+        what: its name, for the message.
+        least: the smallest that will do.
+
+    Raises:
+        InputError: if it is no whole number or too small.
+    """
+    if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
+        raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
+    return int(number)
+
+
+def angles(mechanism: Mechanism) -> set[str]:
+    """Return the coordinates that are angles and the velocities that are angular, as far as the description tells.
+
+    Args:
+        mechanism: the mechanism.
+    """
+    driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
+    turning: set[str] = set()
+    lengths: set[str] = set()
+    rates: set[str] = set()
+    for joint in mechanism.joints:
+        match joint:
+            case Revolute() | Universal():
+                turning.update(joint.coordinates)
+            case Prismatic():
+                lengths.update(joint.coordinates)
+            case Planar():
+                lengths.update(joint.coordinates[:2])
+                turning.add(joint.coordinates[2])
+            case Spherical() | Floating():
+                rates.update(joint.velocities[-3:])
+    for name, scalar in driven.items():
+        # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x /
+        # l)
+        turning |= (
+            _inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)
+        ) - _inside(scalar, {"asin", "acos", "atan", "atan2"})
+    turning = (turning - lengths) & set(mechanism.coordinates)
+    return turning | rates | {f"{name}'" for name in turning}
+
+
+def _inside(expression: Any, functions: set[str]) -> set[str]:
+    """Symbols within some functions of an expression."""
+    if isinstance(expression, float):
+        return set()
+    if type(expression).__name__ in functions:
+        return set(symbols_in(expression))
+    return set().union(*(_inside(part, functions) for part in expression.args))
+
+
+def _depends_on_time(mechanism: Mechanism) -> bool:
+    if mechanism.inputs:
+        return True
+    scalars = list(mechanism.coordinates.driven.values())
+    for force in mechanism.forces:
+        for field in ("force", "torque"):
+            given = getattr(force, field, ())
+            scalars.extend(given if isinstance(given, tuple) else (given,))
+    return any("t" in symbols_in(scalar) for scalar in scalars)

@@ -1,0 +1,258 @@
+"""Many mechanisms at once: every textbook system, or every robot of example-robot-data, in one table."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from functools import partial
+from multiprocessing import get_context
+from time import perf_counter
+from typing import Literal, TypeAlias, final
+
+from mecanique.errors import MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.states.random import whole
+
+__all__ = ["Entry", "Progress", "Survey", "survey_robots", "survey_systems"]
+
+Progress: TypeAlias = Callable[[float], None]
+"""Is told which part of the work is done, from 0 to 1."""
+
+Root: TypeAlias = Literal["fixed", "floating"]
+
+
+@final
+@dataclass(frozen=True)
+class Entry:
+    """What became of one mechanism.
+
+    Args:
+        name: of the robot or system.
+        root: how the root link is held; empty for a textbook system.
+        velocities: number of generalized velocities, 0 if it was refused.
+        worst: largest relative difference of all quantities; infinite if a number is not finite or
+            it was refused.
+        quantity: where that difference is, or what went wrong.
+        refused: why it was refused, in one sentence; empty if it was compared.
+        seconds: how long it took [s].
+    """
+
+    name: str
+    root: str
+    velocities: int
+    worst: float
+    quantity: str
+    refused: str
+    seconds: float
+
+
+@final
+@dataclass(frozen=True)
+class Survey:
+    """The verdicts of many mechanisms.
+
+    Args:
+        entries: one per mechanism and way of holding its root.
+        samples: number of states of each.
+        seed: of the random states.
+        tolerance: largest relative difference that counts as agreement.
+        seconds: how long it took [s].
+    """
+
+    entries: tuple[Entry, ...]
+    samples: int
+    seed: int
+    tolerance: float
+    seconds: float
+
+    @property
+    def agrees(self) -> bool:
+        """Whether all that were compared agree."""
+        return all(entry.worst <= self.tolerance for entry in self.entries if not entry.refused)
+
+    @property
+    def summary(self) -> str:
+        """The outcome in one sentence."""
+        compared = [entry for entry in self.entries if not entry.refused]
+        bad = [entry.name for entry in compared if not entry.worst <= self.tolerance]
+        refused = len({entry.name for entry in self.entries if entry.refused})
+        worst = max((entry.worst for entry in compared), default=0.0)
+        said = f"{len(compared) - len(bad)} of {len(compared)} agree at {self.samples} random states (seed {self.seed})"
+        told = (
+            f", worst relative difference {worst:.1e}"
+            if not bad
+            else f"; DISAGREE: {', '.join(bad)}"
+        )
+        return f"{said}{told}; {refused} refused; {self.seconds:.0f} s"
+
+    def to_json(self) -> str:
+        """Return everything as JSON text; a difference that is not finite is null."""
+        rows = [
+            {**asdict(e), "worst": e.worst if math.isfinite(e.worst) else None}
+            for e in self.entries
+        ]
+        head = {
+            "agrees": self.agrees,
+            "summary": self.summary,
+            "samples": self.samples,
+            "seed": self.seed,
+        }
+        return json.dumps(
+            {**head, "tolerance": self.tolerance, "seconds": self.seconds, "entries": rows},
+            ensure_ascii=False,
+            allow_nan=False,
+            indent=2,
+        )
+
+    def __str__(self) -> str:
+        rows: list[tuple[str, ...]] = []
+        grouped: dict[str, list[Entry]] = {}
+        for entry in self.entries:
+            grouped.setdefault(entry.name, []).append(entry)
+        for name, entries in grouped.items():
+            if all(entry.refused for entry in entries):
+                rows.append((name, "-", "-", f"refused: {entries[0].refused}"))
+                continue
+            sizes = "/".join(
+                str(entry.velocities) if not entry.refused else "-" for entry in entries
+            )
+            worst, quantity = max(
+                (entry.worst, entry.quantity) for entry in entries if not entry.refused
+            )
+            said = "" if worst <= self.tolerance else f"DISAGREES: {quantity}"
+            told = [f"{entry.root} refused: {entry.refused}" for entry in entries if entry.refused]
+            rows.append((name, sizes, f"{worst:.1e}", "; ".join(filter(None, (said, *told)))))
+        both = any(entry.root for entry in self.entries)
+        head = ("robot" if both else "system", "N fixed/floating" if both else "N", "worst", "")
+        widths = [max(len(row[k]) for row in (head, *rows)) for k in range(3)]
+        lines = [
+            f"{name:{widths[0]}}  {size:>{widths[1]}}  {worst:>{widths[2]}}  {said}".rstrip()
+            for name, size, worst, said in (head, *rows)
+        ]
+        return "\n".join([*lines, self.summary])
+
+
+def survey_robots(
+    samples: int = 50,
+    seed: int = 0,
+    *,
+    processes: int = 1,
+    progress: Progress | None = None,
+    only: Sequence[str] = (),
+) -> Survey:
+    """Verify every robot of example-robot-data, held by its root link and floating.
+
+    Args:
+        samples: number of random states of each, at least 1.
+        seed: of the random states, at least 0.
+        processes: how many processes share the work; a script that asks for more than one needs
+            `if __name__ == "__main__":` around what it does.
+        progress: is told how far the work is.
+        only: names of the robots to look at; all by default.
+
+    Raises:
+        InputError: if a number is not a whole number in its range, or example-robot-data is not
+            installed.
+        UnknownNameError: if there is no such robot.
+    """
+    from mecanique.urdf.robots import robot, robots
+
+    names = tuple(only) or robots()
+    for name in names:
+        robot(name)
+    tasks = [(name, root) for name in names for root in ("fixed", "floating")]
+    return _surveyed(tasks, samples, seed, processes, progress)
+
+
+def survey_systems(
+    samples: int = 100, seed: int = 0, *, processes: int = 1, progress: Progress | None = None
+) -> Survey:
+    """Verify every textbook system.
+
+    Args:
+        samples: number of random states of each, at least 1.
+        seed: of the random states, at least 0.
+        processes: how many processes share the work; see `survey_robots`.
+        progress: is told how far the work is.
+
+    Raises:
+        InputError: if a number is not a whole number in its range.
+    """
+    from mecanique.textbook import names
+
+    return _surveyed([(name, "") for name in names()], samples, seed, processes, progress)
+
+
+def _surveyed(
+    tasks: list[tuple[str, str]], samples: int, seed: int, processes: int, progress: Progress | None
+) -> Survey:
+    from mecanique.verification.compare import TOLERANCE
+
+    samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
+    processes = whole(processes, "processes", 1)
+    start, found = perf_counter(), list[Entry]()
+    for entry in _entries(partial(_entry, samples=samples, seed=seed), tasks, processes):
+        found.append(entry)
+        if progress is not None:
+            progress(len(found) / len(tasks))
+    return Survey(tuple(found), samples, seed, TOLERANCE, perf_counter() - start)
+
+
+def _entries(
+    one: Callable[[tuple[str, str]], Entry], tasks: list[tuple[str, str]], processes: int
+) -> Iterator[Entry]:
+    if processes == 1:
+        yield from map(one, tasks)
+        return
+    # a fresh interpreter each: a forked one would share threads that it does not have
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(one, tasks, chunksize=1)
+
+
+def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
+    name, root = task
+    start = perf_counter()
+    size, worst, quantity, refused = 0, math.inf, "", ""
+    try:
+        mechanism = _loaded(name, root)
+        from mecanique.verification.compare import compared
+
+        verdict = compared(mechanism, samples, seed, quick=bool(root))
+        size, worst = mechanism.nv, verdict.worst
+        quantity = max(verdict.rows, key=lambda row: row.worst).quantity if verdict.rows else ""
+    except MecaniqueError as error:
+        refused = _short(str(error))
+    except Exception as error:
+        # a fault of ours must not take the other rows along; it counts as a disagreement and is
+        # told
+        quantity = f"{type(error).__name__}: {error}"
+    return Entry(name, root, size, worst, quantity, refused, perf_counter() - start)
+
+
+def _loaded(name: str, root: str) -> Mechanism:
+    if not root:
+        from mecanique.textbook import load
+
+        return load(name)
+    from mecanique.urdf.read import read_urdf
+    from mecanique.urdf.robots import robot
+
+    return read_urdf(robot(name), root="floating" if root == "floating" else "fixed")
+
+
+def _short(message: str) -> str:
+    """The first fault of a message, without the folders of its file, and how many more there are."""
+    first, *more = re.sub(r" at q = \[.*?\]", "", message).split("\n  ")
+    if more:
+        count = f" (and {len(more) - 1} more)" if len(more) > 1 else ""
+        first = f"{more[0]}{count}"
+    words = first.split(": ", 1)
+    return (
+        f"line {words[0].rpartition(':')[2]}: {words[1]}"
+        if ".urdf:" in words[0] and len(words) == 2
+        else first
+    )

@@ -1,0 +1,197 @@
+"""The outcome of a comparison: what agrees, how well, and where it is worst."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from typing import Any, final
+
+from mecanique.verification.causes.cause import Cause
+
+__all__ = ["Row", "Verdict"]
+
+
+@final
+@dataclass(frozen=True)
+class Row:
+    """One quantity from two sources.
+
+    Args:
+        quantity: what is compared, e.g. "mass matrix".
+        sources: the two sources, e.g. ("jets", "Pinocchio").
+        worst: the largest relative difference over the states; infinite if a source gave a value
+            that is not finite.
+        q: coordinates where it occurs, shape (nq,).
+        v: velocities where it occurs, shape (nv,).
+        t: time where it occurs [s].
+        remark: what else is to be known, or empty.
+    """
+
+    quantity: str
+    sources: tuple[str, str]
+    worst: float
+    q: tuple[float, ...]
+    v: tuple[float, ...]
+    t: float
+    remark: str = ""
+
+    def __post_init__(self) -> None:
+        # a NaN compares false with everything and would be lost by max(): it counts as infinitely
+        # wrong
+        object.__setattr__(self, "worst", math.inf if math.isnan(self.worst) else float(self.worst))
+
+
+@final
+@dataclass(frozen=True)
+class Verdict:
+    """Whether independent sources give the same equations of motion.
+
+    Args:
+        mechanism: name of the mechanism.
+        rows: one per quantity and pair of sources.
+        samples: number of states.
+        seed: of the random states.
+        tolerance: largest relative difference that counts as agreement.
+        coordinates: names of the generalized coordinates.
+        velocities: names of the generalized velocities.
+        versions: of mecanique and what it stands on, by name.
+        notes: what was left out of the comparison, and why.
+        causes: likely causes of a disagreement, the likeliest first.
+        given: where the states are from, if they are not random.
+    """
+
+    mechanism: str
+    rows: tuple[Row, ...]
+    samples: int
+    seed: int
+    tolerance: float
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    versions: Mapping[str, str]
+    notes: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
+    given: str = ""
+
+    @property
+    def worst(self) -> float:
+        """The largest relative difference of all; infinite if a value is not finite or nothing was compared."""
+        return max((row.worst for row in self.rows), default=math.inf)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every difference is finite and within the tolerance."""
+        return self.worst <= self.tolerance
+
+    @property
+    def summary(self) -> str:
+        """The verdict in one sentence."""
+        where = f"{self.samples} states of {self.given}" if self.given else self._random
+        if self.agrees:
+            return (
+                f"{self.mechanism}: agrees at {where}, worst relative difference {self.worst:.1e}"
+            )
+        bad = [row for row in self.rows if not row.worst <= self.tolerance]
+        names = ", ".join(dict.fromkeys(row.quantity for row in bad)) or "nothing was compared"
+        return f"{self.mechanism}: DISAGREES at {where}: {names} (tolerance {self.tolerance:.0e})"
+
+    @property
+    def _random(self) -> str:
+        return f"{self.samples} random states (seed {self.seed})"
+
+    def to_json(self) -> str:
+        """Return everything as JSON text; a difference that is not finite is null."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False, indent=2)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, ready for JSON; what is not finite is None."""
+        return {
+            "mechanism": self.mechanism,
+            "agrees": self.agrees,
+            "worst": _number(self.worst),
+            "tolerance": self.tolerance,
+            "samples": self.samples,
+            "seed": self.seed,
+            "rows": [
+                {
+                    "quantity": row.quantity,
+                    "sources": list(row.sources),
+                    "worst": _number(row.worst),
+                    "agrees": row.worst <= self.tolerance,
+                    "q": dict(zip(self.coordinates, map(_number, row.q), strict=True)),
+                    "v": dict(zip(self.velocities, map(_number, row.v), strict=True)),
+                    "t": row.t,
+                    "remark": row.remark,
+                }
+                for row in self.rows
+            ],
+            "notes": list(self.notes),
+            "causes": [cause.to_dict() for cause in self.causes],
+            "versions": dict(self.versions),
+        }
+
+    def state(self, row: Row) -> str:
+        """Return the state where a row is worst, e.g. "q = 1.23, q' = -0.5, t = 0".
+
+        Args:
+            row: one of the rows.
+        """
+        names = (*self.coordinates, *self.velocities, "t")
+        values = (*row.q, *row.v, row.t)
+        return ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, values, strict=True))
+
+    @property
+    def table(self) -> tuple[tuple[str, ...], ...]:
+        """Worst relative differences as words: a head, then a line per quantity, a column per pair of sources."""
+        pairs = tuple(dict.fromkeys(row.sources for row in self.rows))
+        others = {other for _, other in pairs}
+        heads = [first if len(others) == 1 else f"{first} = {other}" for first, other in pairs]
+        what = f"difference from {others.pop()}" if len(others) == 1 else "relative difference"
+        worst = {(row.quantity, row.sources): row for row in self.rows}
+        lines = [
+            (quantity, *(self._cell(worst.get((quantity, pair))) for pair in pairs))
+            for quantity in dict.fromkeys(row.quantity for row in self.rows)
+        ]
+        return ((what, *heads), *lines)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be said besides: where the sources disagree, likely why, what was left out."""
+        told = []
+        for row in self.rows:
+            pair = f"{row.quantity}, {' and '.join(row.sources)}"
+            if row.remark:
+                told.append(f"{pair}: {row.remark}")
+            if not row.worst <= self.tolerance:
+                told.append(f"{pair}: worst at {self.state(row)}")
+        known = self.causes[0].alike if self.causes else ()
+        told += [
+            f"likely cause {k}: {c}"
+            for k, c in enumerate((c for c in self.causes if c not in known), 1)
+        ]
+        return (*told, *self.notes)
+
+    def __str__(self) -> str:
+        widths = [max(map(len, column)) for column in zip(*self.table, strict=True)]
+        lines = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in self.table]
+        return "\n".join([self.summary, *lines, *self.remarks])
+
+    def _repr_html_(self) -> str:
+        head, *body = self.table
+        rows = ["".join(f"<th>{escape(cell)}</th>" for cell in head)]
+        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
+        table = "".join(f"<tr>{row}</tr>" for row in rows)
+        remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
+        return f"<table><caption>{escape(self.summary)}</caption>{table}</table>{remarks}"
+
+    def _cell(self, row: Row | None) -> str:
+        if row is None:
+            return ""
+        worst = f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite"
+        return worst if row.worst <= self.tolerance else f"{worst} !"
+
+
+def _number(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

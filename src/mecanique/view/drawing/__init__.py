@@ -1,3 +1,0 @@
-"""Line figures of mechanisms, as textbooks print them, without a browser."""
-
-__all__: list[str] = []

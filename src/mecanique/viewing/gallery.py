@@ -1,0 +1,175 @@
+"""The catalogue as a folder of offline pages: one for each system, and an index with their pictures."""
+
+from __future__ import annotations
+
+import base64
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cache
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import final
+
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.figure.draw import figure_text
+from mecanique.textbook import entry, load, names
+from mecanique.viewing.page.page import policy, write_text
+
+__all__ = ["Card", "gallery", "index", "picture_of", "pictures"]
+
+
+@final
+@dataclass(frozen=True)
+class Card:
+    """A system in the index.
+
+    Args:
+        name: its name in the catalogue, and the stem of its page.
+        title: what it is, in one line.
+        tags: words to find it by.
+        picture: its figure, as SVG text; empty if there is none.
+        fault: why it has no page; empty if it has one.
+    """
+
+    name: str
+    title: str
+    tags: tuple[str, ...]
+    picture: str
+    fault: str = ""
+
+
+def gallery(
+    directory: str | os.PathLike[str],
+    systems: Sequence[str] | None = None,
+    *,
+    duration: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
+) -> tuple[Card, ...]:
+    """Write a page for each system of the catalogue, and `index.html`; what fails is told there and in the result.
+
+    Args:
+        directory: where to; it is made if it does not exist.
+        systems: names of systems; all by default.
+        duration: longest motion [s]; by default each is as long as the catalogue states.
+        progress: called with the name of each system as its turn comes, and the share that is done.
+
+    Returns:
+        What the index shows.
+
+    Raises:
+        UnknownNameError: if a system does not exist.
+        InputError: if the directory cannot be made.
+    """
+    from mecanique.viewing.show import export
+
+    entries = {name: entry(name) for name in (names() if systems is None else systems)}
+    folder = _folder(directory)
+    cards = []
+    for k, (name, system) in enumerate(entries.items()):
+        if progress is not None:
+            progress(name, k / len(entries))
+        fault = ""
+        try:
+            export(_motion(name, duration), folder / f"{name}.html")
+        except MecaniqueError as error:
+            fault = str(error)
+        cards.append(Card(name, system.title, system.tags, picture_of(name), fault))
+    write_text(index(cards), folder / "index.html")
+    return tuple(cards)
+
+
+def pictures(
+    directory: str | os.PathLike[str], systems: Sequence[str] | None = None
+) -> tuple[Path, ...]:
+    """Write the figure of each system of the catalogue as an SVG file.
+
+    Args:
+        directory: where to; it is made if it does not exist.
+        systems: names of systems; all by default.
+
+    Returns:
+        The paths written.
+
+    Raises:
+        UnknownNameError: if a system does not exist.
+        InputError: if the directory cannot be made.
+    """
+    entries = {name: entry(name) for name in (names() if systems is None else systems)}
+    folder = _folder(directory)
+    return tuple(write_text(picture_of(name), folder / f"{name}.svg") for name in entries)
+
+
+def _folder(directory: str | os.PathLike[str]) -> Path:
+    folder = Path(directory)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"expected a directory to write to, got {os.fspath(directory)!r}: {error.strerror}"
+        ) from None
+    return folder
+
+
+def picture_of(name: str) -> str:
+    """Return the figure of a system of the catalogue as SVG text.
+
+    Args:
+        name: its name.
+    """
+    return figure_text(load(name), entry(name).start)
+
+
+def _motion(name: str, duration: float | None) -> object:
+    from mecanique.motion import simulate
+
+    system = entry(name)
+    speed = {velocity.removesuffix("'"): value for velocity, value in system.start_velocity.items()}
+    # what is fast is not made longer: the squeezer is shown for some hundredths of a second
+    seconds = system.duration if duration is None else min(duration, system.duration)
+    return simulate(load(name), q=dict(system.start), v=speed, duration=seconds)
+
+
+def index(cards: Sequence[Card]) -> str:
+    """Return the index as one HTML document that needs no network.
+
+    Args:
+        cards: what it shows.
+    """
+    tags = sorted({tag for card in cards for tag in card.tags})
+    buttons = "".join(
+        f'<button type="button" data-tag="{escape(tag)}" aria-pressed="false">{escape(tag)}</button>'
+        for tag in tags
+    )
+    style, script = _asset("gallery.css"), _asset("gallery.js")
+    allowed = escape(policy([script], [style], "'none'"))
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{allowed}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta name="color-scheme" content="light dark">\n<title>Mechanisms</title>\n'
+        f"<style>{style}</style>\n</head>\n<body>\n<header><h1>Mechanisms</h1>"
+        f'<p id="count" role="status">{len(cards)} systems</p></header>\n'
+        f'<nav aria-label="Tags">{buttons}</nav>\n<main>\n'
+        + "\n".join(map(_card, cards))
+        + f"\n</main>\n<script>{script}</script>\n</body>\n</html>\n"
+    )
+
+
+def _card(card: Card) -> str:
+    data = base64.b64encode(card.picture.encode()).decode()
+    image = f'<img src="data:image/svg+xml;base64,{data}" alt="">' if card.picture else ""
+    words = f"<h2>{escape(card.name.replace('_', ' '))}</h2><p>{escape(card.title)}</p>"
+    tags = "".join(f"<li>{escape(tag)}</li>" for tag in card.tags)
+    attributes = f'data-tags="{escape("|".join(card.tags))}"'
+    if card.fault:
+        inner = f'<div class="card">{image}{words}<p class="fault">{escape(card.fault)}</p></div>'
+    else:
+        inner = f'<a class="card" href="{escape(card.name)}.html">{image}{words}</a>'
+    return f"<article {attributes}>{inner}<ul>{tags}</ul></article>"
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")

@@ -1,0 +1,1 @@
+"""The scene streamed live to a browser on this machine."""

@@ -1,0 +1,113 @@
+"""Derivation and verdict found while a mechanism is already shown."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any, final
+
+from mecanique.errors import MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.viewing.scene.document import Derivation, Document, VerdictTable
+from mecanique.viewing.scene.texts import derivation_of, table_of
+
+__all__ = ["MOST_DERIVED", "Checking", "Found", "pending"]
+
+MOST_DERIVED = 8
+"""With more velocities than this the equations are no longer written out; the verdict is found all the same."""
+
+Found = Callable[[tuple[Derivation, ...], VerdictTable], None]
+
+WAITING = VerdictTable(headline="checking …")
+
+
+def pending(mechanism: Mechanism, document: Document) -> Document:
+    """Return a document that says that equations and verdict are on their way.
+
+    Args:
+        mechanism: what is to be derived and compared.
+        document: the rest of the texts.
+    """
+    waiting = Derivation("Being derived …", ())
+    derivations = (waiting,) if mechanism.nv <= MOST_DERIVED else ()
+    return replace(document, derivations=derivations, verdict=WAITING)
+
+
+@final
+class Checking:
+    """Derives a mechanism's equations and compares them, in a thread of its own.
+
+    Args:
+        mechanism: what to derive.
+        found: told what has been found so far, with a verdict that waits until it is there.
+    """
+
+    def __init__(self, mechanism: Mechanism, found: Found) -> None:
+        self._mechanism = mechanism
+        self._found = found
+        self._lock = threading.Lock()
+        self._cancelled = False
+        self._thread = threading.Thread(target=self._run, name="mecanique check", daemon=True)
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Tell nothing more; what is being computed ends at its next step."""
+        with self._lock:
+            self._cancelled = True
+
+    def finish(self, seconds: float) -> None:
+        """Cancel, and wait for the thread.
+
+        Args:
+            seconds: at most so long.
+        """
+        self.cancel()
+        self._thread.join(seconds)
+
+    def _run(self) -> None:
+        derivations: tuple[Derivation, ...] = ()
+        try:
+            for method in self._methods():
+                if self._cancelled:
+                    return
+                with suppress(MecaniqueError):
+                    equations = self._derived(method)
+                    derivations += (derivation_of(equations),)
+                    if not equations.symbolic:
+                        break  # the others could say no more than that they are not written out either
+            if derivations:
+                self._tell(derivations, WAITING)
+            if not self._cancelled:
+                self._tell(derivations, self._compared())
+        except (
+            Exception
+        ) as error:  # a page that waits for ever would be worse than one that says why
+            self._tell(
+                derivations, VerdictTable(headline=f"not checked: {type(error).__name__}: {error}")
+            )
+
+    def _methods(self) -> Iterable[str]:
+        from mecanique.derivation import readable
+
+        return readable(self._mechanism) if self._mechanism.nv <= MOST_DERIVED else ()
+
+    def _derived(self, method: str) -> Any:
+        from mecanique.derivation import derive
+
+        return derive(self._mechanism, method)
+
+    def _compared(self) -> VerdictTable:
+        from mecanique.verification import verify
+
+        try:
+            return table_of(verify(self._mechanism))
+        except MecaniqueError as error:
+            return VerdictTable(headline=f"not checked: {error}")
+
+    def _tell(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
+        # under the lock, so that nothing arrives once `cancel` has returned
+        with self._lock:
+            if not self._cancelled:
+                self._found(derivations, verdict)

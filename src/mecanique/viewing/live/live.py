@@ -1,0 +1,316 @@
+"""The live view: a motion streamed to browsers on this machine while it happens."""
+
+from __future__ import annotations
+
+import threading
+import webbrowser
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from types import TracebackType
+from typing import TypeAlias, final
+
+import numpy as np
+
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.viewing.live.clock import FRAME, PacedClock
+from mecanique.viewing.live.commands import Controls
+from mecanique.viewing.live.server import Server
+from mecanique.viewing.page.panels import late
+from mecanique.viewing.page.window import RecorderWindow
+from mecanique.viewing.scene.document import Derivation, VerdictTable
+from mecanique.viewing.scene.scene import Frame, Scene
+
+__all__ = ["Changes", "Frames", "LiveView"]
+
+Changes: TypeAlias = Mapping[tuple[str, str], float]
+"""New values by ("parameter" or "initial", name), as set in the page so far."""
+
+Frames: TypeAlias = "Iterable[Frame] | Callable[[Changes], Iterable[Frame]]"
+
+
+@final
+class LiveView:
+    """A scene in a server of its own on 127.0.0.1, for any number of browsers.
+
+    The server lives in a thread of this process and ends with `close()`, with the `with` block, or
+    with the process. Its address holds a random token, without which nothing is answered.
+
+    Args:
+        scene: what to show first; its first instant is the present one.
+        port: 0 takes any free port.
+        token: the secret part of the address; a random one unless a page is to find its server
+            again.
+        open_browser: whether to open the page.
+        at_once: whether to have the address before the page is made; `made` then raises what is
+            wrong with it.
+
+    Raises:
+        InputError: if the port is taken, or a mesh cannot be read.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        port: int = 0,
+        token: str | None = None,
+        open_browser: bool = False,
+        at_once: bool = False,
+    ) -> None:
+        self._controls = Controls()
+        self._scene = scene
+        self._texts = threading.Lock()
+        self._server = Server(self._controls, port=port, token=token)
+        self._page = self._server.show(scene, seekable=False)
+        self._alarm()
+        self.send(scene.frame(0))
+        if not at_once:
+            self.made()
+        if open_browser:
+            webbrowser.open(self.url)
+
+    @property
+    def url(self) -> str:
+        """The address to open, with its token."""
+        return self._server.url
+
+    @property
+    def window(self) -> RecorderWindow:
+        """A window for `meshcat.Visualizer(window=…)`, to draw things of one's own into the scene."""
+        return self._server.window
+
+    @property
+    def viewers(self) -> int:
+        """How many pages are open."""
+        return self._server.viewers
+
+    @property
+    def speed(self) -> float:
+        """Seconds shown per second, as last set."""
+        return self._controls.speed
+
+    @property
+    def scene(self) -> Scene:
+        """What is shown."""
+        return self._scene
+
+    @property
+    def latest(self) -> Frame:
+        """The instant that is shown."""
+        return self._latest
+
+    def show(self, scene: Scene, *, keep: bool = False) -> None:
+        """Replace the scene; open pages load the new one.
+
+        Args:
+            scene: what to show from now on.
+            keep: whether the equations and the verdict that are shown stay, also those that have
+                just arrived.
+        """
+        with self._texts:
+            if keep:
+                now = self._scene.document
+                document = replace(scene.document, derivations=now.derivations, verdict=now.verdict)
+                scene = replace(scene, document=document)
+            self._scene = scene
+            self._page = self._server.show(scene, seekable=False)
+            self._alarm()
+        self._page.result()
+        self.send(scene.frame(0))
+
+    def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
+        """Put equations and a verdict beside the scene; open pages show them at once, and go on as they are.
+
+        It may be called from any thread. A verdict that disagrees is told in a banner.
+
+        Args:
+            derivations: method by method.
+            verdict: what the comparison found.
+        """
+        with self._texts:
+            document = replace(self._scene.document, derivations=derivations, verdict=verdict)
+            self._scene = replace(self._scene, document=document)
+            self._server.note({**late(self._scene), "alarm": ""})
+            self._alarm()
+
+    def _alarm(self) -> None:
+        verdict = self._scene.document.verdict
+        if verdict.agrees is False:
+            self._server.note({"alarm": f"Derivation and reference disagree: {verdict.headline}"})
+
+    def warn(self, text: str) -> None:
+        """Tell in every page that something went wrong.
+
+        Args:
+            text: what is wrong; an empty one takes back what was told before.
+        """
+        self._server.note({"warning": text})
+
+    def send(self, frame: Frame) -> None:
+        """Show an instant at once, without waiting for any clock.
+
+        Args:
+            frame: fits the present scene.
+
+        Raises:
+            InputError: if it has other bodies, arrows, lines, traces or series than the scene.
+        """
+        self._server.publish(frame.t, row(frame, self._scene))
+        self._latest = frame
+
+    def made(self) -> None:
+        """Wait till the page is made; a view without one is closed.
+
+        Raises:
+            InputError: if a mesh cannot be read.
+        """
+        try:
+            self._page.result()
+        except MecaniqueError:
+            self.close()
+            raise
+
+    def wait(self, period: float = 0.2) -> bool:
+        """Wait till a page has shown something, or the view is closed; return whether one has.
+
+        Args:
+            period: how often Ctrl-C is listened to [s].
+        """
+        while not (self._controls.closed or self._server.seen.wait(period)):
+            pass
+        return self._server.seen.is_set()
+
+    def stream(self, frames: Frames, *, speed: float = 1.0, hold: bool = False) -> None:
+        """Show frames as their time comes; returns when there are no more.
+
+        The page's pause and speed are obeyed; its reset and its sliders start the stream again, if
+        `frames` is a function.
+
+        Args:
+            frames: instants in order of time, or a function that gives them, called with the values
+                set in the page; it may call `show` first.
+            speed: seconds shown per second.
+            hold: whether to stay at the end, ready to start again, till the view is closed.
+        """
+        self._controls.begin(speed)
+        self._server.announce()
+        while True:
+            source = frames(self._controls.changes()) if callable(frames) else frames
+            self._run(iter(source))
+            while hold and not self._controls.closed and not self._controls.restart_wanted:
+                self._controls.rest(0.2)
+            if self._controls.closed or not callable(frames) or not self._controls.take_restart():
+                return
+            self._server.announce(restart=True)
+
+    def play(
+        self,
+        scene: Scene | None = None,
+        *,
+        speed: float = 1.0,
+        repeat: bool = False,
+        hold: bool = False,
+    ) -> None:
+        """Show a recorded motion in real time; the page can seek in it.
+
+        Args:
+            scene: the motion; the present scene if None.
+            speed: seconds shown per second.
+            repeat: whether to start over at the end, till the view is closed.
+            hold: whether to stay at the end, till the view is closed.
+        """
+        self._scene = motion = scene or self._scene
+        self._server.show(motion, seekable=True).result()
+        self._controls.begin(speed)
+        self._server.announce()
+        first, last = float(motion.t[0]), float(motion.t[-1])
+        clock = PacedClock(self._controls, first)
+        shown = -1
+        while not self._controls.closed:
+            if self._controls.take_restart():
+                clock.seek(first)
+            elif (wanted := self._controls.take_seek()) is not None:
+                clock.seek(min(max(wanted, first), last))
+            now = clock.now()
+            k = int(
+                np.clip(
+                    np.searchsorted(motion.t, now + 1e-9, side="right") - 1, 0, len(motion.t) - 1
+                )
+            )
+            if k != shown:
+                self.send(motion.frame(k))
+                shown = k
+            if now >= last and not self._controls.paused:
+                if repeat:
+                    clock.seek(first)
+                elif not hold:
+                    return
+            clock.rest(FRAME)
+
+    def _run(self, frames: Iterator[Frame]) -> None:
+        """Stream until the end, or until the page asks to start again."""
+        clock: PacedClock | None = None
+        for frame in frames:
+            clock = clock or PacedClock(self._controls, frame.t)
+            while (
+                not (self._controls.closed or self._controls.restart_wanted)
+                and clock.now() < frame.t
+            ):
+                self._controls.rest(min(FRAME, clock.until(frame.t)))
+            if self._controls.closed or self._controls.restart_wanted:
+                return
+            # a source that is behind does not make the picture run after it at double speed
+            clock.forgive(frame.t)
+            self.send(frame)
+
+    def close(self) -> None:
+        """End the server; open pages say that the connection is lost."""
+        self._controls.close()
+        self._server.close()
+
+    def __enter__(self) -> LiveView:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def __del__(self) -> None:
+        with suppress(Exception):
+            self.close()
+
+
+def row(frame: Frame, scene: Scene) -> bytes:
+    """Pack a frame as the page reads it: the numbers of one instant, single precision.
+
+    Args:
+        frame: the instant.
+        scene: what it must fit.
+
+    Raises:
+        InputError: if it does not fit, or holds a number that is not finite.
+    """
+    ledger = scene.document.ledger
+    expected = {
+        "positions": (len(scene.bodies), 3),
+        "quaternions": (len(scene.bodies), 4),
+        "arrows": (len(scene.arrows), 2, 3),
+        "lines": (len(scene.lines), 2, 3),
+        "traces": (len(scene.traces), 3),
+        "series": (len(scene.series) + len(ledger.rows) * len(ledger.coordinates),),
+    }
+    for name, shape in expected.items():
+        found = np.shape(getattr(frame, name))
+        if found != shape:
+            raise InputError(f"{name} of a frame: expected shape {shape}, got {found}")
+    poses = np.concatenate([frame.positions, frame.quaternions], axis=1)
+    rest = (frame.arrows, frame.lines, frame.traces, frame.series)
+    numbers = np.concatenate([poses.ravel(), *(np.ravel(each) for each in rest)]).astype("<f4")
+    if not (np.isfinite(frame.t) and np.all(np.isfinite(numbers))):
+        raise InputError(f"frame at t = {frame.t}: expected finite numbers")
+    return numbers.tobytes()

@@ -1,0 +1,154 @@
+"""A mechanism that is set in motion while it is shown, and a motion that is computed already."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.viewing.live.checking import pending
+from mecanique.viewing.live.live import Changes, LiveView
+from mecanique.viewing.live.presenter import Presenter
+from mecanique.viewing.live.stretches import FIRST, STRETCH, Stretches, computed, density
+from mecanique.viewing.scene.from_motion import actions_of, scene_of
+from mecanique.viewing.scene.scene import Frame, Scene
+from mecanique.viewing.scene.texts import document_of
+
+__all__ = ["Moving", "Recorded"]
+
+MOST_AHEAD = 8
+"""With more velocities than this a live view starts with a short stretch: a long one would let one wait."""
+
+_FOR_PROGRAMS = "; the motion until then is in the error's .motion"
+"""What an error says at its end to whoever catches it; a page shows that motion."""
+
+
+@final
+class Moving:
+    """A mechanism and how it starts; what follows is computed as it is shown.
+
+    Args:
+        mechanism: what moves.
+        q: positions at the start: shape (nq,) or by coordinate name.
+        v: velocities at the start: shape (nv,) or by name.
+        end: when the motion ends [s]; infinity for never.
+        rtol: relative tolerance of each step.
+        speed: seconds shown per second at first.
+
+    Raises:
+        MecaniqueError: if the motion cannot start.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, q: Any, v: Any, end: float, rtol: float, speed: float = 1.0
+    ) -> None:
+        self._end, self._rtol, self._speed = end, rtol, speed
+        self._started = self._start(mechanism, q, v)
+        self._first = self._staged(self._started)
+        self.presenter = Presenter(mechanism, self._first)
+
+    def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
+        """Yield the motion's instants; what cannot be computed is told in the page.
+
+        Args:
+            live: what shows them.
+            changes: the values set in the page.
+        """
+        live.warn("")
+        try:
+            motion, scene = self._started, self._first
+            if changes:
+                self._speed = live.speed
+                motion = self._start(*_started(motion, changes))
+                scene = self._staged(motion)
+            shown = self.presenter.begin(live, motion.mechanism, scene)
+            yield from (shown.frame(k) for k in range(len(shown.t)))
+            for complete in Stretches(motion, self._end, lambda: live.speed):
+                shown = self.presenter.go_on(live, complete)
+                yield from (shown.frame(k) for k in range(1, len(shown.t)))
+        except MecaniqueError as error:
+            # a reset or the next change starts anew
+            live.warn(f"The motion stops here: {str(error).removesuffix(_FOR_PROGRAMS)}")
+
+    def _start(self, mechanism: Mechanism, q: Any, v: Any) -> Any:
+        length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
+        fps = density(self._speed)
+        return computed(
+            mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
+        )
+
+    def _staged(self, motion: Any) -> Scene:
+        length = "" if np.isinf(self._end) else f"{self._end:g} s, "
+        return _staged(motion, f"{length}computed while it is shown")
+
+
+@final
+class Recorded:
+    """A motion as its time comes; with values changed in the page it is computed anew, over the same time.
+
+    Args:
+        motion: what `simulate` returned.
+
+    Raises:
+        InputError: if it is none.
+    """
+
+    def __init__(self, motion: Any) -> None:
+        from mecanique.motion.record.motion import Motion
+
+        if not isinstance(motion, Motion):
+            raise InputError(
+                f"expected a Motion, as simulate returns it, or a Mechanism, got {type(motion).__name__}"
+            )
+        self._motion = motion
+        self._first = _staged(motion)
+        self.presenter = Presenter(motion.mechanism, self._first)
+
+    def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
+        """Yield the motion's instants; what cannot be computed is told in the page.
+
+        Args:
+            live: what shows them.
+            changes: the values set in the page.
+        """
+        from mecanique.motion import simulate
+
+        live.warn("")
+        try:
+            motion, scene = self._motion, self._first
+            if changes:
+                mechanism, q, v = _started(motion, changes)
+                span, rtol = float(motion.t[-1] - motion.t[0]), motion.statistics.rtol
+                motion = simulate(
+                    mechanism, q=q, v=v, t0=float(motion.t[0]), duration=span, rtol=rtol
+                )
+                scene = _staged(motion)
+            shown = self.presenter.begin(live, motion.mechanism, scene)
+            yield from (shown.frame(k) for k in range(len(shown.t)))
+        except MecaniqueError as error:
+            live.warn(f"There is no motion: {error}")
+
+
+def _started(motion: Any, changes: Changes) -> tuple[Mechanism, dict[str, float], dict[str, float]]:
+    """A motion's mechanism and start with the values that were set in the page."""
+    parameters = {name: value for (kind, name), value in changes.items() if kind == "parameter"}
+    mechanism = motion.mechanism.replace(**parameters) if parameters else motion.mechanism
+    q = dict(zip(mechanism.coordinates, motion.q[0].tolist(), strict=True))
+    v = dict(zip(mechanism.velocities, motion.v[0].tolist(), strict=True))
+    for (kind, name), value in changes.items():
+        if kind == "initial":
+            (q if name in q else v)[name] = value
+    return mechanism, q, v
+
+
+def _staged(motion: Any, subtitle: str = "") -> Scene:
+    """A complete scene with its texts, but for those that take their time."""
+    actions = actions_of(motion)
+    document = pending(motion.mechanism, document_of(motion, (), None, actions))
+    return scene_of(
+        motion, replace(document, subtitle=subtitle or document.subtitle), actions, complete=True
+    )

@@ -1,0 +1,93 @@
+"""What a live view shows of a mechanism, over restarts, changes and forces that act for the first time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import final
+
+from mecanique.model.mechanism import Mechanism
+from mecanique.viewing.live.checking import Checking
+from mecanique.viewing.live.live import LiveView
+from mecanique.viewing.live.stretches import fitted, names_of
+from mecanique.viewing.scene.scene import Scene
+
+__all__ = ["Presenter"]
+
+
+@final
+class Presenter:
+    """Keeps open pages going as long as they have a place for what is to come, and derives beside it.
+
+    Args:
+        mechanism: what moves at first.
+        complete: its complete scene.
+    """
+
+    def __init__(self, mechanism: Mechanism, complete: Scene) -> None:
+        self._mechanism = mechanism
+        self._names = names_of(complete)
+        self._parameters = _values(mechanism)
+        self._checking: Checking | None = None
+        self.first = fitted(complete, self._names)
+
+    def check(self, live: LiveView) -> None:
+        """Derive and compare what moves, unless that has been begun.
+
+        Args:
+            live: the view that is told.
+        """
+        if self._checking is None:
+            self._checking = Checking(self._mechanism, live.annotate)
+
+    def begin(self, live: LiveView, mechanism: Mechanism, complete: Scene) -> Scene:
+        """Return the start of a motion as the view shows it.
+
+        Args:
+            live: the view.
+            mechanism: what moves, with the parameters as they are now.
+            complete: the complete scene of the start.
+        """
+        parameters = _values(mechanism)
+        if parameters != self._parameters:
+            self._mechanism, self._parameters, self._names = (
+                mechanism,
+                parameters,
+                names_of(complete),
+            )
+            if self._checking:
+                self._checking.cancel()
+            self._checking = None
+            shown = fitted(complete, self._names)
+            live.show(shown)
+        else:
+            shown = self.go_on(live, complete)
+        self.check(live)
+        return shown
+
+    def go_on(self, live: LiveView, complete: Scene) -> Scene:
+        """Return a later stretch as the view shows it.
+
+        Args:
+            live: the view.
+            complete: the complete scene of the stretch.
+        """
+        names = self._names | names_of(complete)
+        shown = fitted(complete, names)
+        if names != self._names:
+            # a force that acts for the first time has no place in the scene yet
+            self._names, before = names, live.scene
+            document = replace(before.document, ledger=shown.document.ledger)
+            planar = shown.planar and before.planar
+            live.show(
+                replace(shown, document=document, bounds=before.bounds, planar=planar), keep=True
+            )
+        return shown
+
+    def close(self) -> None:
+        """End what is being derived."""
+        if self._checking:
+            self._checking.finish(2.0)
+
+
+def _values(mechanism: Mechanism) -> dict[str, float]:
+    return {parameter.symbol: parameter.value for parameter in mechanism.parameters}

@@ -1,0 +1,370 @@
+"""The live view's server: tornado in a thread, on the loopback only, behind a token, for its own page only."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import secrets
+import socket
+import struct
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from functools import partial
+from typing import Any, final
+
+import tornado.httpserver
+import tornado.web
+import tornado.websocket
+
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.viewing.live.commands import LONGEST, Controls, read
+from mecanique.viewing.page.page import live_page
+from mecanique.viewing.page.window import Latest, RecorderWindow
+from mecanique.viewing.scene.scene import Scene
+
+__all__ = ["Server"]
+
+ADDRESS = "127.0.0.1"
+IN_FLIGHT = 2
+"""Frames a page may have before it has shown one; a slow page misses those in between."""
+
+_FRAME, _COMMAND = 1, 2
+
+
+@final
+class Server:
+    """Serves one scene and its latest frame.
+
+    Args:
+        controls: told what the pages ask for.
+        port: 0 takes any free one.
+        token: the secret part of the address; None makes one.
+
+    Raises:
+        InputError: if the port is taken, or the token could not stand in an address.
+    """
+
+    def __init__(self, controls: Controls, *, port: int, token: str | None) -> None:
+        if token is not None and not re.fullmatch(r"[\w-]{8,}", token, re.ASCII):
+            raise InputError("token of a live view: expected 8 or more letters, digits, - or _")
+        if not 0 <= port <= 65535:
+            raise InputError(f"port of a live view: expected 0 to 65535, got {port}")
+        self.controls = controls
+        self.window = RecorderWindow(self._wake)
+        self.page: Future[str] = Future()
+        self.clients: set[_Socket] = set()
+        self.seen = threading.Event()
+        self._token = token or secrets.token_urlsafe(18)
+        self._identity = ""
+        self._seekable = False
+        self._notes: dict[str, str] = {}
+        self._frame: tuple[float, bytes] = (0.0, b"")
+        self._number = 0
+        self._due = False
+        self._lock = threading.Lock()
+        self._loop = asyncio.new_event_loop()
+        self._closed = False
+        self._maker: threading.Thread | None = None
+        try:
+            self._socket = _listening(port)
+        except OSError as error:
+            self._loop.close()
+            raise InputError(
+                f"port {port} of {ADDRESS}: {error.strerror}; expected a free one, or 0"
+            ) from error
+        self.port: int = self._socket.getsockname()[1]
+        self._thread = threading.Thread(target=self._serve, name="mecanique live view", daemon=True)
+        self._thread.start()
+
+    @property
+    def url(self) -> str:
+        """The page's address."""
+        return f"http://{ADDRESS}:{self.port}/{self._token}/"
+
+    @property
+    def viewers(self) -> int:
+        """How many pages are open."""
+        return len(self.clients)
+
+    @property
+    def hosts(self) -> tuple[str, str]:
+        """The names under which the server answers."""
+        return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
+
+    def show(self, scene: Scene, *, seekable: bool) -> Future[str]:
+        """Serve a scene from now on; pages that show another load it.
+
+        Args:
+            scene: what to serve.
+            seekable: whether the page may choose the time.
+
+        Returns:
+            The page, which is being made: meshes take their time.
+        """
+        identity = secrets.token_urlsafe(9)
+        length = float(scene.t[-1] - scene.t[0]) if seekable else 0.0
+        connect = " ".join(f"ws://{host}" for host in self.hosts)
+        page: Future[str] = Future()
+        with self._lock:
+            self.page, self._identity, self._seekable = page, identity, seekable
+            self._frame, self._notes = (0.0, b""), {}
+        making = partial(_make, page, scene, identity, length, connect)
+        self._maker = threading.Thread(target=making, name="mecanique page", daemon=True)
+        self._maker.start()
+        self.announce()
+        return page
+
+    def publish(self, t: float, row: bytes) -> None:
+        """Make a frame the present one; it is sent when the pages are ready, unless a later one comes first.
+
+        Args:
+            t: time [s].
+            row: single precision numbers.
+        """
+        with self._lock:
+            self._frame, self._number = (t, row), self._number + 1
+        self._wake()
+
+    def note(self, notes: dict[str, str]) -> None:
+        """Tell all pages, and those that open later, what has been found out about the scene since it was served.
+
+        Args:
+            notes: texts by the place they belong to; one that is empty takes back what was said.
+        """
+        with self._lock:
+            self._notes |= notes
+        self._call(self._spread, json.dumps({"notes": notes}))
+
+    def announce(self, *, restart: bool = False) -> None:
+        """Tell all pages how things stand.
+
+        Args:
+            restart: whether the motion starts again.
+        """
+        self._call(self._tell, restart)
+
+    def close(self) -> None:
+        """Stop answering, let go of the port and end the thread."""
+        if self._closed:
+            return
+        self._closed = True
+        self._loop.call_soon_threadsafe(self._loop.stop)
+        for thread in (self._thread, self._maker):
+            if thread not in (None, threading.current_thread()):
+                thread.join(timeout=5)
+
+    def state(self, *, restart: bool = False) -> str:
+        """Return how things stand, as JSON."""
+        with self._lock:
+            state = {"scene": self._identity, "seekable": self._seekable, "restart": restart}
+        values = [[kind, name, value] for (kind, name), value in self.controls.changes().items()]
+        return json.dumps(
+            state | {"paused": self.controls.paused, "speed": self.controls.speed, "values": values}
+        )
+
+    def notes(self) -> dict[str, str]:
+        """Return what has been noted about the scene since it was served."""
+        with self._lock:
+            return dict(self._notes)
+
+    def latest(self) -> tuple[int, bytes | None]:
+        """Return the present frame's number, and the frame as a page reads it."""
+        with self._lock:
+            (t, row), number = self._frame, self._number
+        return number, struct.pack(
+            "<IIIId", _FRAME, number & 0xFFFFFFFF, 0, 0, t
+        ) + row if row else None
+
+    def _wake(self) -> None:
+        with self._lock:
+            asked, self._due = self._due, True
+        if not asked:
+            self._call(self._flush)
+
+    def _call(self, function: Callable[..., None], *arguments: Any) -> None:
+        if not self._closed:
+            self._loop.call_soon_threadsafe(function, *arguments)
+
+    def _tell(self, restart: bool) -> None:
+        self._spread(self.state(restart=restart))
+
+    def _spread(self, text: str) -> None:
+        for client in list(self.clients):
+            client.tell(text)
+
+    def _flush(self) -> None:
+        with self._lock:
+            self._due = False
+        changes = self.window.changes()
+        for client in list(self.clients):
+            client.debt.merge(changes)
+            client.catch_up()
+
+    def _serve(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        self._loop.run_until_complete(self._listen())
+        self._loop.run_forever()
+        self._loop.run_until_complete(self._end())
+        self._loop.close()
+
+    async def _listen(self) -> None:
+        settings = {"server": self}
+        path = f"/{re.escape(self._token)}/"
+        application = tornado.web.Application(
+            [(path, _Page, settings), (f"{path}ws", _Socket, settings)],
+            default_handler_class=_Nothing,
+            default_handler_args=settings,
+            log_function=lambda handler: None,
+            websocket_max_message_size=4 * LONGEST,
+        )
+        self._http = tornado.httpserver.HTTPServer(
+            application, max_body_size=1024, max_header_size=16_384
+        )
+        self._http.add_socket(self._socket)
+
+    async def _end(self) -> None:
+        self._http.stop()
+        for client in list(self.clients):
+            client.close(1001, "closed")
+        await self._http.close_all_connections()
+        rest = [task for task in asyncio.all_tasks() if task is not asyncio.current_task()]
+        for task in rest:
+            task.cancel()
+        await asyncio.gather(*rest, return_exceptions=True)
+
+
+def _make(page: Future[str], scene: Scene, identity: str, length: float, connect: str) -> None:
+    try:
+        page.set_result(live_page(scene, identity, length, connect))
+    except BaseException as error:  # whoever waits for the page raises it
+        page.set_exception(error)
+
+
+def _listening(port: int) -> socket.socket:
+    """A socket on the loopback, which is let go of if the port is taken."""
+    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    try:
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        made.setblocking(False)
+        made.bind((ADDRESS, port))
+        made.listen(64)
+    except OSError:
+        made.close()
+        raise
+    return made
+
+
+class _Guarded(tornado.web.RequestHandler):
+    """Answers only under the loopback's names, so that no foreign name can be made to point here."""
+
+    def initialize(self, server: Server) -> None:
+        self.server = server
+
+    def prepare(self) -> None:
+        if self.request.host not in self.server.hosts:
+            raise tornado.web.HTTPError(403)
+
+    def set_default_headers(self) -> None:
+        self.clear_header("Server")
+        self.set_header("X-Content-Type-Options", "nosniff")
+        self.set_header("Cross-Origin-Resource-Policy", "same-origin")
+        self.set_header("Referrer-Policy", "no-referrer")
+        self.set_header("Cache-Control", "no-store")
+
+    def write_error(self, status_code: int, **kwargs: Any) -> None:
+        self.finish(f"{status_code}\n")
+
+
+@final
+class _Nothing(_Guarded):
+    def prepare(self) -> None:
+        super().prepare()
+        raise tornado.web.HTTPError(404)
+
+
+@final
+class _Page(_Guarded):
+    async def get(self) -> None:
+        self.set_header("Content-Security-Policy", "frame-ancestors 'none'")
+        try:
+            page = await asyncio.shield(asyncio.wrap_future(self.server.page))
+        except MecaniqueError as error:
+            self.set_status(500)
+            page = f"{error}\n"
+        self.finish(page)
+
+
+@final
+class _Socket(tornado.websocket.WebSocketHandler):
+    """One page that is open: what it still has to be sent, and how much of it it has not shown yet."""
+
+    def initialize(self, server: Server) -> None:
+        self.server = server
+        self.sent: list[int] = []
+        self.last = 0
+        self.debt = Latest()
+
+    def prepare(self) -> None:
+        # a browser always names the origin of a websocket; tornado itself would let pass requests
+        # without one, and those whose headers say that they are same-origin
+        if self.request.host not in self.server.hosts or not self.check_origin(
+            self.request.headers.get("Origin", "")
+        ):
+            raise tornado.web.HTTPError(403)
+
+    def check_origin(self, origin: str) -> bool:
+        return origin in {f"http://{host}" for host in self.server.hosts}
+
+    def open(self, *args: str, **kwargs: str) -> None:
+        self.set_nodelay(True)
+        self.tell(self.server.state())
+        if notes := self.server.notes():
+            self.tell(json.dumps({"notes": notes}))
+        for command in self.server.window.commands():
+            self._write_command(command)
+        self.server.clients.add(self)
+        self.catch_up()
+
+    def on_message(self, message: str | bytes) -> None:
+        asked = read(message)
+        if asked is None:
+            self.close(1008, "not understood")
+            return
+        if asked["do"] == "ack":
+            self.sent = [number for number in self.sent if number > asked["value"]]
+            self.server.seen.set()
+            self.catch_up()
+            return
+        self.server.controls.obey(asked)
+        self.server.announce()
+
+    def on_close(self) -> None:
+        self.server.clients.discard(self)
+
+    def tell(self, text: str) -> None:
+        self._write(text)
+
+    def catch_up(self) -> None:
+        """Send the present frame, unless the page has it or is still busy with earlier ones."""
+        if len(self.sent) >= IN_FLIGHT:
+            return
+        for command in self.debt.commands():
+            self._write_command(command)
+        self.debt = Latest()
+        number, frame = self.server.latest()
+        if frame is None or number == self.last:
+            return
+        self.sent.append(number)
+        self.last = number
+        self._write(frame)
+
+    def _write_command(self, command: bytes) -> None:
+        self._write(struct.pack("<IIII", _COMMAND, 0, 0, 0) + command)
+
+    def _write(self, message: str | bytes) -> None:
+        try:
+            self.write_message(message, binary=isinstance(message, bytes))
+        except tornado.websocket.WebSocketClosedError:
+            self.server.clients.discard(self)

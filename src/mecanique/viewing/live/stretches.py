@@ -1,0 +1,218 @@
+"""A motion computed while it is shown: stretch by stretch, by a thread that stays one stretch ahead."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import IntegrationError
+from mecanique.viewing.scene.document import Document
+from mecanique.viewing.scene.from_motion import actions_of, scene_of
+from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.scene.texts import ledger_of
+
+__all__ = ["FIRST", "STRETCH", "Stretches", "computed", "density", "fitted", "names_of"]
+
+STRETCH = 0.5
+"""How much of the motion is computed at a time, at the speed it is shown at [s of wall time]."""
+
+FIRST = 2.0
+"""The same at the start if the mechanism is small: what is seen of it frames the picture."""
+
+PATIENCE = 1.0
+"""A stretch that takes longer than this to compute is cut short, so that something moves [s]."""
+
+FAINT = 1e-6
+"""What stays below this part of the largest of its kind does not enter a scene that is being shown."""
+
+
+def names_of(scene: Scene) -> frozenset[str]:
+    """Return the arrows and reactions of a scene that are not zero all along.
+
+    Args:
+        scene: a complete one.
+    """
+    sizes: dict[str, tuple[str, float]] = {
+        f"arrow {a.name}": (a.unit, float(np.abs(a.vector).max(initial=0.0))) for a in scene.arrows
+    }
+    sizes |= {
+        f"series {s.name}": (s.unit, float(np.abs(s.values).max(initial=0.0)))
+        for s in scene.series
+        if s.group == "Reactions"
+    }
+    largest: dict[str, float] = {}
+    for unit, size in sizes.values():
+        largest[unit] = max(largest.get(unit, 0.0), size)
+    return frozenset(
+        name for name, (unit, size) in sizes.items() if size > max(1e-9, FAINT * largest[unit])
+    )
+
+
+def fitted(scene: Scene, names: frozenset[str]) -> Scene:
+    """Return a complete scene with those arrows and reactions only.
+
+    Args:
+        scene: a complete one.
+        names: as `names_of` gives them.
+    """
+    return replace(
+        scene,
+        arrows=tuple(a for a in scene.arrows if f"arrow {a.name}" in names),
+        series=tuple(
+            s for s in scene.series if s.group != "Reactions" or f"series {s.name}" in names
+        ),
+    )
+
+
+def density(speed: float) -> float:
+    """Return how many samples a second of the motion needs for smooth pictures at a speed.
+
+    Args:
+        speed: seconds shown per second.
+    """
+    return 60 / min(speed, 4.0)
+
+
+def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Any:
+    """Return a stretch of a motion; as much of it as can be computed in a bearable time.
+
+    Args:
+        check: called now and then; what it raises ends the computation.
+        arguments: of `simulate`.
+
+    Raises:
+        MecaniqueError: if the motion cannot start, or stops.
+    """
+    from mecanique.motion import simulate
+
+    latest = time.monotonic() + PATIENCE
+
+    def progress(_: float) -> None:
+        if check is not None:
+            check()
+        if time.monotonic() > latest:
+            raise _EnoughError
+
+    try:
+        return simulate(progress=progress, **arguments)
+    except IntegrationError as error:
+        done = error.motion
+        if isinstance(error.__cause__, _EnoughError) and done is not None and len(done.t) > 1:
+            return done
+        raise
+
+
+@final
+class Stretches:
+    """The complete scenes that follow a first stretch of a motion, one after the other.
+
+    Args:
+        first: the `Motion` so far.
+        end: time of the end [s]; infinity for none.
+        speed: tells how many seconds are shown per second.
+    """
+
+    def __init__(self, first: Any, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
+        self._motion = first
+        self._end = end
+        self._speed = speed
+        self._work = float(first.energy().work[-1])
+        self._done: queue.Queue[Scene | Exception | None] = queue.Queue(maxsize=1)
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="mecanique integration", daemon=True)
+
+    def __iter__(self) -> Iterator[Scene]:
+        """Yield the scenes.
+
+        Raises:
+            Exception: what kept the motion from going on; all before that has been given.
+        """
+        self._thread.start()
+        try:
+            while True:
+                # short waits, so that Ctrl-C is heard on every system
+                try:
+                    made = self._done.get(timeout=0.2)
+                except queue.Empty:
+                    continue
+                if made is None:
+                    return
+                if isinstance(made, Exception):
+                    raise made
+                yield made
+        finally:
+            self._stop.set()
+            self._thread.join(timeout=5)
+
+    def _run(self) -> None:
+        try:
+            while self._end - self._motion.t[-1] > 1e-9:
+                last = self._motion
+                t0 = float(last.t[-1])
+                speed = self._speed()
+                self._motion = computed(
+                    self._check,
+                    mechanism=last.mechanism,
+                    q=last.q[-1],
+                    v=last.v[-1],
+                    t0=t0,
+                    duration=min(STRETCH * speed, self._end - t0),
+                    rtol=last.statistics.rtol,
+                    fps=density(speed),
+                    reference=last.reference,
+                )
+                self._give(self._staged(self._motion))
+            self._give(None)
+        except _StoppedError:
+            return
+        except Exception as error:  # whoever shows the motion raises it again
+            self._finish(error)
+
+    def _finish(self, error: Exception) -> None:
+        """Give what was computed before the error, then the error."""
+        try:
+            done = getattr(error, "motion", None)
+            if done is not None and len(done.t) > 1:
+                self._give(self._staged(done))
+            self._give(error)
+        except _StoppedError:
+            return
+
+    def _staged(self, motion: Any) -> Scene:
+        actions = actions_of(motion)
+        scene = scene_of(
+            motion, Document(ledger=ledger_of(motion, actions)), actions, complete=True
+        )
+        work, self._work = self._work, self._work + float(motion.energy().work[-1])
+        series = (
+            replace(s, values=s.values + work) if s.name == "energy work" else s
+            for s in scene.series
+        )
+        return replace(scene, series=tuple(series))
+
+    def _check(self) -> None:
+        if self._stop.is_set():
+            raise _StoppedError
+
+    def _give(self, made: Scene | Exception | None) -> None:
+        while True:
+            self._check()
+            try:
+                self._done.put(made, timeout=0.1)
+            except queue.Full:
+                continue
+            return
+
+
+class _StoppedError(Exception):
+    """Nobody looks any more."""
+
+
+class _EnoughError(Exception):
+    """What is computed so far is to be shown first."""

@@ -1,0 +1,68 @@
+"""All meshes of a scene for its page: each file's surfaces once, and where they are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.viewing.page.meshes.packing import PackedSurface, pack_surfaces
+from mecanique.viewing.page.meshes.reading import read_mesh
+from mecanique.viewing.scene.scene import GREY, SceneBody, Shape
+
+__all__ = ["mesh_parcel"]
+
+
+def mesh_parcel(bodies: Sequence[SceneBody]) -> tuple[dict[str, Any], bytes]:
+    """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes.
+
+    Args:
+        bodies: whose shapes are drawn; those that are no meshes are passed over.
+
+    Raises:
+        InputError: if a mesh file is missing, broken or of an unknown format.
+    """
+    places: dict[Path, range] = {}
+    surfaces: list[PackedSurface] = []
+    drawn = []
+    for k, path, shape in _meshes(bodies):
+        if path not in places:
+            packed = _packed(path)
+            places[path] = range(len(surfaces), len(surfaces) + len(packed))
+            surfaces += packed
+        matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
+        for place in places[path]:
+            own, given = surfaces[place].rgba, shape.rgba
+            # one color must not paint over a mesh that has several
+            rgba = (own or given if len(places[path]) > 1 else given or own) or GREY
+            kept = [min(max(float(c), 0.0), 1.0) for c in rgba]
+            drawn.append({"body": k, "surface": place, "rgba": kept, "matrix": matrix})
+    heads = [
+        {"points": s.points, "triangles": s.triangles, "step": s.step, "low": s.low}
+        for s in surfaces
+    ]
+    return {"surfaces": heads, "drawn": drawn}, b"".join(surface.body for surface in surfaces)
+
+
+def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
+    for k, body in enumerate(bodies):
+        for shape in body.shapes:
+            if shape.path is not None:
+                yield k, shape.path, shape
+
+
+def _packed(path: Path) -> tuple[PackedSurface, ...]:
+    """A file's surfaces; a file that was packed before is packed again only if it has changed."""
+    if not path.is_file():
+        raise InputError(f"mesh file {path}: there is no such file")
+    return _remembered(path, path.stat().st_mtime_ns)
+
+
+@lru_cache(maxsize=64)
+def _remembered(path: Path, changed: int) -> tuple[PackedSurface, ...]:
+    del changed  # only to tell one version of the file from the next
+    return pack_surfaces(read_mesh(path))

@@ -1,0 +1,269 @@
+"""One offline HTML page from a scene: everything inside, nothing requested, no script but its own."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import hashlib
+import json
+import os
+import re
+import struct
+from functools import cache
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from mecanique.viewing.page.bodies import draw_bodies
+from mecanique.viewing.page.keyframes import pack
+from mecanique.viewing.page.meshes.parcel import mesh_parcel
+from mecanique.viewing.page.panels import badge, panels
+from mecanique.viewing.page.sanitize import safe
+from mecanique.viewing.page.window import RecorderWindow, viewer_directory
+from mecanique.viewing.scene.scene import Scene
+
+__all__ = ["page", "policy", "write_page", "write_text"]
+
+# in the order they need one another
+_MODULES = (
+    "unpack",
+    "tabs",
+    "meshes",
+    "stage",
+    "camera",
+    "scales",
+    "numbers",
+    "gauge",
+    "arrows",
+    "lines",
+    "labels",
+    "companion",
+    "player",
+    "plots",
+    "tables",
+    "live",
+    "controls",
+    "main",
+)
+
+_KEPT, _FLEETING = 9, 1
+"""How hard to compress what is kept in a file, and what is read at once: at 9 a robot's meshes take seconds."""
+
+
+def page(scene: Scene) -> str:
+    """Return a scene as one HTML document that needs no network.
+
+    Args:
+        scene: what to show.
+
+    Raises:
+        InputError: if a mesh file is missing or of an unknown format.
+        EngineError: if meshcat's viewer is not installed.
+    """
+    return _document(scene, live=None, connect="'none'")
+
+
+def write_page(scene: Scene, path: str | os.PathLike[str]) -> Path:
+    """Write a scene's page to a file, which is replaced in one step.
+
+    Args:
+        scene: what to show.
+        path: where to; its directory must exist.
+
+    Returns:
+        The path written.
+    """
+    return write_text(page(scene), Path(path))
+
+
+def write_text(text: str, target: Path) -> Path:
+    """Write a text to a file, which is replaced in one step.
+
+    Args:
+        text: what to write.
+        target: where to; its directory must exist.
+    """
+    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
+    try:
+        beside.write_text(text, encoding="utf-8")
+        os.replace(beside, target)
+    finally:
+        beside.unlink(missing_ok=True)
+    return target
+
+
+def live_page(scene: Scene, identity: str, length: float, connect: str) -> str:
+    """Return the page of a live view: the same page, fed by a stream.
+
+    Args:
+        scene: what to show.
+        identity: names the scene, so that a page knows when it is out of date.
+        length: how long the motion lasts, if that is known; else 0 [s].
+        connect: the only source the page may connect to.
+    """
+    live = {"id": identity, "first": float(scene.t[0]), "length": length}
+    return _document(scene, live=live, connect=connect)
+
+
+def _document(scene: Scene, *, live: dict[str, Any] | None, connect: str) -> str:
+    window = RecorderWindow()
+    draw_bodies(scene.bodies, window)
+    packed = pack(scene)
+    meshes, mesh_bytes = mesh_parcel(scene.bodies)
+    header = _header(scene) | {"table": packed.header, "meshes": meshes, "live": live}
+    viewer, style = _viewer(), _asset("page.css")
+    script = _script()
+    tabs, inner = panels(scene, live=live is not None)
+    subtitle = scene.document.subtitle
+    parts = {
+        "policy": escape(policy([script, viewer], [style], connect)),
+        "title": escape(scene.title),
+        "subtitle": f'<p dir="auto">{escape(subtitle)}</p>' if subtitle else "",
+        "badge": badge(scene),
+        "tabs": tabs,
+        "panels": inner,
+        "licenses": escape(_licenses()),
+        "style": style,
+        "parcel": _parcel(
+            header,
+            [packed.body, mesh_bytes, *window.commands()],
+            _KEPT if live is None else _FLEETING,
+        ),
+        "viewer": _compressed_viewer(),
+        "script": script,
+    }
+    # one pass, so that nothing inside a part is taken for a place to fill
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page.html"))
+
+
+def policy(scripts: list[str], styles: list[str], connect: str) -> str:
+    """Return the Content-Security-Policy that lets in the given scripts and styles, and nothing else.
+
+    Args:
+        scripts: the texts of the scripts.
+        styles: the texts of the styles; those of meshcat's viewer are added.
+        connect: what the page may connect to.
+    """
+    inner = _viewer_styles()
+    style = " ".join(map(_hash, [*styles, *inner])) if inner else "'unsafe-inline'"
+    return (
+        f"default-src 'none'; script-src {' '.join(map(_hash, scripts))}; style-src {style};"
+        f" img-src data: blob:; connect-src {connect}; base-uri 'none'; form-action 'none'"
+    )
+
+
+def _hash(text: str) -> str:
+    return f"'sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}'"
+
+
+def _header(scene: Scene) -> dict[str, Any]:
+    """The scene's names and kinds, without its numbers."""
+    number = {body.name: k for k, body in enumerate(scene.bodies)}
+    ledger = scene.document.ledger
+    return {
+        "fileName": re.sub(r"[^\w.-]+", "_", scene.document.file_name)[:80].strip("._")
+        or "mechanism",
+        "planar": scene.planar,
+        "ground": scene.ground,
+        "bounds": None if scene.bounds is None else scene.bounds.tolist(),
+        "bodies": [{"name": body.name} for body in scene.bodies],
+        "arrows": [
+            {"name": a.name, "kind": a.kind, "body": number[a.body], "unit": a.unit}
+            for a in scene.arrows
+        ],
+        "lines": [{"name": line.name, "kind": line.kind} for line in scene.lines],
+        "traces": [{"name": trace.name} for trace in scene.traces],
+        "joints": [
+            {
+                "name": joint.name,
+                "kind": joint.kind,
+                "body": number[joint.body],
+                "point": [float(x) for x in joint.point],
+                "axis": [float(x) for x in joint.axis],
+            }
+            for joint in scene.joints
+        ],
+        "series": [
+            {
+                "name": each.name,
+                "text": each.name,
+                "html": safe(each.label),
+                "unit": each.unit,
+                "group": each.group,
+                "shown": each.shown,
+            }
+            for each in scene.series
+        ],
+        "ledger": {
+            "coordinates": list(ledger.coordinates),
+            "rows": [row.name for row in ledger.rows],
+        },
+    }
+
+
+def _parcel(header: dict[str, Any], parts: list[bytes], effort: int) -> str:
+    """Length of the header, the header, and the parts, compressed."""
+    text = json.dumps(header | {"parts": [len(part) for part in parts]}, ensure_ascii=True).encode()
+    return _compressed(b"".join([struct.pack("<I", len(text)), text, *parts]), effort)
+
+
+def _compressed(data: bytes, effort: int) -> str:
+    return base64.b64encode(gzip.compress(data, effort, mtime=0)).decode()
+
+
+def _asset(name: str) -> str:
+    return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")
+
+
+@cache
+def _script() -> str:
+    """All modules in one closure: what they import from one another they find there."""
+    texts = []
+    for name in _MODULES:
+        text = re.sub(r"^import [^;]*;\n", "", _asset(f"{name}.js"), flags=re.MULTILINE)
+        texts.append(re.sub(r"^export ", "", text, flags=re.MULTILINE))
+    return '(() => {\n"use strict";\n' + "\n".join(texts) + "})();\n"
+
+
+@cache
+def _viewer() -> str:
+    return (viewer_directory() / "main.min.js").read_text(encoding="utf-8")
+
+
+@cache
+def _compressed_viewer() -> str:
+    return _compressed(_viewer().encode(), _KEPT)
+
+
+@cache
+def _viewer_styles() -> list[str]:
+    """The styles meshcat's viewer puts into the page: one empty, one of its control panel's library.
+
+    An empty list means that the panel's style was not found, as another version might write it
+    otherwise.
+    """
+    found = re.search(r'"(\.dg ul\{(?:[^"\\]|\\.)*)"', _viewer())
+    if not found:
+        return []
+    plain = (
+        found[1].replace("\\n", "\n").replace('\\"', '"').replace("\\'", "'").replace("\\\\", "\\")
+    )
+    return ["", plain]
+
+
+@cache
+def _licenses() -> str:
+    """The notices of meshcat's viewer and of the libraries bundled in it."""
+    folder = viewer_directory()
+    texts = []
+    own = folder.parent / "LICENSE"
+    if own.is_file():
+        texts.append("meshcat\n\n" + own.read_text(encoding="utf-8"))
+    bundled = folder / "main.min.js.THIRD_PARTY_LICENSES.json"
+    if bundled.is_file():
+        for each in json.loads(bundled.read_text(encoding="utf-8")):
+            texts.append(
+                f"{each.get('name')} {each.get('version')}\n\n{each.get('licenseText') or each.get('license')}"
+            )
+    return "\n\n----\n\n".join(text.strip() for text in texts)

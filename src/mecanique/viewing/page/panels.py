@@ -1,0 +1,198 @@
+"""The page's tabs as HTML: equations, plots, forces, virtual work, verdict, parameters, URDF."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from html import escape
+
+from mecanique.viewing.page.sanitize import safe
+from mecanique.viewing.scene.document import Block, Quantity
+from mecanique.viewing.scene.scene import Scene
+
+__all__ = ["badge", "late", "panels"]
+
+
+def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
+    """Return the tabs and the panels they open, leaving out what the scene has nothing for.
+
+    Args:
+        scene: what the page shows.
+        live: whether parameters and initial values get sliders.
+    """
+    makers: list[tuple[str, str, Callable[[], str]]] = [
+        ("equations", "Equations", lambda: _equations(scene)),
+        ("plots", "Plots", lambda: _plots(scene)),
+        ("forces", "Forces", lambda: _forces(scene)),
+        ("ledger", "Virtual work", lambda: _ledger(scene)),
+        ("verdict", "Verdict", lambda: _verdict(scene)),
+        ("parameters", "Parameters", lambda: _parameters(scene, live)),
+        ("urdf", "URDF", lambda: _urdf(scene)),
+    ]
+    tabs: list[str] = []
+    bodies: list[str] = []
+    for key, title, make in makers:
+        inner = make()
+        if not inner:
+            continue
+        first = not tabs
+        tabs.append(
+            f'<button type="button" role="tab" id="tab-{key}" aria-controls="panel-{key}"'
+            f' aria-selected="{"true" if first else "false"}">{title}</button>'
+        )
+        bodies.append(
+            f'<div role="tabpanel" id="panel-{key}" aria-labelledby="tab-{key}" tabindex="0"'
+            f"{'' if first else ' class=off'}><h2>{title}</h2>{inner}</div>"
+        )
+    return "".join(tabs), "\n".join(bodies)
+
+
+def badge(scene: Scene) -> str:
+    """Return the mark in the page's head that says whether the derivation agrees with the reference.
+
+    Args:
+        scene: what the page shows.
+    """
+    agrees, headline = scene.document.verdict.agrees, scene.document.verdict.headline
+    if agrees is None:
+        return f'<span class="badge">{escape(headline)}</span>' if headline else ""
+    return f'<span class="badge {"good" if agrees else "bad"}">{"✓ agrees" if agrees else "✗ disagrees"}</span>'
+
+
+def late(scene: Scene) -> dict[str, str]:
+    """Return what a live view may come to know after it has begun: the badge and the insides of two panels.
+
+    Args:
+        scene: what the page shows.
+    """
+    return {"badge": badge(scene), "equations": _equations(scene), "verdict": _verdict(scene)}
+
+
+def _equations(scene: Scene) -> str:
+    parts = []
+    for derivation in scene.document.derivations:
+        parts.append(f"<h3>{escape(derivation.method)}</h3>")
+        parts += [_block(block) for block in derivation.blocks]
+    return "".join(parts)
+
+
+def _block(block: Block) -> str:
+    heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
+    lead, note = (
+        f'<p class="note">{escape(text)}</p>' if text else "" for text in (block.lead, block.note)
+    )
+    kind = "equation result" if block.final else "equation"
+    body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
+    return f"{heading}{lead}{body}{note}"
+
+
+def _plots(scene: Scene) -> str:
+    del scene  # every scene can be plotted: its arrows at least, or nothing yet
+    return (
+        '<div class="bar"><details class="menu"><summary>Quantities</summary>'
+        '<div id="picker" role="group" aria-label="Quantities to plot"></div></details>'
+        '<div class="group" role="group" aria-label="Zoom">'
+        '<button type="button" id="zoom-in" aria-label="Zoom in" title="Zoom in around the cursor">+</button>'
+        '<button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>'
+        '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
+        '<button type="button" id="csv" title="Save the chosen quantities">CSV</button></div>'
+        '<div id="charts"></div>'
+        '<p class="note bar">Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>'
+    )
+
+
+def _forces(scene: Scene) -> str:
+    hint = "" if scene.arrows else "This scene has no forces."
+    head = "".join(
+        f'<th scope="col" class="number">{each}</th>' for each in ("x", "y", "z", "size")
+    )
+    return (
+        f'<p class="note bar">Choose a body above the picture to cut it free.</p>'
+        f'<p id="no-forces" class="note">{hint or "No force acts on this body."}</p>'
+        f'<div class="scroll"><table id="force-table"><thead><tr><th scope="col">Force</th>{head}'
+        '<th scope="col">Unit</th></tr></thead><tbody></tbody></table></div><dl id="force-sum"></dl>'
+    )
+
+
+def _ledger(scene: Scene) -> str:
+    ledger = scene.document.ledger
+    if not ledger.rows:
+        return ""
+    heads = "".join(
+        f'<th scope="col" class="number">δ{safe(symbol)}{f" [{escape(unit)}]" if unit else ""}</th>'
+        for symbol, unit in zip(ledger.coordinates, ledger.units, strict=True)
+    )
+    count = len(ledger.coordinates)
+    rows = "".join(
+        f'<tr><th scope="row" class="words" dir="auto">{escape(row.name)}</th><td>{safe(row.displacement)}</td>'
+        + '<td class="number"></td>' * count
+        + "</tr>"
+        for row in ledger.rows
+    )
+    return (
+        "<p>Each force times its virtual displacement, per unit of each coordinate’s variation, now:</p>"
+        '<div class="scroll"><table id="ledger"><thead><tr><th scope="col">Force</th>'
+        f'<th scope="col">Virtual displacement</th>{heads}</tr></thead><tbody>{rows}</tbody>'
+        f'<tfoot><tr><th scope="row" colspan="2">δW</th>{"<td class=number></td>" * count}</tr></tfoot></table></div>'
+        '<p class="note">With d’Alembert’s forces among them, the virtual work is zero at every instant.</p>'
+    )
+
+
+def _verdict(scene: Scene) -> str:
+    verdict = scene.document.verdict
+    if not verdict.rows and not verdict.headline:
+        return ""
+    head = "".join(f'<th scope="col">{escape(column)}</th>' for column in verdict.columns)
+    body = "".join(
+        "<tr>" + "".join(f'<td class="words">{safe(cell)}</td>' for cell in row) + "</tr>"
+        for row in verdict.rows
+    )
+    table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in verdict.notes)
+    return (
+        f"<p><strong>{escape(verdict.headline)}</strong></p>{table if verdict.rows else ''}{notes}"
+    )
+
+
+def _parameters(scene: Scene, live: bool) -> str:
+    document = scene.document
+    parts = []
+    for title, kind, quantities in (
+        ("Parameters", "parameter", document.parameters),
+        ("Initial values", "initial", document.initial),
+    ):
+        if quantities:
+            parts.append(f"<h3>{title}</h3>{_quantities(kind, quantities, live)}")
+    if document.freedom:
+        parts.append(
+            "<h3>Degrees of freedom</h3>"
+            + "".join(f"<p>{safe(each)}</p>" for each in document.freedom)
+        )
+    return "".join(parts)
+
+
+def _quantities(kind: str, quantities: Iterable[Quantity], live: bool) -> str:
+    rows = []
+    for each in quantities:
+        value = f"<output>{each.value:.6g}</output>"
+        if live and each.low < each.high:
+            value += (
+                f' <input type="range" disabled data-kind="{kind}" data-name="{escape(each.name)}"'
+                f' aria-label="{escape(each.name)}" min="{each.low!r}" max="{each.high!r}" step="any"'
+                f' value="{each.value!r}">'
+            )
+        cells = f'<td class="number">{value}</td><td>{escape(each.unit)}</td><td class="words">{escape(each.meaning)}</td>'
+        rows.append(f'<tr><th scope="row">{safe(each.symbol)}</th>{cells}</tr>')
+    head = '<th scope="col">Symbol</th><th scope="col" class="number">Value</th><th scope="col">Unit</th>'
+    return (
+        f'<div class="scroll"><table><thead><tr>{head}<th scope="col">Meaning</th></tr></thead>'
+        f"<tbody>{''.join(rows)}</tbody></table></div>"
+    )
+
+
+def _urdf(scene: Scene) -> str:
+    if not scene.document.urdf:
+        return ""
+    return (
+        '<div class="bar"><button type="button" id="save-urdf">Save the URDF</button></div>'
+        f'<pre id="urdf-text" dir="ltr">{escape(scene.document.urdf)}</pre>'
+    )

@@ -1,0 +1,59 @@
+"""MathML and text made safe to stand in a page: known elements pass, everything else becomes text."""
+
+from __future__ import annotations
+
+import html
+from xml.etree import ElementTree
+
+__all__ = ["safe"]
+
+_ELEMENT_NAMES = (
+    "math mrow mi mn mo mtext mspace ms mfrac msqrt mroot mstyle mpadded mphantom mfenced menclose msub msup"
+    " msubsup munder mover munderover mmultiscripts mprescripts none mtable mtr mtd mlabeledtr semantics"
+)
+_ATTRIBUTE_NAMES = (
+    "display displaystyle mathvariant stretchy fence separator form lspace rspace minsize maxsize largeop"
+    " movablelimits accent accentunder linethickness columnalign rowalign columnspacing rowspacing columnlines"
+    " rowlines columnspan rowspan width height depth open close separators scriptlevel symmetric dir intent"
+)
+_ELEMENTS = frozenset(_ELEMENT_NAMES.split())
+_ATTRIBUTES = frozenset(_ATTRIBUTE_NAMES.split())
+
+
+def safe(text: str, *, display: bool = False) -> str:
+    """Return HTML for a text that may be MathML.
+
+    Args:
+        text: MathML (it begins with `<math` or is a run of MathML elements) or plain text, which is
+            escaped.
+        display: whether an equation stands on a line of its own.
+    """
+    stripped = text.strip()
+    if not stripped.startswith("<m"):
+        return html.escape(text)
+    try:
+        tree = ElementTree.fromstring(f"<m>{stripped}</m>")
+    except ElementTree.ParseError:
+        return html.escape(text)
+    kept = "".join(_written(child) for child in tree)
+    if len(tree) == 1 and _bare(tree[0].tag) == "math":
+        kept = "".join(_written(child) for child in tree[0])
+    return f'<math display="{"block" if display else "inline"}">{kept}</math>'
+
+
+def _bare(tag: object) -> str:
+    return str(tag).rpartition("}")[2]
+
+
+def _written(element: ElementTree.Element) -> str:
+    inner = html.escape(element.text or "") + "".join(
+        _written(child) + html.escape((child.tail or "").strip()) for child in element
+    )
+    tag = _bare(element.tag)
+    if tag == "annotation":
+        return ""
+    if tag not in _ELEMENTS:
+        return f"<mtext>{html.escape(''.join(element.itertext()))}</mtext>"
+    kept = {name: value for name, value in element.attrib.items() if name in _ATTRIBUTES}
+    attributes = "".join(f' {name}="{html.escape(value)}"' for name, value in kept.items())
+    return f"<{tag}{attributes}>{inner}</{tag}>"

@@ -1,0 +1,1 @@
+"""The scene as pure data, made from a motion."""

@@ -1,0 +1,280 @@
+"""From a motion to its scene: bodies, springs, joints, traces, force arrows and curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from mecanique.model.forces import Damper, JointSpring, Spring
+from mecanique.model.joints import Fixed, Planar, Prismatic, Revolute
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
+from mecanique.motion.analysis.forces import Action, Actions
+from mecanique.motion.record.units import per_second, units
+from mecanique.viewing.scene.document import Document
+from mecanique.viewing.scene.scene import (
+    GREY,
+    Arrow,
+    Floats,
+    JointMark,
+    Line,
+    Scene,
+    SceneBody,
+    Series,
+    Shape,
+    Trace,
+)
+from mecanique.viewing.scene.texts import letter
+
+__all__ = ["actions_of", "scene_of"]
+
+MOST_ARROWS = 120
+"""More forces than this are not drawn: the page would be neither legible nor light."""
+
+
+def scene_of(
+    motion: Any,
+    document: Document | None = None,
+    actions: Sequence[Action] | None = None,
+    *,
+    complete: bool = False,
+) -> Scene:
+    """Return everything that is shown of a motion.
+
+    Args:
+        motion: the `Motion`.
+        document: the texts around the picture.
+        actions: the forces to draw, with as many states as the motion has samples; those of
+            `actions_of` by default.
+        complete: whether to keep what is zero or at rest all along, so that every stretch of a
+            motion is staged alike.
+    """
+    mechanism: Mechanism = motion.mechanism
+    poses: Floats = motion.poses()
+    at = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    shown = actions_of(motion) if actions is None else actions
+    return Scene(
+        title=mechanism.name.replace("_", " ").capitalize(),
+        t=motion.t,
+        bodies=tuple(
+            SceneBody(body.name, tuple(_shapes(mechanism, body.visuals)))
+            for body in mechanism.bodies
+        ),
+        positions=poses[:, :, :3, 3],
+        quaternions=_quaternions(poses[:, :, :3, :3]),
+        arrows=tuple(_arrows(shown, complete)),
+        lines=tuple(_lines(mechanism, poses, at)),
+        traces=tuple(_traces(mechanism, poses, at, complete)),
+        joints=tuple(_marks(mechanism)),
+        series=tuple(_series(motion, complete)),
+        document=Document() if document is None else document,
+        planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
+    )
+
+
+def actions_of(motion: Any) -> tuple[Action, ...]:
+    """Return the forces on the moving bodies along a motion; none if they are too many to draw.
+
+    Args:
+        motion: the `Motion`.
+    """
+    mechanism: Mechanism = motion.mechanism
+    if 2 * len(mechanism.joints) + len(mechanism.forces) + 2 * len(mechanism.bodies) > MOST_ARROWS:
+        return ()
+    acting = Actions(mechanism, motion.reference)
+    t, q, v = motion.t, motion.q, motion.v
+    every = (
+        *acting.applied(t, q, v),
+        *acting.reactions(t, q, v),
+        *acting.inertia(t, q, v, motion.a),
+    )
+    return tuple(action for action in every if action.body != mechanism.ground)
+
+
+def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
+    for visual in visuals:
+        pose = _matrix(mechanism, visual.placement)
+        rgba = visual.rgba or GREY
+        match visual.geometry:
+            case Box(size):
+                yield Shape("box", tuple(mechanism.evaluate(edge) for edge in size), pose, rgba)
+            case Cylinder(radius, length):
+                yield Shape(
+                    "cylinder", (mechanism.evaluate(radius), mechanism.evaluate(length)), pose, rgba
+                )
+            case Sphere(radius):
+                yield Shape("sphere", (mechanism.evaluate(radius),), pose, rgba)
+            case Mesh(path=path, scale=scale) if path is not None:
+                yield Shape("mesh", scale, pose, visual.rgba, path)
+            case _:
+                pass  # a mesh that was not found is told by lint; there is nothing to draw
+
+
+def _matrix(mechanism: Mechanism, placement: Placement) -> Floats:
+    pose = np.eye(4)
+    pose[:3, :3] = [[mechanism.evaluate(entry) for entry in row] for row in placement.rotation]
+    pose[:3, 3] = [mechanism.evaluate(component) for component in placement.xyz]
+    return pose
+
+
+def _quaternions(rotations: Floats) -> Floats:
+    from scipy.spatial.transform import Rotation
+
+    flat = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat()
+    return np.asarray(flat.reshape(*rotations.shape[:2], 4), dtype=np.float64)
+
+
+def _planar(poses: Floats) -> bool:
+    """Whether everything moves parallel to the x-z plane."""
+    scale = float(np.ptp(poses[:, :, :3, 3], axis=(0, 1)).max()) or 1.0
+    sideways = float(np.ptp(poses[:, :, 1, 3], axis=0).max(initial=0.0))
+    turned = float(np.ptp(poses[:, :, :3, 1], axis=0).max(initial=0.0))
+    return sideways < 1e-9 * scale and turned < 1e-9
+
+
+def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bool:
+    """Whether the joints let nothing leave the x-z plane, however the motion goes on."""
+    for joint in mechanism.joints:
+        if isinstance(joint, Fixed):
+            continue
+        if not isinstance(joint, (Revolute, Prismatic, Planar)):
+            return False
+        # the component along y: of a slide none, of an axis one turns about all
+        along = abs(float(poses[at[joint.child], 1, :3] @ np.array(joint.axis)))
+        if abs(along - (0.0 if isinstance(joint, Prismatic) else 1.0)) > 1e-9:
+            return False
+    return True
+
+
+def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
+    used: dict[str, int] = {}
+    for action in actions:
+        for vector, unit, what in ((action.force, "N", ""), (action.moment, "N·m", " moment")):
+            if not (complete or np.abs(vector).max(initial=0.0) > 1e-9):
+                continue
+            plain = {"weight": f"weight of {action.body}", "inertia": f"inertia of {action.body}"}
+            name = plain.get(action.kind, f"{action.name} on {action.body}") + what
+            used[name] = used.get(name, 0) + 1
+            unique = name if used[name] == 1 else f"{name} ({used[name]})"
+            yield Arrow(
+                unique,
+                action.kind,
+                action.body,
+                action.origin,
+                vector,
+                "N" if unit == "N" else "N·m",
+            )
+
+
+def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Line]:
+    def point(body: str, xyz: Sequence[Any]) -> Floats:
+        pose = poses[:, at[body]]
+        return np.asarray(
+            pose[:, :3, 3] + pose[:, :3, :3] @ np.array([mechanism.evaluate(c) for c in xyz])
+        )
+
+    sprung = {force.joint for force in mechanism.forces if isinstance(force, JointSpring)}
+    for force in mechanism.forces:
+        if isinstance(force, (Spring, Damper)):
+            ends = (point(force.body_a, force.point_a), point(force.body_b, force.point_b))
+            yield Line(
+                force.name,
+                "spring" if isinstance(force, Spring) else "damper",
+                np.stack(ends, axis=1),
+            )
+    for loop in mechanism.loops:
+        if loop.kind == "distance":
+            ends = (point(loop.body_a, loop.frame_a.xyz), point(loop.body_b, loop.frame_b.xyz))
+            yield Line(loop.name, "rod", np.stack(ends, axis=1))
+    for joint in mechanism.joints:
+        # a slide without a body of its own to see: the cable or the spring that spans it
+        if isinstance(joint, Prismatic) and (
+            joint.name in sprung or joint.parent != mechanism.ground
+        ):
+            ends = (point(joint.parent, joint.origin.xyz), point(joint.child, (0.0, 0.0, 0.0)))
+            yield Line(
+                f"joint {joint.name}",
+                "spring" if joint.name in sprung else "rod",
+                np.stack(ends, axis=1),
+            )
+
+
+def _traces(
+    mechanism: Mechanism, poses: Floats, at: dict[str, int], complete: bool
+) -> Iterator[Trace]:
+    """The path of the point of each last body that is farthest from its joint."""
+    parents = {joint.parent for joint in mechanism.joints}
+    for body in mechanism.bodies:
+        if body.name in parents or body.name == mechanism.ground or not body.visuals:
+            continue
+        tips = [tip for visual in body.visuals for tip in _tips(mechanism, visual)]
+        tip = max(tips, key=lambda xyz: round(float(np.linalg.norm(xyz)), 9))
+        pose = poses[:, at[body.name]]
+        path = pose[:, :3, 3] + pose[:, :3, :3] @ tip
+        if complete or np.ptp(path, axis=0).max() > 1e-9:
+            yield Trace(f"path of {body.name}", path)
+
+
+def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Floats]:
+    pose = _matrix(mechanism, visual.placement)
+    half = 0.0
+    if isinstance(visual.geometry, Cylinder):
+        length, radius = (
+            mechanism.evaluate(visual.geometry.length),
+            mechanism.evaluate(visual.geometry.radius),
+        )
+        half = length / 2 if length > 4 * radius else 0.0
+    for side in (half, -half):
+        yield np.asarray(pose[:3, 3] + side * pose[:3, 2])
+
+
+def _marks(mechanism: Mechanism) -> Iterator[JointMark]:
+    for joint in mechanism.joints:
+        axis = joint.axis if isinstance(joint, (Revolute, Prismatic, Planar)) else (0.0, 0.0, 0.0)
+        yield JointMark(
+            joint.name, type(joint).__name__.lower(), joint.child, (0.0, 0.0, 0.0), axis
+        )
+
+
+def _series(motion: Any, complete: bool) -> Iterator[Series]:
+    mechanism: Mechanism = motion.mechanism
+    unit = units(mechanism)
+    few = len(mechanism.coordinates) <= 4
+    for name in mechanism.coordinates:
+        yield Series(name, letter(name), unit[name], motion[name], "Coordinates", shown=few)
+    for name in mechanism.velocities:
+        yield Series(name, letter(name), unit[name], motion[name], "Velocities")
+    for k, name in enumerate(mechanism.velocities):
+        yield Series(
+            f"{name}'", letter(f"{name}'"), per_second(unit[name]), motion.a[:, k], "Accelerations"
+        )
+    energy = motion.energy()
+    for name, label in (
+        ("kinetic", "T"),
+        ("potential", "V"),
+        ("total", "T + V"),
+        ("work", "work of forces"),
+    ):
+        yield Series(
+            f"energy {name}",
+            label,
+            "J",
+            getattr(energy, name),
+            "Energies",
+            shown=not few and name != "work",
+        )
+    for joint in mechanism.joints[: MOST_ARROWS // 4]:
+        wrench = motion.reactions(joint.name)
+        for k, axis in enumerate("xyz"):
+            for vector, sign, size in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):
+                if complete or np.abs(vector[:, k]).max() > 1e-9:
+                    yield Series(
+                        f"{joint.name} {sign}{axis}",
+                        f"{joint.name} {sign}{axis}",
+                        size,
+                        vector[:, k],
+                        "Reactions",
+                    )

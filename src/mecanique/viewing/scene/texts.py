@@ -1,0 +1,212 @@
+"""The texts around a picture: derivations, verdict, parameters, degrees of freedom, the virtual-work ledger."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.analysis.forces import Action
+from mecanique.motion.record.units import units
+from mecanique.urdf.write import write_urdf
+from mecanique.viewing.scene.document import (
+    Block,
+    Derivation,
+    Document,
+    Ledger,
+    LedgerRow,
+    Quantity,
+    VerdictTable,
+)
+
+__all__ = ["derivation_of", "document_of", "ledger_of", "letter", "table_of"]
+
+MOST_LEDGER_ENTRIES = 200
+"""A ledger with more rows times coordinates than this is no longer read."""
+
+
+def document_of(
+    motion: Any, equations: Sequence[Any], verdict: Any, actions: Sequence[Action]
+) -> Document:
+    """Return the texts of a motion's page.
+
+    Args:
+        motion: the `Motion`.
+        equations: derived `Equations`, one per method.
+        verdict: the `Verdict`, or None.
+        actions: every force on the moving bodies, as many states as the motion has samples.
+    """
+    mechanism: Mechanism = motion.mechanism
+    return Document(
+        subtitle=f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}",
+        derivations=tuple(derivation_of(each) for each in equations),
+        verdict=table_of(verdict) if verdict is not None else VerdictTable(),
+        parameters=tuple(_parameters(mechanism)),
+        initial=tuple(_initial(motion)),
+        freedom=_freedom(motion),
+        ledger=ledger_of(motion, actions),
+        urdf=_urdf(mechanism),
+        file_name=mechanism.name,
+    )
+
+
+def letter(name: str) -> str:
+    """Return the name of a quantity as it stands in equations, in MathML.
+
+    Args:
+        name: e.g. "theta'".
+    """
+    from mecanique.derivation.printing.writers import MathML
+
+    return MathML().letter(name, False, "")
+
+
+def derivation_of(equations: Any) -> Derivation:
+    """Return the steps of a derivation.
+
+    Args:
+        equations: derived `Equations`.
+    """
+    from mecanique.derivation.document import sections, title
+
+    if not equations.symbolic:
+        return Derivation(
+            title(equations), (Block("Equations of motion", equations.text(), final=True),)
+        )
+    blocks = []
+    parts = sections(equations)
+    for number, part in enumerate(parts, 1):
+        last = number == len(parts)
+        formulas = part.formulas or ("",)
+        for k, formula in enumerate(formulas):
+            heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
+            blocks.append(Block(heading, formula, final=last, lead=lead))
+    return Derivation(title(equations), tuple(blocks))
+
+
+def table_of(verdict: Any) -> VerdictTable:
+    """Return what a comparison found.
+
+    Args:
+        verdict: the `Verdict`.
+    """
+    columns, *rows = verdict.table
+    versions = ", ".join(f"{name} {number}" for name, number in verdict.versions.items())
+    notes = (
+        *verdict.remarks,
+        f"Tolerance {verdict.tolerance:.0e}, seed {verdict.seed}; {versions}.",
+    )
+    return VerdictTable(verdict.agrees, verdict.summary, columns, tuple(rows), notes)
+
+
+def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
+    for parameter in mechanism.parameters:
+        value = parameter.value
+        # a slider from nothing to three times the value keeps masses and lengths sound
+        low, high = sorted((0.05 * value, 3 * value)) if value else (0.0, 0.0)
+        unit = "" if parameter.unit == "1" else parameter.unit
+        yield Quantity(
+            parameter.symbol, letter(parameter.symbol), value, unit, parameter.meaning, low, high
+        )
+
+
+def _initial(motion: Any) -> Iterator[Quantity]:
+    mechanism: Mechanism = motion.mechanism
+    unit = units(mechanism)
+    free = [f"{name}'" in mechanism.velocities for name in mechanism.coordinates]
+    for name, value, own in zip(mechanism.coordinates, motion.q[0], free, strict=True):
+        reach = math.pi if unit[name] == "rad" else max(1.0, 2 * abs(float(value)))
+        if own:
+            low, high = min(-reach, float(value)), max(reach, float(value))
+            yield Quantity(name, letter(name), float(value), unit[name], "at the start", low, high)
+    for name, value in zip(mechanism.velocities, motion.v[0], strict=True):
+        reach = max(10.0, 2 * abs(float(value)))
+        yield Quantity(name, letter(name), float(value), unit[name], "at the start", -reach, reach)
+
+
+def _freedom(motion: Any) -> tuple[str, ...]:
+    mechanism: Mechanism = motion.mechanism
+    names = ", ".join(mechanism.coordinates)
+    moving = len(mechanism.bodies) - 1
+    bodies = "1 moving body" if moving == 1 else f"{moving} moving bodies"
+    sentences = [
+        f"{bodies}, {mechanism.nv} degrees of freedom in the tree; generalized coordinates: {names or 'none'}."
+    ]
+    if mechanism.coordinates.driven:
+        sentences.append(
+            f"Joint coordinates that follow them: {', '.join(mechanism.coordinates.driven)}."
+        )
+    if mechanism.loops:
+        try:
+            from mecanique.reference import degrees_of_freedom
+
+            sentences.append(str(degrees_of_freedom(mechanism, motion.q[0])))
+        except MecaniqueError as error:
+            sentences.append(str(error))
+    return tuple(sentences)
+
+
+def _urdf(mechanism: Mechanism) -> str:
+    try:
+        return write_urdf(mechanism)
+    except MecaniqueError as error:
+        return f"<!-- this mechanism cannot be written as URDF: {error} -->\n"
+
+
+def ledger_of(motion: Any, actions: Sequence[Action]) -> Ledger:
+    """Return each force's virtual work; what acts between two bodies, and on several, is one row.
+
+    Args:
+        motion: the `Motion`.
+        actions: every force on the moving bodies, as many states as the motion has samples.
+    """
+    mechanism: Mechanism = motion.mechanism
+    unit = units(mechanism)
+    groups: dict[tuple[str, str], list[Action]] = {}
+    for action in actions:
+        groups.setdefault((action.kind, action.name), []).append(action)
+    if not groups or len(groups) * mechanism.nv > MOST_LEDGER_ENTRIES:
+        return Ledger()
+    jacobians = {
+        body.name: motion.reference.jacobian(body.name, motion.q, motion.t)
+        for body in mechanism.bodies
+        if body.name != mechanism.ground
+    }
+    poses = motion.poses()
+    origins = {body.name: poses[:, k, :3, 3] for k, body in enumerate(mechanism.bodies)}
+    rows = []
+    for (kind, name), group in groups.items():
+        work = sum(
+            _virtual_work(action, jacobians[action.body], origins[action.body]) for action in group
+        )
+        titles = {
+            "weight": f"weight of {name}",
+            "inertia": f"inertia of {name}",
+            "reaction": f"reaction at {name}",
+        }
+        where = " and ".join(dict.fromkeys(action.body for action in group))
+        rows.append(LedgerRow(titles.get(kind, name), kind, f"of {where}", np.asarray(work)))
+    largest = max(float(np.abs(row.values).max(initial=0.0)) for row in rows)
+    for row in rows:
+        # what an ideal joint's reaction leaves by rounding
+        row.values[np.abs(row.values) < 1e-12 * largest] = 0.0
+    generalized = tuple(
+        "N·m" if unit[name] == "rad/s" else "N" if unit[name] == "m/s" else ""
+        for name in mechanism.velocities
+    )
+    return Ledger(
+        tuple(letter(name.removesuffix("'")) for name in mechanism.velocities),
+        generalized,
+        tuple(rows),
+    )
+
+
+def _virtual_work(action: Action, jacobian: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    """F·δp + M·δθ for each coordinate, shape (n, nv)."""
+    moment = action.moment + np.cross(action.origin - origin, action.force)
+    work: np.ndarray = np.einsum("nk,nkj->nj", np.hstack([action.force, moment]), jacobian)
+    return work

@@ -1,0 +1,109 @@
+"""Loops replaced by coordinates in closed form: symbolic equations that agree with those of the loop itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mecanique import textbook
+from mecanique.derivation import derive
+from mecanique.derivation.equations import Equations
+from mecanique.model import Coordinates, Mechanism, coordinate
+from mecanique.reference import Reference
+from mecanique.verification import verify
+
+ANGLES = (-2.9, -2.0, -0.4, 0.0, 0.7, 1.5, 3.0)
+
+
+def slider_crank() -> Mechanism:
+    """The catalogue's slider-crank without its loop: the rod and the slider follow the crank, x > 0."""
+    from sympy import asin, cos, sin, sqrt
+
+    loop = textbook.load("slider_crank")
+    r, length = loop.parameters[:2]
+    theta = coordinate("theta")
+    follow = {
+        "beta": -theta - asin(r * sin(theta) / length),
+        "x": r * cos(theta) + sqrt(length**2 - r**2 * sin(theta) ** 2),
+    }
+    return replace(
+        loop, name="slider_crank_tree", loops=(), coordinates=Coordinates(("theta",), follow)
+    )
+
+
+def crank_state(theta: float, rate: float) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """All positions and velocities of the closed slider-crank."""
+    r, length = 0.5, 1.2
+    run = np.sqrt(length**2 - (r * np.sin(theta)) ** 2)
+    swing = -r * np.cos(theta) * rate / run
+    q = {
+        "theta": theta,
+        "beta": -theta - np.arcsin(r * np.sin(theta) / length),
+        "x": r * np.cos(theta) + run,
+    }
+    v = {
+        "theta'": rate,
+        "beta'": swing - rate,
+        "x'": -r * np.sin(theta) * rate * (1 + r * np.cos(theta) / run),
+    }
+    return q, v
+
+
+@pytest.fixture(scope="module")
+def crank() -> Equations:
+    return derive(slider_crank())
+
+
+@pytest.mark.parametrize("theta", ANGLES)
+@pytest.mark.parametrize("rate", [0.0, 1.3, -4.0])
+def test_the_symbolic_slider_crank_turns_as_its_loop_does(
+    crank: Equations, theta: float, rate: float
+) -> None:
+    assert crank.symbolic
+    q, v = crank_state(theta, rate)
+    own = crank.acceleration(np.array([theta]), np.array([rate]))[0]
+    tree = Reference(slider_crank()).acceleration({"theta": theta}, {"theta'": rate})[0]
+    loop = Reference(textbook.load("slider_crank")).acceleration(q, v)[0]
+    assert own == pytest.approx(tree, rel=1e-10, abs=1e-10)
+    assert own == pytest.approx(loop, rel=1e-10, abs=1e-10)
+
+
+def test_its_mass_matrix_is_that_of_the_book(crank: Equations) -> None:
+    theta = np.array(ANGLES)
+    run = np.sqrt(1.2**2 - (0.5 * np.sin(theta)) ** 2)
+    way = -0.5 * np.sin(theta) * (1 + 0.5 * np.cos(theta) / run)
+    np.testing.assert_allclose(
+        crank.mass_matrix(theta[:, None])[:, 0, 0], 2.0 * 0.5**2 / 3 + way**2, rtol=1e-12
+    )
+
+
+def test_its_parameters_stay_letters(crank: Equations) -> None:
+    assert {"r", "l", "m1", "m2", "theta"} <= {str(letter) for letter in crank.M.free_symbols}
+
+
+def test_the_slider_crank_without_its_loop_is_verified() -> None:
+    verdict = verify(slider_crank(), samples=30)
+    assert verdict.agrees, str(verdict)
+
+
+def test_the_symbolic_parallelogram_moves_as_its_loop_does() -> None:
+    tree = textbook.load("bars_and_springs")
+    loop = replace(textbook.load("bars_and_springs_loop"), parameters=tree.parameters)
+    equations, closed, reference = derive(tree), Reference(loop), Reference(tree)
+    assert equations.symbolic
+    for angle in (-1.2, -0.5, 0.0, 0.4, 1.1):
+        for rate in (0.0, 1.7, -3.0):
+            q, v = 2.0 * np.sin(angle), 2.0 * np.cos(angle) * rate
+            a = closed.acceleration(
+                {"alpha": angle, "delta": angle, "gamma": -angle},
+                {"alpha'": rate, "delta'": rate, "gamma'": -rate},
+            )[0]
+            expected = 2.0 * (np.cos(angle) * a - np.sin(angle) * rate**2)
+            own = equations.acceleration(np.array([q]), np.array([v]))[0]
+            assert own == pytest.approx(expected, rel=1e-10, abs=1e-10)
+            assert own == pytest.approx(
+                reference.acceleration({"q": q}, {"q'": v})[0], rel=1e-10, abs=1e-10
+            )

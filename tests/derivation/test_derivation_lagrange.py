@@ -1,0 +1,113 @@
+"""Lagrange's equations in Poisson series: equal to the numeric ways, and printed as a textbook would."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from derivation_reading import residual, value_of_text
+from derivation_samples import sample
+from sympy import diff
+
+from mecanique import textbook
+from mecanique.derivation import derive
+from mecanique.derivation.equations import Equations
+from mecanique.derivation.scalars.cancel import without_common_divisor
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.states import States
+from mecanique.model import Mechanism, time
+from mecanique.model.expression import evaluate
+
+READABLE = ("planar", "rheonomic", "three_dimensional", "functions", "free")
+NAMES = (*(name for name in textbook.names() if not textbook.load(name).loops), *READABLE)
+
+
+@cache
+def equations_of(name: str) -> Equations:
+    return derive(sample(name) if name in READABLE else textbook.load(name))
+
+
+def around_start(name: str, mechanism: Mechanism, n: int = 4) -> States:
+    """Return random states where the coordinates are sure to be valid and the closed form's assumptions hold."""
+    rng = np.random.default_rng(5)
+    start = mechanism.position(None if name in READABLE else textbook.entry(name).start)
+    q = start + 0.05 * rng.normal(size=(n, mechanism.nq))
+    return States.of(mechanism, q, rng.normal(size=(n, mechanism.nv)), rng.normal(size=n))
+
+
+def numbers(equations: Equations, some: States, a: np.ndarray) -> dict[str, Any]:
+    """Return the value of every symbol that may be printed, roots and the inputs' derivatives included."""
+    derivation = equations.derivation
+    values = {**some.values, **dict(zip(derivation.algebra.accelerations, a.T, strict=True))}
+    for signal in equations.mechanism.inputs:
+        if f"{signal.symbol}''" in {g.name for g in derivation.algebra.ring.generators}:
+            rate = diff(signal.signal, time())
+            values[f"{signal.symbol}'"] = evaluate(rate, values)
+            values[f"{signal.symbol}''"] = evaluate(diff(rate, time()), values)
+    ring = derivation.algebra.ring
+    evaluation = Evaluation(ring, values)
+    for index, atom in ring.atoms.items():
+        if atom.named:
+            values[ring.generators[index].name] = evaluation(ring[ring.generators[index].name])
+    return values
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_ring_gives_what_the_recursion_gives(name: str) -> None:
+    equations = equations_of(name)
+    mechanism = equations.mechanism
+    assert equations.symbolic, equations.why_not
+    derivation, some = equations.derivation, around_start(name, mechanism)
+    assert all(equations.holds(q, float(t)) for q, t in zip(some.q, some.t, strict=True))
+    value = Evaluation(derivation.algebra.ring, numbers(equations, some, np.zeros_like(some.v)))
+
+    def array(series: Any) -> np.ndarray:
+        return np.stack([np.broadcast_to(value(s), len(some)) for s in series], axis=-1)
+
+    M = np.stack([array(row) for row in derivation.M], axis=-2)
+    expected = equations.mass_matrix(some.q, some.t)
+    scale = max(1.0, float(np.abs(expected).max()))
+    np.testing.assert_allclose(M, expected, rtol=0, atol=1e-12 * scale)
+    for got, wanted in (
+        (array(derivation.h), equations.bias(some.q, some.v, some.t)),
+        (array(derivation.Q), equations.forces(some.q, some.v, some.t)),
+    ):
+        np.testing.assert_allclose(
+            got, wanted, rtol=0, atol=1e-12 * max(scale, float(np.abs(wanted).max()))
+        )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_printed_equations_read_back_are_the_derivation(name: str) -> None:
+    equations = equations_of(name)
+    mechanism = equations.mechanism
+    some = around_start(name, mechanism)
+    values = numbers(equations, some, np.random.default_rng(6).normal(size=some.v.shape))
+    value = Evaluation(equations.derivation.algebra.ring, values)
+    for row, equation in zip(equations.derivation.rows, equations.equations, strict=True):
+        printed = residual(equation.text(), values) * value(equation.divisor)
+        derived = value(without_common_divisor(row))
+        size = sum(np.abs(values[a]).max() for a in equations.derivation.algebra.accelerations)
+        np.testing.assert_allclose(printed, derived, rtol=1e-11, atol=1e-11 * max(1.0, float(size)))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_step_reads_back(name: str) -> None:
+    equations = equations_of(name)
+    mechanism = equations.mechanism
+    some = around_start(name, mechanism)
+    values = numbers(equations, some, np.random.default_rng(7).normal(size=some.v.shape))
+    value = Evaluation(equations.derivation.algebra.ring, values)
+    lines = [
+        line.strip() for line in equations.text(steps=True).splitlines() if line.startswith("     ")
+    ]
+    results = [result for stage in equations.steps for result in stage.results]
+    assert len(lines) >= len(results) + len(equations.equations)
+    for result, line in zip(results, lines, strict=False):
+        printed = value_of_text(line.split(" = ", 1)[1], values)
+        derived = value(result.right)
+        np.testing.assert_allclose(
+            printed, derived, rtol=1e-11, atol=1e-11 * max(1.0, float(np.abs(derived).max()))
+        )

@@ -1,0 +1,223 @@
+"""Newton and Euler, and virtual work: the equations are Lagrange's, reactions the chapter's, and these do no work."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+from derivation_samples import SAMPLES, sample, states
+
+from mecanique import textbook
+from mecanique.derivation import derive
+from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.numeric.virtual_work import Works
+from mecanique.derivation.scalars.elementary import cos, sin
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.states import States
+from mecanique.derivation.symbolic.distribution import distribution_of
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.symbolic.newton_euler import NewtonEuler
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.virtual_work import VirtualWork
+from mecanique.errors import DerivationError
+from mecanique.model import Body, Loop, Mechanism, Parameter, Revolute, rod
+from mecanique.verification.states.random import random_states
+
+TREES = tuple(name for name in textbook.names() if not textbook.load(name).loops)
+READ = (
+    "rigid_bar_pendulum",
+    "two_blocks",
+    "double_pendulum",
+    "cart_pole",
+    "gyroscope",
+    "rotating_plate",
+    "dumbbell",
+)
+QUANTITIES = (
+    "mass_matrix",
+    "bias",
+    "forces",
+    "gravity",
+    "acceleration",
+    "inverse_dynamics",
+    "energy",
+    "momentum",
+)
+
+
+@cache
+def mechanism_of(name: str) -> Mechanism:
+    return sample(name) if name in SAMPLES else textbook.load(name)
+
+
+def some_states(name: str, n: int = 4) -> States:
+    if name in SAMPLES:
+        return states(sample(name), n)
+    drawn = random_states(mechanism_of(name), n, 0)
+    return States.of(mechanism_of(name), drawn.q, drawn.v, drawn.t)
+
+
+@pytest.mark.parametrize("name", [*SAMPLES, *TREES])
+@pytest.mark.parametrize("method", [Balances, Works])
+def test_the_methods_give_the_numbers_of_lagrange(
+    name: str, method: Callable[[Mechanism], Balances | Works]
+) -> None:
+    mechanism, some = mechanism_of(name), some_states(name)
+    ours, lagrange = method(mechanism), Recursion(mechanism)
+    a = np.random.default_rng(1).normal(size=some.v.shape)
+    scale = max(1.0, float(np.abs(lagrange.mass_matrix(some)).max()))
+    for quantity in QUANTITIES:
+        more = (a,) if quantity == "inverse_dynamics" else ()
+        x, y = getattr(ours, quantity)(some, *more), getattr(lagrange, quantity)(some, *more)
+        for one, other in zip(np.atleast_1d(x), np.atleast_1d(y), strict=True):
+            assert np.abs(one - other).max() <= 1e-12 * max(scale, np.abs(other).max()), quantity
+
+
+@pytest.mark.parametrize("name", [*TREES, "planar", "rheonomic", "functions"])
+@pytest.mark.parametrize("method", [NewtonEuler, VirtualWork])
+def test_the_methods_give_the_series_of_lagrange(
+    name: str, method: Callable[[Mechanism, Algebra], NewtonEuler | VirtualWork]
+) -> None:
+    """Not at some states only: the difference is zero as an element of the ring."""
+    mechanism = mechanism_of(name)
+    algebra = Algebra(mechanism)
+    lagrange, ours = (
+        Lagrange(mechanism, algebra).derivation(),
+        method(mechanism, algebra).derivation(),
+    )
+    for x, y in zip(lagrange.rows, ours.rows, strict=True):
+        assert (x - y).vanishes()
+
+
+def test_reactions_of_the_rod_pendulum_are_the_chapters() -> None:
+    """Fundamentals of Dynamics, eqs. 1.14, 1.23, 1.24."""
+    equations = derive(textbook.load("rigid_bar_pendulum"), "newton_euler")
+    ring = equations.derivation.algebra.ring
+    m, length, g, q, v, a = (ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
+    assert dict(equations.derivation.reactions) == {
+        "R_pin_n": m * g * cos(q) + m * length * v**2 / 2,
+        "R_pin_t": m * g * sin(q) + m * length * a / 2,
+    }
+    text = equations.text(steps=True)
+    assert "Identically zero: R_pin_k, M_pin_n, M_pin_t." in text
+    assert "-l m q'^2/2 = -R_pin_n + g m cos(q)" in text
+    assert "l^2 m q''/3 = -g l m sin(q)/2" in text
+
+
+@pytest.mark.parametrize(
+    "name", ["rigid_bar_pendulum", "double_pendulum", "cart_pole", "rheonomic", "bars_and_springs"]
+)
+def test_closed_reactions_are_the_numeric_ones(name: str) -> None:
+    mechanism, some = mechanism_of(name), some_states(name)
+    by_hand = NewtonEuler(mechanism)
+    balances = Balances(mechanism)
+    a = balances.acceleration(some)
+    values = some.values | dict(zip(by_hand.algebra.accelerations, a.T, strict=True))
+    numeric = balances.reactions(some)
+    evaluated = Evaluation(by_hand.algebra.ring, values)
+    for cut in by_hand.cuts.bodies:
+        found = by_hand.demands[cut.body]
+        for vector, expected in zip(
+            (found.force, found.moment), numeric[cut.joint.name], strict=True
+        ):
+            got = np.stack([np.broadcast_to(evaluated(c), (len(some),)) for c in vector], axis=1)
+            np.testing.assert_allclose(got, expected, atol=1e-9 * max(1.0, np.abs(expected).max()))
+
+
+def test_a_large_system_gives_the_same_by_elimination(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism, some = mechanism_of("everything"), some_states("everything")
+    whole, reactions = Balances(mechanism).acceleration(some), Balances(mechanism).reactions(some)
+    monkeypatch.setattr(sys.modules["mecanique.derivation.numeric.newton_euler"], "_DENSE", 1)
+    np.testing.assert_allclose(Balances(mechanism).acceleration(some), whole, rtol=1e-11)
+    for name, (force, moment) in Balances(mechanism).reactions(some).items():
+        np.testing.assert_allclose(force, reactions[name].force, atol=1e-9)
+        np.testing.assert_allclose(moment, reactions[name].moment, atol=1e-9)
+
+
+def test_inertia_forces_of_a_rod_are_triangular_and_act_at_two_thirds() -> None:
+    """Fundamentals of Dynamics, eqs. 1.23-1.25."""
+    work = VirtualWork(textbook.load("rigid_bar_pendulum"))
+    ring = work.algebra.ring
+    spread = distribution_of(work.cuts, work.cuts.bodies[0])
+    assert spread is not None
+    m, length, v, a, s = (ring[name] for name in ("m", "l", "q'", "q''", "s"))
+    assert spread.density[:2] == (m * s * v**2 / length, -m * s * a / length)
+    assert spread.resultant[:2] == (m * length * v**2 / 2, -m * length * a / 2)
+    assert spread.point[:2] == (2 * length / 3, 2 * length / 3)
+
+
+def test_a_rod_that_also_slides_has_no_single_point_for_its_inertia_forces() -> None:
+    work = VirtualWork(textbook.load("double_pendulum"))
+    upper, lower = (distribution_of(work.cuts, cut) for cut in work.cuts.bodies)
+    assert upper is not None
+    assert lower is not None
+    assert upper.point[0] == 2 * work.algebra.ring["l1"] / 3
+    assert lower.point == (None, None, None)
+
+
+def test_a_disk_has_no_distribution_along_a_line() -> None:
+    work = VirtualWork(textbook.load("compound_pendulum"))
+    assert distribution_of(work.cuts, work.cuts.bodies[0]) is None
+
+
+@pytest.mark.parametrize(
+    "name", ["double_pendulum", "cart_pole", "rotating_plate", "spherical_pendulum"]
+)
+def test_reactions_do_no_virtual_work(name: str) -> None:
+    equations = derive(textbook.load(name), "virtual_work")
+    (stage,) = [
+        stage for stage in equations.steps if stage.title == "Virtual work of the reactions"
+    ]
+    assert len(stage.results) == len(textbook.load(name).joints)
+    assert not any(result.right for result in stage.results)
+
+
+def test_what_guides_coordinates_does_no_work_in_all() -> None:
+    work = VirtualWork(textbook.load("bars_and_springs_small"))
+    (line,) = work.balances.guided()
+    ring = work.algebra.ring
+    assert line.left == (ring["M_A"] + ring["M_D"]) / (4 * ring["l"])
+
+
+@pytest.mark.parametrize("method", ["newton_euler", "virtual_work"])
+@pytest.mark.parametrize("name", READ)
+def test_every_derivation_can_be_read_with_its_symbols_defined(name: str, method: str) -> None:
+    equations = derive(textbook.load(name), method)
+    text = equations.text(steps=True)
+    assert "Equations of motion" in text
+    assert equations.latex(steps=True).count("{") == equations.latex(steps=True).count("}")
+    assert equations.mathml(steps=True).count("<math") > len(equations.steps)
+    listed = text.split("\n\n")[1]
+    for unknown in equations.derivation.unknowns:
+        assert f"  {unknown} " in listed
+
+
+def test_methods_without_reactions_and_loops_are_refused() -> None:
+    pendulum = textbook.load("rigid_bar_pendulum")
+    with pytest.raises(DerivationError, match=r"'lagrange' shows no reactions.*newton_euler"):
+        derive(pendulum).reactions({"q": 0.1}, None)
+    m = Parameter("m", 1.0, "kg")
+    looped = Mechanism(
+        "looped",
+        (Body("ground"), Body("a", rod(m, 1.0))),
+        (Revolute("pin", "ground", "a", axis=(0, -1, 0)),),
+        loops=(Loop.pin("end", "ground", (0, 0, -1), "a", (0, 0, -1)),),
+        parameters=(m,),
+    )
+    equations = derive(looped, "newton_euler")
+    with pytest.raises(DerivationError, match="'looped' has loops"):
+        equations.reactions({"pin": 0.0}, None)
+    assert "has loops" in equations.why_not
+
+
+def test_reactions_come_for_one_state_and_for_many() -> None:
+    equations = derive(textbook.load("rigid_bar_pendulum"), "newton_euler")
+    one = equations.reactions({"q": 0.0}, {"q": 2.0})["pin"]
+    np.testing.assert_allclose(one.force, [0, 0, 9.81 + 2.0], atol=1e-12)
+    many = equations.reactions(np.array([[0.0], [0.1]]), np.array([[2.0], [0.0]]))["pin"]
+    assert many.force.shape == (2, 3)
+    np.testing.assert_allclose(many.force[0], one.force)

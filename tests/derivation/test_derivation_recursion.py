@@ -1,0 +1,155 @@
+"""The recursion against the definition of Lagrange's operator, and against the identities of mechanics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from derivation_samples import SAMPLES, sample, states
+
+from mecanique import textbook
+from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.states import States
+from mecanique.errors import DerivationError
+from mecanique.model import Body, JointSpring, Mechanism, Revolute, Spring
+from mecanique.model.joints import Floating, Spherical
+
+
+def difference(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the largest difference, relative to the largest number."""
+    return float(np.abs(a - b).max() / max(1e-300, np.abs(b).max()))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.parametrize("quantity", ["mass_matrix", "bias", "forces", "acceleration"])
+def test_recursion_is_the_definition(name: str, quantity: str) -> None:
+    mechanism = sample(name)
+    some = states(mechanism, 5)
+    fast: Callable[[States], np.ndarray] = getattr(Recursion(mechanism), quantity)
+    exact: Callable[[States], np.ndarray] = getattr(Definition(mechanism), quantity)
+    assert difference(fast(some), exact(some)) < 1e-12
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_energies_agree(name: str) -> None:
+    mechanism = sample(name)
+    some = states(mechanism, 5)
+    for fast, exact in zip(
+        Recursion(mechanism).energy(some), Definition(mechanism).energy(some), strict=True
+    ):
+        assert difference(fast, exact) < 1e-12
+
+
+@pytest.mark.parametrize(
+    "name", [name for name in textbook.names() if not textbook.load(name).loops]
+)
+def test_textbook_systems_agree(name: str) -> None:
+    mechanism = textbook.load(name)
+    some = near_start(mechanism, name, 3)
+    fast, exact = Recursion(mechanism), Definition(mechanism)
+    scale = max(1.0, float(np.abs(exact.mass_matrix(some)).max()))
+    for quantity in ("mass_matrix", "bias", "forces"):
+        a, b = getattr(fast, quantity)(some), getattr(exact, quantity)(some)
+        assert np.abs(a - b).max() <= 1e-12 * max(scale, np.abs(b).max()), quantity
+
+
+def near_start(mechanism: Mechanism, name: str, n: int) -> States:
+    """Return random states around the start of the system's own motion, where its coordinates are sure to be valid."""
+    rng = np.random.default_rng(3)
+    start = mechanism.position(textbook.entry(name).start)
+    q = start + 0.05 * rng.normal(size=(n, mechanism.nq))
+    return States.of(mechanism, q, rng.normal(size=(n, mechanism.nv)), rng.normal(size=n))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_mass_matrix_is_symmetric_and_positive(name: str) -> None:
+    mechanism = sample(name)
+    M = Recursion(mechanism).mass_matrix(states(mechanism, 20))
+    assert difference(np.swapaxes(M, -1, -2), M) < 1e-15
+    assert np.linalg.eigvalsh(M).min() > 0
+
+
+def moved(some: States, h: float) -> States:
+    """Return the states a time h later if they keep their velocities, for central differences."""
+    q = some.q.copy()
+    m = some.mechanism
+    for joint in m.joints:
+        names = [name for name in joint.coordinates if name in m.coordinates]
+        at = [m.coordinates.index(name) for name in names]
+        if isinstance(joint, (Spherical, Floating)):
+            v = some.v[:, [m.velocities.index(name) for name in joint.velocities]]
+            x, y, z, w = q[:, at[-4:]].T
+            wx, wy, wz = v[:, -3:].T
+            # the exact turn by ω h: q ⊗ (sin(|ω| h / 2) ω / |ω|, cos(|ω| h / 2))
+            size = np.linalg.norm(v[:, -3:], axis=1)
+            s, c = h / 2 * np.sinc(size * h / (2 * np.pi)), np.cos(size * h / 2)
+            px, py, pz, pw = s * wx, s * wy, s * wz, c
+            turned = (
+                w * px + x * pw + y * pz - z * py,
+                w * py + y * pw + z * px - x * pz,
+                w * pz + z * pw + x * py - y * px,
+                w * pw - x * px - y * py - z * pz,
+            )
+            if isinstance(joint, Floating):
+                R = rotation(x, y, z, w)
+                q[:, at[:3]] += h * np.einsum("nij,nj->ni", R, v[:, :3])
+            q[:, at[-4:]] = np.stack(turned, axis=1)
+    inside = {n for j in m.joints if isinstance(j, (Spherical, Floating)) for n in j.coordinates}
+    for k, name in enumerate(m.coordinates):
+        if name not in inside:
+            q[:, k] += h * some.v[:, m.velocities.index(f"{name}'")]
+    return States.of(m, q, some.v, some.t)
+
+
+def rotation(x: np.ndarray, y: np.ndarray, z: np.ndarray, w: np.ndarray) -> np.ndarray:
+    """Return rotation matrices of unit quaternions."""
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.asarray(np.moveaxis(np.array(rows), -1, 0))
+
+
+@pytest.mark.parametrize("name", ["everything", "planar", "double_pendulum", "furuta_pendulum"])
+def test_bias_does_the_work_that_energy_loses(name: str) -> None:
+    """v·bias = d/dt (T + V_gravity) without acceleration: the power balance, in which Ṁ − 2 C is skew."""
+    mechanism = sample(name) if name in SAMPLES else textbook.load(name)
+    mechanism = replace(mechanism, forces=())
+    some, h = states(mechanism, 4), 1e-5
+    recursion = Recursion(mechanism)
+    later, sooner = (sum(recursion.energy(moved(some, step))) for step in (h, -h))
+    power = np.sum(some.v * recursion.bias(some), axis=1)
+    np.testing.assert_allclose(
+        power, (later - sooner) / (2 * h), rtol=1e-7, atol=1e-7 * np.abs(power).max()
+    )
+
+
+@pytest.mark.parametrize("name", ["everything", "planar", "coupled_pendulums"])
+def test_gravity_and_springs_are_slopes_of_the_potential_energy(name: str) -> None:
+    mechanism = sample(name) if name in SAMPLES else textbook.load(name)
+    springs = tuple(force for force in mechanism.forces if isinstance(force, (Spring, JointSpring)))
+    mechanism = replace(mechanism, forces=springs)
+    here, h = states(mechanism, 3), 1e-5
+    recursion = Recursion(mechanism)
+    at_rest = States.of(mechanism, here.q, np.zeros_like(here.v), here.t)
+    slope = recursion.bias(at_rest) - recursion.forces(at_rest)
+    for k in range(mechanism.nv):
+        along = States.of(mechanism, here.q, np.tile(np.eye(mechanism.nv)[k], (3, 1)), here.t)
+        later, sooner = (recursion.energy(moved(along, step))[1] for step in (h, -h))
+        np.testing.assert_allclose(
+            slope[:, k], (later - sooner) / (2 * h), rtol=1e-7, atol=1e-7 * np.abs(slope).max()
+        )
+
+
+def test_a_massless_motion_is_refused() -> None:
+    nothing = Mechanism(
+        "nothing", (Body("ground"), Body("arm")), (Revolute("pin", "ground", "arm"),)
+    )
+    with pytest.raises(
+        DerivationError, match=r"'nothing': its mass matrix is singular.*give them mass"
+    ):
+        Recursion(nothing).acceleration(states(nothing, 1))

@@ -1,0 +1,59 @@
+"""Roots that cancel, and sines of arcs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mecanique.derivation.scalars.arcs import function_without_arcs
+from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
+from mecanique.derivation.scalars.evaluation import evaluate
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.ring import Ring
+
+
+def test_terms_over_a_root_come_together() -> None:
+    ring = Ring()
+    q, length = ring.coordinate("q"), ring.parameter("l")
+    root = function("sqrt")(length**2 - q**2)
+    assert tidy(q**2 / root**2 + 1) == length**2 / root**2
+
+
+def test_sums_cancel() -> None:
+    ring = Ring()
+    a, b = ring.parameter("a"), ring.parameter("b")
+    assert tidy((a**2 + a * b) * (1 / (a + b)) ** 2) == a / (a + b)
+    assert tidy((a**2 + 2 * a * b + b**2) / (a + b)) == a + b
+
+
+def test_what_does_not_cancel_stays() -> None:
+    ring = Ring()
+    a, b = ring.parameter("a"), ring.parameter("b")
+    series = a / (a + b)
+    assert tidy(series) == series
+
+
+def test_a_common_divisor_of_parameters_is_left_out() -> None:
+    ring = Ring()
+    a, b, q = ring.parameter("a"), ring.parameter("b"), ring.coordinate("q")
+    assert without_common_divisor(a * q / (a + b) + q**2 / (a + b)) == a * q + q**2
+    kept = q / (a + q)
+    assert without_common_divisor(kept) == kept
+
+
+@pytest.mark.parametrize("arc", ["asin", "acos", "atan"])
+@pytest.mark.parametrize("count", [-2, -1, 1, 3])
+def test_sines_and_cosines_of_arcs_are_roots(arc: str, count: int) -> None:
+    ring = Ring()
+    u, q = ring.coordinate("u"), ring.coordinate("q")
+    angle = count * function(arc)(u) + 2 * q
+    values = {"u": np.array([-0.7, 0.1, 0.6]), "q": np.array([0.3, -1.0, 2.0])}
+    for name, exact in (("sin", np.sin), ("cos", np.cos)):
+        series = function_without_arcs(name)(angle)
+        expected = exact(evaluate(angle, values))
+        np.testing.assert_allclose(evaluate(series, values), expected, atol=1e-14)
+        assert not any(
+            ring.atoms[g.index].function == arc
+            for g in series.generators()
+            if g.index in ring.atoms
+        )

@@ -1,0 +1,302 @@
+"""Line figures: what they show stands where it is, whatever it is called, for every system."""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.errors import UnknownNameError
+from mecanique.figure.camera import FRONT, ISOMETRIC, TOP, side_of
+from mecanique.figure.coordinates import coordinates
+from mecanique.figure.draw import figure_text
+from mecanique.figure.freebody import cut_free
+from mecanique.figure.marks import STYLES, Circle, Stroke, Words, bounds, rich
+from mecanique.figure.mechanism import figure
+from mecanique.figure.posture import posture
+from mecanique.figure.setting import Setting, setting
+from mecanique.figure.signs import dashpot, hatched, label, spring
+from mecanique.figure.solids import hull
+from mecanique.figure.svg import svg
+from mecanique.motion.analysis.forces import Actions
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def seen(name: str, q: Any = None, **parameters: float) -> Setting:
+    mechanism = mq.textbook.load(name, **parameters)
+    position = (
+        posture(mechanism, mq.textbook.entry(name).start) if q is None else mechanism.position(q)
+    )
+    return setting(mechanism, mq.Reference(mechanism), position, np.zeros(mechanism.nv), 0.0)
+
+
+def words(marks: Any) -> set[str]:
+    return {"".join(text for text, _ in mark.parts) for mark in marks if isinstance(mark, Words)}
+
+
+@pytest.mark.parametrize("name", mq.textbook.names())
+def test_every_system_has_a_figure(name: str) -> None:
+    entry = mq.textbook.entry(name)
+    text = figure_text(mq.textbook.load(name), entry.start)
+    root = ElementTree.fromstring(text)
+    assert root.tag == f"{SVG}svg"
+    assert len(root) > 5
+    assert len(text) < 40_000
+    assert root.attrib["aria-label"]
+    numbers = [
+        float(x)
+        for each in root.iter(f"{SVG}path")
+        for x in re.findall(r"-?\d+\.?\d*", each.attrib["d"])
+    ]
+    left, top, width, height = map(float, root.attrib["viewBox"].split())
+    assert min(numbers[0::2]) >= left
+    assert max(numbers[0::2]) <= left + width
+    assert min(numbers[1::2]) >= top
+    assert max(numbers[1::2]) <= top + height
+    assert 60 < width < 800
+    assert 60 < height < 700
+    assert text == figure_text(mq.textbook.load(name), entry.start)
+    assert not re.search(r"nan|inf|<script|http(?!://www\.w3\.org/2000/svg)", text)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("double_pendulum", {"q1", "q2", "l1", "l2", "m1", "m2", "g"}),
+        ("cart_pole", {"x", "q", "F", "M", "m", "l", "c", "g"}),
+        ("two_blocks", {"q1", "q2", "k1", "k2", "F", "m1", "m2", "g"}),
+        ("heavy_top", {"φ", "θ", "ψ", "g"}),
+        ("particle_on_circle_x", {"x", "R", "m"}),
+    ],
+)
+def test_a_figure_tells_the_symbols(name: str, expected: set[str]) -> None:
+    assert expected <= words(figure(seen(name)))
+
+
+def test_planar_mechanisms_are_seen_from_their_side() -> None:
+    for name, axes in (
+        ("double_pendulum", FRONT),
+        ("particle_on_circle", TOP),
+        ("heavy_top", ISOMETRIC),
+    ):
+        given = seen(name)
+        assert side_of(given.mechanism, given.poses) is axes
+    for axes in (FRONT, TOP, ISOMETRIC):
+        assert axes @ axes.T == pytest.approx(np.eye(3), abs=1e-15)
+        assert np.linalg.det(axes) == pytest.approx(1.0)
+
+
+def test_the_bar_is_drawn_from_the_pin_to_its_end() -> None:
+    given = seen("rigid_bar_pendulum", {"q": 0.7})
+    bars = [mark for mark in figure(given) if isinstance(mark, Stroke) and mark.style == "bar"]
+    assert len(bars) == 1
+    tip = given.camera.at([math.sin(0.7), 0.0, -math.cos(0.7)])
+    away = np.hypot(*(bars[0].points - tip).T).min()
+    assert away < 5
+    pins = [mark for mark in figure(given) if isinstance(mark, Circle) and mark.style == "pin"]
+    assert any(np.abs(mark.center).max() < 1e-9 for mark in pins)
+
+
+def test_the_arc_of_an_angle_spans_that_angle() -> None:
+    given = seen("double_pendulum", {"q1": 0.5, "q2": 1.1})
+    arcs = [
+        m.points for m in coordinates(given) if isinstance(m, Stroke) and m.style == "coordinate"
+    ]
+    pins = [given.camera.at(given.point(body)) for body in ("rod1", "rod2")]
+    assert len(arcs) == 2
+    for points, pin, angle in zip(arcs, pins, (0.5, 1.1), strict=True):
+        begin, end = (math.atan2(*(points[k] - pin)) for k in (0, -1))
+        # from straight down, less the head of the arrow
+        assert begin == pytest.approx(0.0, abs=1e-9)
+        assert angle - 0.25 < end < angle
+
+
+def test_the_arrow_of_a_distance_is_as_long_as_it() -> None:
+    given = seen("two_blocks", {"q1": 0.4, "q2": -0.3})
+    marks = [
+        m for m in coordinates(given) if isinstance(m, Stroke) and m.style.startswith("coordinate")
+    ]
+    tips = [m.points[0] for m in marks if m.style == "coordinate-tip"]
+    feet = [
+        m.points.mean(axis=0)
+        for m in marks
+        if m.style == "coordinate" and abs(np.ptp(m.points[:, 0])) < 1e-9
+    ]
+    assert [tip[0] - foot[0] for tip, foot in zip(tips, feet, strict=True)] == pytest.approx(
+        [0.4 * given.camera.scale, -0.3 * given.camera.scale]
+    )
+
+
+def test_signs_reach_from_end_to_end() -> None:
+    a, b = np.array([3.0, 4.0]), np.array([63.0, -36.0])
+    for sign in (spring, dashpot):
+        strokes = [mark.points for mark in sign(a, b) if isinstance(mark, Stroke)]
+        assert strokes[0][0] == pytest.approx(a)
+        assert strokes[-1][-1] == pytest.approx(b)
+    zigzag = next(iter(spring(a, b)))
+    assert isinstance(zigzag, Stroke)
+    across = (zigzag.points - a) @ np.array([40.0, 60.0]) / math.hypot(40, 60)
+    assert across.max() == pytest.approx(6.5)
+    assert across.min() == pytest.approx(-6.5)
+
+
+def test_hatching_lies_on_the_right_as_one_goes() -> None:
+    marks = list(hatched(np.array([0.0, 0.0]), np.array([70.0, 0.0])))
+    assert all(mark.points[:, 1].max() > 0 for mark in marks[1:] if isinstance(mark, Stroke))
+
+
+def test_a_label_stands_clear_of_its_point() -> None:
+    for way in ([1.0, 0.0], [0.0, -1.0], [-0.6, 0.8]):
+        left, top, right, bottom = bounds([label(np.zeros(2), "theta1", np.array(way), 8.0)])
+        assert not (left < 0 < right and top < 0 < bottom)
+
+
+def test_the_hull_is_convex_and_holds_all() -> None:
+    points = np.random.default_rng(0).normal(size=(60, 2))
+    corners = hull(points)
+    edges = np.roll(corners, -1, axis=0) - corners
+    for corner, edge in zip(corners, edges, strict=True):
+        assert (edge[0] * (points - corner)[:, 1] - edge[1] * (points - corner)[:, 0] > -1e-5).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "pieces"),
+    [
+        ("theta1", [("θ", "italic"), ("1", "below")]),
+        ("m*g", [("m", "italic"), ("\u2009", "upright"), ("g", "italic")]),
+        (
+            "-4*k*l**2",
+            [
+                ("−4\u2009", "upright"),
+                ("k", "italic"),
+                ("\u2009", "upright"),
+                ("l", "italic"),
+                ("²", "upright"),
+            ],
+        ),
+    ],
+)
+def test_names_are_written_as_in_equations(name: str, pieces: list[tuple[str, str]]) -> None:
+    joined = [(text, how) for text, how in rich(name)]
+    assert "".join(t for t, _ in joined) == "".join(t for t, _ in pieces)
+    assert [p for p in joined if p[1] != "upright"] == [p for p in pieces if p[1] != "upright"]
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["</text><script>alert(1)</script>", "a&b<c>\"'", "\x00\x1b[0m", "x" * 3000, "שלום\u202e"],
+)
+def test_hostile_names_are_only_names(name: str) -> None:
+    text = svg([Words(np.zeros(2), ((name, "upright"),)), Circle(np.zeros(2), 3.0, "pin")], name)
+    root = ElementTree.fromstring(text)
+    assert {each.tag for each in root.iter()} == {
+        f"{SVG}{tag}" for tag in ("svg", "title", "style", "text", "tspan", "circle")
+    }
+    kept = "".join(c for c in name if c >= " ")
+    assert root.findtext(f"{SVG}title") == kept
+    assert next(root.iter(f"{SVG}tspan")).text == kept
+
+
+def test_every_style_has_ink_or_fill_by_day_and_by_night() -> None:
+    for style in STYLES.values():
+        assert bool(style.ink) == bool(style.night)
+        assert bool(style.fill) == bool(style.night_fill)
+        assert style.ink or style.fill
+
+
+def test_a_body_cut_free_shows_its_forces_in_their_directions() -> None:
+    """The arrows from each point of application go the way of the forces there, with their values written beside."""
+    motion = mq.simulate(
+        mq.textbook.load("double_pendulum"), q={"q1": 1.0, "q2": 0.3}, duration=0.5
+    )
+    state = motion(0.3)
+    given = setting(
+        motion.mechanism, motion.reference, np.asarray(state.q), np.asarray(state.v), 0.3
+    )
+    marks = cut_free(given, "rod1")
+    tips = [
+        (m.style, m.points[0])
+        for m in marks
+        if isinstance(m, Stroke) and m.style in ("force-tip", "inertia-tip")
+    ]
+    acting, (t, q, v) = (
+        Actions(motion.mechanism, motion.reference),
+        (np.array([0.3]), given.q[None], given.v[None]),
+    )
+    a = motion.reference.acceleration(q, v, t)
+    every = [*acting.applied(t, q, v), *acting.reactions(t, q, v), *acting.inertia(t, q, v, a)]
+    mine = [each for each in every if each.body == "rod1" and np.linalg.norm(each.force) > 1e-9]
+    assert len(mine) == 4
+    for each in mine:
+        start, way = given.camera.at(each.origin[0]), given.camera.at(each.force[0])
+        style = "inertia-tip" if each.kind == "inertia" else "force-tip"
+        fits = [
+            np.allclose((tip - start) / math.hypot(*(tip - start)), way / math.hypot(*way))
+            for s, tip in tips
+            if s == style
+        ]
+        assert any(fits), each.name
+        assert any(f"{np.linalg.norm(each.force):.3g} N" in text for text in words(marks)), (
+            each.name
+        )
+    total = sum((each.force[0] for each in mine), np.zeros(3))
+    assert total == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+def test_pictures_of_a_motion(tmp_path: Path) -> None:
+    motion = mq.simulate(mq.textbook.load("cart_pole"), q={"q": 1.0}, duration=1.0)
+    path = mq.picture(motion, 0.0, tmp_path / "a.svg")
+    assert path == tmp_path / "a.svg"
+    first = path.read_text()
+    assert first == mq.picture(motion, path=tmp_path / "b.svg").read_text()
+    assert first != mq.picture(motion, 1.0, tmp_path / "b.svg").read_text()
+    assert "cart" in mq.picture(motion, 0.5, tmp_path / "c.svg", free_body="cart").read_text()
+    assert (
+        mq.picture(motion.mechanism, path=tmp_path / "d.svg", q={"q": 1.0, "x": 0.2}).read_text()
+        != first
+    )
+    png = mq.picture(motion, 0.0, tmp_path / "e.png").read_bytes()
+    assert png.startswith(b"\x89PNG")
+    assert mq.picture(motion, 0.0, tmp_path / "e.pdf").read_bytes().startswith(b"%PDF")
+    assert mq.picture(motion, 0.0, tmp_path / "f.png").read_bytes() == png
+    assert sorted(each.name for each in tmp_path.iterdir()) == [
+        "a.svg",
+        "b.svg",
+        "c.svg",
+        "d.svg",
+        "e.pdf",
+        "e.png",
+        "f.png",
+    ]
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    motion = mq.simulate(mechanism, duration=0.1)
+    nothing: Any = "cart_pole"
+    with pytest.raises(
+        mq.InputError, match=r"expected a path that ends in \.svg, \.png, \.pdf, got .*figure\.gif"
+    ):
+        mq.picture(mechanism, path=tmp_path / "figure.gif")
+    with pytest.raises(mq.InputError, match="expected a path in a directory that exists"):
+        mq.picture(mechanism, path=tmp_path / "nowhere" / "figure.svg")
+    with pytest.raises(mq.InputError, match="expected a Motion or a Mechanism, got str"):
+        mq.picture(nothing, path=tmp_path / "figure.svg")
+    with pytest.raises(mq.InputError, match="expected no q together with a Motion"):
+        mq.picture(motion, path=tmp_path / "figure.svg", q={"x": 1.0})
+    with pytest.raises(mq.InputError, match="expected times within the motion"):
+        mq.picture(motion, 2.0, tmp_path / "figure.svg")
+    for body in ("ground", "wheel"):
+        with pytest.raises(UnknownNameError, match="moving body"):
+            mq.picture(motion, path=tmp_path / "figure.svg", free_body=body)
+    bare = mq.Mechanism("bare", bodies=(mq.Body("ground"),), joints=(), gravity=(0, 0, 0))
+    with pytest.raises(mq.InputError, match="bare has nothing that could be drawn"):
+        mq.picture(bare, path=tmp_path / "figure.svg")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,177 @@
+"""A mechanism against another description, functions of a user, and samples from a file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.coordinates import Coordinates
+
+PENDULUM = "rigid_bar_pendulum"
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "M": lambda q: np.array([[1 / 3]]),
+    "C": lambda q, v: np.zeros((1, 1)),
+    "g": lambda q: 9.81 / 2 * np.sin(q),
+}
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+def test_another_file_of_the_same_robot_agrees() -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    mq.write_urdf(mechanism, "same.urdf")
+    verdict = mq.verify(mq.read_urdf(Path("same.urdf")), 10, against="same.urdf")
+    assert verdict.agrees
+    assert verdict.worst < 1e-13
+    other = mq.verify(mechanism, 10, against="same.urdf")
+    assert other.agrees
+    assert "the coordinates have different names and are matched in their order" in other.notes
+
+
+def test_coordinates_are_matched_by_name() -> None:
+    mechanism = mq.read_urdf(mq.robot("panda"))
+    turned = replace(
+        mechanism,
+        coordinates=Coordinates(tuple(mechanism.coordinates)[::-1], mechanism.coordinates.map),
+    )
+    assert tuple(turned.coordinates) != tuple(mechanism.coordinates)
+    assert mq.verify(mechanism, 5, against=turned).agrees
+
+
+def test_different_coordinates_are_refused_by_name() -> None:
+    one, two = mq.textbook.load(PENDULUM), mq.textbook.load("cart_pole")
+    with pytest.raises(
+        InputError, match="expected 1 coordinates as in 'rigid_bar_pendulum', got 2 in 'cart_pole'"
+    ):
+        mq.verify(one, 5, against=two)
+
+
+def test_own_functions_agree_or_are_explained() -> None:
+    mechanism = mq.textbook.load(PENDULUM)
+    verdict = mq.verify(mechanism, 20, against=FUNCTIONS)
+    assert verdict.agrees
+    assert {row.quantity for row in verdict.rows} == {"mass matrix", "bias", "gravity"}
+    wrong = {**FUNCTIONS, "M": lambda q: [[1 / 12]]}
+    verdict = mq.verify(mechanism, 20, against=wrong)
+    assert verdict.causes[0].kind == "parallel axis"
+    assert "missing" in verdict.causes[0].text
+    armed = {**FUNCTIONS, "M": lambda q: 1 / 3 + 0.2}
+    (armature, *_) = mq.verify(mechanism, 20, against=armed).causes
+    assert (armature.kind, armature.text) == (
+        "armature",
+        "armature of joint 'pin': 0.2 kg·m² instead of 0",
+    )
+
+
+def test_bad_functions_are_told() -> None:
+    mechanism = mq.textbook.load(PENDULUM)
+    with pytest.raises(InputError, match=r"expected shape \(1,\) from gravity, got \(2,\) at"):
+        mq.verify(mechanism, 3, against={"g": lambda q: [1.0, 2.0]})
+    with pytest.raises(InputError, match=r"gravity\(\[.*\]\) raised ZeroDivisionError"):
+        mq.verify(mechanism, 3, against={"g": lambda q: 1 / 0})
+    with pytest.raises(UnknownNameError, match="unknown function 'K'"):
+        mq.verify(mechanism, 3, against={"K": lambda q: q})
+    with pytest.raises(InputError, match="expected gravity besides coriolis"):
+        mq.verify(mechanism, 3, against={"C": lambda q, v: v})
+    with pytest.raises(
+        InputError, match="expected at least one of the functions mass_matrix, bias"
+    ):
+        mq.verify(mechanism, 3, against={})
+
+
+def test_samples_of_a_free_motion_agree() -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    motion = mq.simulate(mechanism, q={"q": 1.0}, duration=1.0)
+    motion.to_csv("free.csv")
+    verdict = mq.verify(mechanism, against="free.csv")
+    assert verdict.agrees
+    assert verdict.summary.startswith(f"cart_pole: agrees at {len(motion.t)} states of free.csv")
+
+
+def test_samples_tell_friction_and_damping() -> None:
+    mechanism = mq.textbook.load("two_link_arm", b=0.0)
+    rng = np.random.default_rng(0)
+    q, v, a = rng.normal(size=(3, 60, 2))
+    equations = mq.derive(mechanism)
+    for extra, kind in ((0.3 * np.sign(v), "friction"), (0.3 * v, "damping")):
+        tau = equations.inverse_dynamics(q, v, a)
+        tau[:, 1] += extra[:, 1]
+        names = [
+            *mechanism.coordinates,
+            *mechanism.velocities,
+            *(f"{name}'" for name in mechanism.velocities),
+        ]
+        names += [f"tau_{name}" for name in mechanism.coordinates]
+        table = np.hstack([q, v, a, tau])
+        np.savetxt(
+            "samples.csv", table, delimiter=",", header=",".join(names), comments="", fmt="%.17g"
+        )
+        verdict = mq.verify(mechanism, against="samples.csv")
+        assert not verdict.agrees
+        joints = [joint.name for joint in mechanism.joints]
+        assert (verdict.causes[0].kind, verdict.causes[0].where) == (kind, f"joint {joints[1]!r}")
+        assert "0.3" in verdict.causes[0].text
+
+
+def test_noise_is_lived_with() -> None:
+    mechanism = mq.textbook.load(PENDULUM)
+    rng = np.random.default_rng(0)
+    noisy = {**FUNCTIONS, "g": lambda q: -FUNCTIONS["g"](q) + 1e-4 * rng.normal(size=1)}
+    del noisy["M"], noisy["C"]
+    verdict = mq.verify(mechanism, 30, against=noisy)
+    assert verdict.causes[0].kind == "gravity sign"
+    assert mq.verify(
+        mechanism, 30, against={"g": lambda q: FUNCTIONS["g"](q) + 1e-6}, tolerance=1e-3
+    ).agrees
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "cannot be read"),
+        ("q,q'\n0,0\n", "expected a column \"q''\", got q, q'"),
+        ("q,q',q''\n", "expected at least one line of numbers"),
+        ("q,q',q''\n0,0\n", "bad.csv:2: expected 3 numbers, got 2"),
+        ("q,q',q''\n0,0,0\n0,nan,0\n", "bad.csv:3: expected finite numbers for the velocities"),
+        ("q,q',q'',t\n0,0,0,soon\n", "bad.csv:2: expected finite numbers for the t"),
+    ],
+)
+def test_bad_files_are_told(text: str, said: str) -> None:
+    Path("bad.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        mq.verify(mq.textbook.load(PENDULUM), against="bad.csv")
+    assert said in str(caught.value)
+
+
+def test_the_command_line_takes_files_functions_and_names() -> None:
+    Path("mine.py").write_text("def M(q):\n    return [[1/3]]\n", encoding="utf-8")
+    Path("wrong.py").write_text("def M(q):\n    return [[1/12]]\n", encoding="utf-8")
+    Path("empty.py").write_text("x = 1\n", encoding="utf-8")
+    Path("broken.py").write_text("1/0\n", encoding="utf-8")
+    mq.simulate(mq.textbook.load(PENDULUM), q={"q": 1.0}, duration=0.2).to_csv("free.csv")
+
+    def ends(*words: str) -> tuple[int, str]:
+        result = CliRunner().invoke(app, ["verify", PENDULUM, "--samples", "5", *words])
+        return result.exit_code, result.output
+
+    for other in ("mine.py", "free.csv", PENDULUM):
+        assert ends("--against", other)[0] == 0
+    code, text = ends("--against", "wrong.py")
+    assert code == 1
+    assert "likely cause 1: parallel-axis term missing" in text
+    assert ends("--against", "empty.py")[1].startswith("error: expected functions among M, C, g")
+    assert ends("--against", "broken.py")[1].startswith("error: broken.py raised ZeroDivisionError")
+    assert ends("--against", "none.py")[0] == ends("--against", "none.csv")[0] == 2
+    assert CliRunner().invoke(app, ["verify", "--all", "--against", "mine.py"]).exit_code == 2

@@ -1,0 +1,127 @@
+"""Mistakes put in on purpose are named first; what cannot be told apart is said."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from verification_injections import INJECTIONS, seen, told_by
+
+import mecanique as mq
+from mecanique.verification import forms as sources
+from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.search import causes_of
+from mecanique.verification.states.random import random_states
+
+IN_HOUSE = sources.in_house
+MODELS = {
+    "two_link_arm": lambda: mq.textbook.load("two_link_arm"),
+    "panda": lambda: mq.read_urdf(mq.robot("panda")),
+    "bolt": lambda: mq.read_urdf(mq.robot("bolt"), root="floating"),
+}
+
+
+PAIRS = [
+    ("two_link_arm", kind)
+    for kind in ("armature", "damping", "friction", "gravity sign", "joint order")
+]
+PAIRS += [
+    (model, kind)
+    for model in ("panda", "bolt")
+    for kind in INJECTIONS
+    if (model, kind) != ("bolt", "mimic")
+]
+
+
+@pytest.mark.parametrize(("model", "kind"), PAIRS)
+def test_a_mistake_is_named_first_or_said_to_be_alike(model: str, kind: str) -> None:
+    mechanism = MODELS[model]()
+    for injection in INJECTIONS[kind](mechanism, np.random.default_rng(5)):
+        found = seen(injection, 1)
+        if found is None:
+            continue
+        causes = causes_of(injection.ours, *found)
+        assert causes
+        assert causes[0].removes
+        assert causes[0].before > 10 * causes[0].after
+        named = [(cause.kind, cause.where) for cause in (causes[0], *causes[0].alike)]
+        assert (injection.kind, injection.where) in named
+        return
+    pytest.fail("the mistake could not be made")
+
+
+def test_without_a_difference_there_is_no_cause() -> None:
+    mechanism = MODELS["panda"]()
+    states = random_states(mechanism, 10, 0)
+    assert causes_of(mechanism, states, told_by(mechanism)(states)) == ()
+
+
+def test_what_no_single_change_explains_is_not_explained() -> None:
+    mechanism = MODELS["panda"]()
+    states = random_states(mechanism, 10, 0)
+    theirs = told_by(mechanism)(states)
+    noise = np.random.default_rng(0).normal(size=theirs["bias"].shape)
+    causes = causes_of(mechanism, states, {**theirs, "bias": theirs["bias"] + 100 * noise})
+    assert not any(cause.removes for cause in causes)
+
+
+def test_two_equal_links_on_one_axis_cannot_be_told_apart() -> None:
+    hinge, weld = mq.Revolute("hinge", "ground", "a", axis=(0, 1, 0)), mq.Fixed("weld", "a", "b")
+    bodies = (
+        mq.Body("ground"),
+        *(mq.Body(name, mq.ball(1.0, 0.1).at((0, 0, -1))) for name in "ab"),
+    )
+    pendulum = mq.Mechanism("pair", bodies, (hinge, weld), gravity=(0, 0, -9.81))
+    heavier = replace(
+        pendulum, bodies=(*bodies[:2], mq.Body("b", mq.ball(1000.0, 0.1).at((0, 0, -1))))
+    )
+    cause, *_ = mq.verify(pendulum, 10, against=heavier).causes
+    assert cause.kind == "mass unit"
+    assert {"link 'a'", "link 'b'"} <= {one.where for one in (cause, *cause.alike)}
+    assert "cannot be told apart from" in str(cause)
+
+
+def test_the_verdict_against_pinocchio_tells_its_causes(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    assert mq.verify(mechanism, 5).causes == ()
+    monkeypatch.setattr(sources, "in_house", lambda m: IN_HOUSE(m.replace(l=1.1)))
+    verdict = mq.verify(mechanism, 5)
+    assert not verdict.agrees
+    # the mechanism itself is right, so that no change of it explains what the derivation does
+    assert verdict.notes[-1] == "no single change among those tried removes the difference"
+
+
+def test_causes_are_told_and_written() -> None:
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    verdict = mq.verify(mechanism, 10, against=replace(mechanism, gravity=(0, 0, 9.81)))
+    assert not verdict.agrees
+    assert verdict.causes[0].kind == "gravity sign"
+    assert "likely cause 1: gravity pulls the other way (the difference falls from " in str(verdict)
+    data = json.loads(verdict.to_json())["causes"][0]
+    assert (data["kind"], data["where"]) == ("gravity sign", "")
+    assert data["after"] < 1e-12 < data["before"]
+
+
+def test_residuals_count_every_quantity_alike() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    states = random_states(mechanism, 6, 0)
+    theirs = told_by(mechanism)(states)
+    evidence = Evidence.of(mechanism, states, {**theirs, "bias": 2 * theirs["bias"]})
+    assert evidence is not None
+    assert evidence.before == pytest.approx(0.5)
+    assert evidence.residual(evidence.tau) == 0
+    assert Evidence.of(mechanism, states, {}) is None
+
+
+def test_gravity_that_leans_is_told_by_its_components() -> None:
+    mechanism = mq.read_urdf(mq.robot("panda"))
+    cause, *more = mq.verify(
+        mechanism, 10, against=replace(mechanism, gravity=(0.5, 0, -9.8))
+    ).causes
+    assert (cause.kind, cause.text) == ("gravity direction", "gravity is (0.5, 0, -9.8) m/s²")
+    assert not more
+    still, *_ = mq.verify(mechanism, 10, against=replace(mechanism, gravity=(0, 0, 0))).causes
+    assert still.text == "gravity is left out"
+    assert still.alike == ()

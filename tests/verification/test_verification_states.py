@@ -1,0 +1,185 @@
+"""The random states: reproducible, in their ranges, and only where the equations mean anything."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mecanique import textbook
+from mecanique.derivation import derive
+from mecanique.errors import InputError
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Damper,
+    Floating,
+    Force,
+    Input,
+    JointForce,
+    Mechanism,
+    Placement,
+    Planar,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Spring,
+    ball,
+    box,
+    coordinate,
+    particle,
+    rod,
+    time,
+)
+from mecanique.verification.states.random import characteristic_length, random_states
+
+
+def slider(*forces: Any, **more: Any) -> Mechanism:
+    joint = Prismatic(
+        "slide", "ground", "block", axis=(1, 0, 0), coordinate="x", origin=Placement((0.5, 0, 0))
+    )
+    return Mechanism(
+        "slider", (Body("ground"), Body("block", box(1, (1, 1, 1)))), (joint,), forces, **more
+    )
+
+
+@pytest.mark.parametrize("name", textbook.names())
+def test_one_seed_gives_one_set_of_states(name: str) -> None:
+    mechanism = textbook.load(name)
+    first, again, other = (random_states(mechanism, 7, seed) for seed in (1, 1, 2))
+    assert len(first) == 7
+    assert first.q.shape == (7, mechanism.nq)
+    assert first.v.shape == (7, mechanism.nv)
+    for part in ("q", "v", "t"):
+        np.testing.assert_array_equal(getattr(first, part), getattr(again, part))
+    assert not np.array_equal(first.q, other.q)
+
+
+def test_angles_fill_the_circle_and_lengths_keep_to_the_size_of_the_mechanism() -> None:
+    mechanism = textbook.load("cart_pole", l=0.01)
+    states = random_states(mechanism, 500, 0)
+    assert characteristic_length(mechanism) == pytest.approx(0.01)
+    assert 0.0039 < abs(states.q[:, 0]).max() <= 0.004
+    assert 3.1 < abs(states.q[:, 1]).max() <= np.pi
+    assert abs(states.v[:, 0]).max() <= 0.03
+    assert 2.9 < abs(states.v[:, 1]).max() <= 3
+
+
+def test_a_textbook_angle_that_is_no_joint_coordinate_is_an_angle() -> None:
+    states = random_states(textbook.load("double_pendulum"), 300, 0)
+    assert (abs(states.q).max(axis=0) > 3).all()
+
+
+def test_a_slide_that_follows_a_crank_has_an_angle_too() -> None:
+    from sympy import cos
+
+    mechanism = slider(coordinates=Coordinates(("phi",), {"x": 0.2 * cos(coordinate("phi"))}))
+    assert abs(random_states(mechanism, 200, 0).q).max() > 3
+
+
+def test_quaternions_have_unit_length() -> None:
+    bodies = (
+        Body("ground"),
+        Body("a", ball(1, 0.1)),
+        Body("b", ball(1, 0.1)),
+        Body("c", ball(1, 0.1)),
+    )
+    joints = (
+        Spherical("s", "ground", "a"),
+        Floating("f", "ground", "b"),
+        Planar("p", "ground", "c"),
+    )
+    mechanism = Mechanism("free", bodies, joints)
+    states = random_states(mechanism, 50, 0)
+    assert states.q.shape == (50, 14)
+    assert states.v.shape == (50, 12)
+    np.testing.assert_allclose(np.linalg.norm(states.q[:, :4], axis=1), 1, rtol=1e-14)
+    np.testing.assert_allclose(np.linalg.norm(states.q[:, 7:11], axis=1), 1, rtol=1e-14)
+    assert abs(states.q[:, 4:7]).max() <= 0.4
+    assert abs(states.q[:, 13]).max() > 2.5
+
+
+def test_time_varies_only_where_the_equations_depend_on_it() -> None:
+    still = random_states(slider(JointForce("f", "slide", 2.0)), 5, 0)
+    assert (still.t == 0).all()
+    moving = [
+        slider(JointForce("f", "slide", time())),
+        slider(Force("f", "block", (0, 0, 0), (time(), 0, 0))),
+        slider(JointForce("f", "slide", F := Input("F", lambda t: t)), inputs=(F,)),
+        slider(coordinates=Coordinates((), {"x": 0.1 * time()})),
+    ]
+    for mechanism in moving:
+        assert len(set(random_states(mechanism, 5, 0).t)) == 5
+
+
+def test_a_spring_on_a_line_is_never_turned_inside_out() -> None:
+    """Its length is 0.5 + x; coordinates of ±0.4 typical lengths would reach beyond zero."""
+    far = Placement((5, 0, 0))
+    joints = (
+        Prismatic(
+            "slide",
+            "ground",
+            "block",
+            axis=(1, 0, 0),
+            coordinate="x",
+            origin=Placement((0.5, 0, 0)),
+        ),
+        Prismatic("other", "ground", "heavy", axis=(1, 0, 0), coordinate="y", origin=far),
+        Prismatic("third", "ground", "last", axis=(1, 0, 0), coordinate="z", origin=far),
+    )
+    bodies = (Body("ground"), *(Body(name, particle(1)) for name in ("block", "heavy", "last")))
+    spring = Spring("s", "ground", (0, 0, 0), "block", (0, 0, 0), 10.0, 0.5)
+    mechanism = Mechanism("long", bodies, joints, (spring,))
+    assert (random_states(mechanism, 200, 0).q[:, 0] < -0.5).any()
+    states = random_states(mechanism, 200, 0, derive(mechanism).derivation.assumptions)
+    assert abs(states.q[:, 1]).max() > 1
+    assert (states.q[:, 0] > -0.5).all()
+
+
+def test_a_spring_across_a_hinge_may_point_anywhere() -> None:
+    joint = Revolute("pin", "ground", "rod", axis=(0, -1, 0), coordinate="q")
+    spring = Spring("s", "ground", (0, 0, 0), "rod", (0, 0, -1), 10.0, 0.5)
+    states = random_states(
+        Mechanism("turn", (Body("ground"), Body("rod", rod(1, 1))), (joint,), (spring,)), 200, 0
+    )
+    assert abs(states.q).max() > 3
+
+
+@pytest.mark.parametrize("kind", [Spring, Damper])
+def test_a_span_that_is_always_zero_is_refused(kind: type) -> None:
+    force = kind("s", "block", (1, 0, 0), "block", (1, 0, 0), 10.0)
+    with pytest.raises(InputError, match=r"expected states of mechanism 'slider' .* found 0 of 3"):
+        random_states(slider(force), 3, 0)
+
+
+def test_states_outside_the_coordinate_map_are_not_drawn() -> None:
+    from sympy import sqrt
+
+    u = coordinate("u")
+    mechanism = slider(coordinates=Coordinates(("u",), {"x": sqrt(u)}))
+    states = random_states(mechanism, 40, 0)
+    assert len(states) == 40
+    assert (states.q >= 0).all()
+
+
+@pytest.mark.parametrize(
+    ("samples", "seed", "message"),
+    [
+        (0, 0, "expected a whole number of at least 1 for samples, got 0"),
+        (True, 0, "expected a whole number of at least 1 for samples, got True"),
+        (2.5, 0, "expected a whole number of at least 1 for samples, got 2.5"),
+        (3, -1, "expected a whole number of at least 0 for seed, got -1"),
+        (3, "x", "expected a whole number of at least 0 for seed, got 'x'"),
+    ],
+)
+def test_bad_numbers_are_refused(samples: Any, seed: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        random_states(slider(), samples, seed)
+
+
+def test_states_next_to_a_singular_point_of_the_coordinates_are_not_drawn() -> None:
+    """Two of the top's axes are in line where its second angle is zero."""
+    states = random_states(textbook.load("heavy_top"), 3000, 0)
+    assert 0 < np.sin(abs(states.q[:, 1])).min() < 0.2
+    assert np.sin(abs(states.q[:, 1])).min() > 5e-3

@@ -1,0 +1,119 @@
+"""The verdict: one number decides, nothing that is not finite gets lost, every form says the same."""
+
+from __future__ import annotations
+
+import json
+import math
+import pickle
+from dataclasses import replace
+
+import pytest
+
+from mecanique.verification import Row, Verdict
+
+GOOD = Row("mass matrix", ("jets", "Pinocchio"), 2e-16, (0.5,), (1.5,), 0.0)
+BAD = Row("bias", ("jets", "Pinocchio"), 0.25, (0.1,), (-2.0,), 3.0)
+
+
+def verdict(*rows: Row) -> Verdict:
+    return Verdict(
+        "p<b>", rows, 100, 7, 1e-9, ("q",), ("q'",), {"numpy": "2.0"}, ("left out: nothing",)
+    )
+
+
+def test_it_agrees_when_every_row_is_within_the_tolerance() -> None:
+    found = verdict(GOOD, replace(GOOD, worst=1e-9))
+    assert found.agrees
+    assert found.worst == 1e-9
+    assert str(found).startswith(
+        "p<b>: agrees at 100 random states (seed 7), worst relative difference 1.0e-09"
+    )
+
+
+def test_it_disagrees_when_one_row_does_and_says_where() -> None:
+    found = verdict(GOOD, BAD)
+    assert not found.agrees
+    assert found.worst == 0.25
+    text = str(found)
+    assert text.startswith("p<b>: DISAGREES at 100 random states (seed 7): bias (tolerance 1e-09)")
+    assert "bias, jets and Pinocchio: worst at q = 0.1, q' = -2, t = 3" in text
+    assert "mass matrix, jets" not in text
+    assert text.endswith("left out: nothing")
+
+
+@pytest.mark.parametrize("worst", [math.nan, math.inf])
+def test_what_is_not_finite_never_agrees_and_stays_json(worst: float) -> None:
+    found = verdict(
+        replace(GOOD, worst=worst, remark="jets is not finite at 1 of 100 states"), GOOD
+    )
+    assert found.worst == math.inf
+    assert not found.agrees
+    assert "not finite" in str(found)
+    data = json.loads(
+        found.to_json(), parse_constant=lambda name: pytest.fail(f"{name} is no JSON")
+    )
+    assert data["worst"] is None
+    assert data["rows"][0]["worst"] is None
+    assert data["agrees"] is False
+
+
+def test_nothing_compared_is_no_agreement() -> None:
+    found = verdict()
+    assert not found.agrees
+    assert "nothing was compared" in str(found)
+
+
+def test_the_table_has_a_line_per_quantity_and_a_column_per_source() -> None:
+    other = replace(GOOD, sources=("recursion", "Pinocchio"), worst=3e-15)
+    found = verdict(GOOD, other, BAD)
+    assert found.table == (
+        ("difference from Pinocchio", "jets", "recursion"),
+        ("mass matrix", "2.0e-16", "3.0e-15"),
+        ("bias", "2.5e-01 !", ""),
+    )
+    lines = str(found).splitlines()
+    assert lines[1].split() == ["difference", "from", "Pinocchio", "jets", "recursion"]
+    assert lines[2].split() == ["mass", "matrix", "2.0e-16", "3.0e-15"]
+    assert lines[3].split() == ["bias", "2.5e-01", "!"]
+    mixed = verdict(GOOD, replace(GOOD, sources=("jets", "recursion")))
+    assert mixed.table[0] == ("relative difference", "jets = Pinocchio", "jets = recursion")
+
+
+def test_remarks_are_told_below() -> None:
+    found = verdict(replace(GOOD, remark="up to a constant"))
+    assert found.remarks == (
+        "mass matrix, jets and Pinocchio: up to a constant",
+        "left out: nothing",
+    )
+
+
+def test_json_holds_everything() -> None:
+    data = json.loads(verdict(GOOD, BAD).to_json())
+    assert data["mechanism"] == "p<b>"
+    assert data["rows"][1] == {
+        "quantity": "bias",
+        "sources": ["jets", "Pinocchio"],
+        "worst": 0.25,
+        "agrees": False,
+        "q": {"q": 0.1},
+        "v": {"q'": -2.0},
+        "t": 3.0,
+        "remark": "",
+    }
+    assert (data["samples"], data["seed"], data["tolerance"]) == (100, 7, 1e-9)
+    assert data["versions"] == {"numpy": "2.0"}
+    assert data["notes"] == ["left out: nothing"]
+
+
+def test_html_escapes_what_users_named() -> None:
+    html = verdict(GOOD)._repr_html_()
+    assert "p&lt;b&gt;" in html
+    assert "<b>" not in html
+    assert html.count("<tr>") == 2
+
+
+def test_it_is_frozen_and_survives_pickling() -> None:
+    found = verdict(GOOD)
+    assert pickle.loads(pickle.dumps(found)) == found
+    with pytest.raises(AttributeError):
+        found.seed = 3  # type: ignore[misc]  # that is the point

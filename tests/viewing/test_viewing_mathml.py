@@ -1,0 +1,49 @@
+"""What looks like MathML passes as MathML and nothing else does."""
+
+from __future__ import annotations
+
+from xml.etree import ElementTree
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mecanique.viewing.page.sanitize import safe
+
+
+def test_equations_pass() -> None:
+    text = "<math display='block'><mrow><mi>x</mi><mo>=</mo><mn>1</mn></mrow></math>"
+    assert safe(text) == '<math display="inline"><mrow><mi>x</mi><mo>=</mo><mn>1</mn></mrow></math>'
+    assert safe("<mi>θ</mi>", display=True) == '<math display="block"><mi>θ</mi></math>'
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("<math><mi onclick='x()'>a</mi></math>", "<mi>a</mi>"),
+        ("<math><script>alert(1)</script></math>", "<mtext>alert(1)</mtext>"),
+        ("<math href='javascript:x()'><mi>a</mi></math>", "<mi>a</mi>"),
+        (
+            "<math><annotation-xml><img src='x' onerror='y()'/></annotation-xml></math>",
+            "<mtext></mtext>",
+        ),
+        ("<math><mi>a</mi></math><img src='x'/>", "<math><mi>a</mi></math><mtext></mtext>"),
+        ("<marquee>x</marquee>", "<mtext>x</mtext>"),
+    ],
+)
+def test_anything_else_becomes_text(text: str, expected: str) -> None:
+    assert safe(text) == f'<math display="inline">{expected}</math>'
+
+
+def test_what_is_not_well_formed_is_escaped() -> None:
+    assert safe("<math><mi>a</math>") == "&lt;math&gt;&lt;mi&gt;a&lt;/math&gt;"
+
+
+@settings(deadline=None)
+@given(st.text(max_size=60))
+def test_plain_text_is_escaped(text: str) -> None:
+    found = safe(text)
+    if "<math" not in found:
+        assert "<" not in found
+    else:
+        ElementTree.fromstring(found)

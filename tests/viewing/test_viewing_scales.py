@@ -1,0 +1,111 @@
+"""The scales of plots: round numbers, each written once, and rounding noise as the flat line it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from conftest import Visit
+from viewing_scenes import pendulum
+
+from mecanique.viewing.live.live import LiveView
+from mecanique.viewing.scene.scene import Scene, Series
+
+
+def plotted(*series: Series) -> Scene:
+    scene = pendulum()
+    return replace(scene, arrows=(), series=series)
+
+
+def along(seen: Visit, axis: str) -> list[str]:
+    """What is written at the ticks of the first chart: along x in the middle, along y at the end of the text."""
+    anchor = {"x": "middle", "y": "end"}[axis]
+    texts = seen.js(
+        """anchor => [...document.querySelectorAll(`#charts figure:first-child text[text-anchor=${anchor}]:not(.unit)`)]
+        .map(text => text.textContent)""",
+        anchor,
+    )
+    return [str(text) for text in texts]
+
+
+def heights(seen: Visit) -> list[float]:
+    points = str(seen.js("document.querySelector('#charts polyline').getAttribute('points')"))
+    return [float(point.split(",")[1]) for point in points.split()]
+
+
+def number(text: str) -> float:
+    return float(text.replace("−", "-"))
+
+
+T = pendulum().t
+
+
+@pytest.mark.parametrize(
+    ("values", "power"),
+    [
+        (3e-6 * np.sin(T), "×10⁻⁶"),
+        (2.5e7 * np.sin(T), "×10⁷"),
+        (0.7 * np.sin(T), ""),
+        (5.0 + 0.001 * np.sin(T), ""),
+        (-40 - 3 * T, ""),
+        (1e5 + 20 * np.sin(T), "×10⁵"),
+        (8e-31 * np.cos(T), "×10⁻³¹"),
+    ],
+)
+def test_ticks_are_round_and_written_once(
+    show: Callable[..., Visit], values: np.ndarray, power: str
+) -> None:
+    seen = show(plotted(Series("x", "x", "K", values, shown=True)))
+    seen.page.click("#tab-plots")
+    for axis in "xy":
+        texts = along(seen, axis)
+        assert 2 <= len(texts) <= 12
+        assert len(set(texts)) == len(texts)
+        steps = np.diff([number(text) for text in texts])
+        assert steps == pytest.approx(np.full(len(steps), steps[0]), rel=1e-6)
+        first = f"{abs(steps[0]):.3e}"
+        assert first[:5] in ("1.000", "2.000", "5.000")
+    assert all(len(text) <= 8 for text in along(seen, "y"))
+    units = seen.js(
+        "[...document.querySelectorAll('#charts text.unit')].map(text => text.textContent)"
+    )
+    assert ([unit for unit in units if unit != "t [s]"] or [""]) == [power]
+    assert np.ptp(heights(seen)) > 40
+    seen.clean()
+
+
+def test_noise_is_a_flat_line(show: Callable[..., Visit]) -> None:
+    noise = np.random.default_rng(0).normal(size=len(T))
+    constant = Series("E", "E", "J", 12.345678 + 1e-7 * noise, shown=True)
+    seen = show(plotted(constant))
+    seen.page.click("#tab-plots")
+    assert np.ptp(heights(seen)) < 0.5
+    assert len(set(along(seen, "y"))) == len(along(seen, "y")) >= 2
+    # beside meters, 1e-14 m is nothing
+    drift = Series("x", "x", "m", -6e-15 * T, shown=True)
+    seen = show(plotted(drift, Series("z", "z", "m", np.cos(T))))
+    seen.page.click("#tab-plots")
+    assert along(seen, "y") == ["−1.0", "−0.5", "0", "0.5", "1.0"]
+    assert np.ptp(heights(seen)) < 0.5
+    seen.seek(2.0)
+    assert seen.page.inner_text("figcaption output") == "0 m"
+    # but an angle of a microradian is an angle, and powers are written as such
+    seen = show(plotted(Series("a", "a", "rad", 2e-6 * np.cos(T), shown=True)))
+    seen.page.click("#tab-plots")
+    assert np.ptp(heights(seen)) > 40
+    seen.seek(0.0)
+    assert seen.page.inner_text("figcaption output") == "2.00·10⁻⁶ rad"
+
+
+def test_a_stream_that_begins_has_room_for_what_comes(visit: Callable[..., Visit]) -> None:
+    scene = pendulum()
+    with LiveView(scene) as view:
+        seen = visit(view.url)
+        seen.page.click("#tab-plots")
+        seen.settle()
+        texts = along(seen, "x")
+        assert len(set(texts)) == len(texts) >= 3
+        assert number(texts[0]) == 0.0
+        assert number(texts[-1]) >= 1.0

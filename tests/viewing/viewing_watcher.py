@@ -1,0 +1,113 @@
+"""A page without a browser: it reads a live view's frames, acknowledges them, and asks for things."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import struct
+import threading
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from types import TracebackType
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+from numpy.typing import NDArray
+from tornado.httpclient import HTTPRequest
+from tornado.websocket import WebSocketClientConnection, WebSocketClosedError, websocket_connect
+
+
+class Watcher:
+    """Watches a live view from a thread of its own, as long as the `with` block lasts.
+
+    Args:
+        url: the view's address.
+        pause: how long it takes to show a frame [s].
+    """
+
+    def __init__(self, url: str, pause: float = 0.0) -> None:
+        self.times: list[float] = []
+        self.walls: list[float] = []
+        self.rows: list[NDArray[np.float32]] = []
+        self.states: list[dict[str, Any]] = []
+        self.notes: dict[str, str] = {}
+        self._url, self._pause = url, pause
+        self._loop = asyncio.new_event_loop()
+        self._link: WebSocketClientConnection | None = None
+        self._ready = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+
+    def __enter__(self) -> Watcher:
+        self._thread.start()
+        assert self._ready.wait(10)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        if self._link is not None:
+            self._loop.call_soon_threadsafe(self._link.close)
+        self._thread.join(10)
+        self._loop.close()
+
+    @property
+    def scene(self) -> str:
+        """Which scene is served."""
+        return str(self.states[-1]["scene"])
+
+    def ask(self, **message: Any) -> None:
+        """Send what a page sends."""
+        assert self._link is not None
+        self._loop.call_soon_threadsafe(self._link.write_message, json.dumps(message))
+
+    def until(self, condition: Callable[[Watcher], bool], seconds: float = 60.0) -> None:
+        """Wait for something to be seen."""
+        end = time.monotonic() + seconds
+        while not condition(self):
+            assert time.monotonic() < end, (
+                f"it did not happen: {self.times[-3:]} {self.states[-1:]} {self.notes}"
+            )
+            time.sleep(0.01)
+
+    def reach(self, t: float, seconds: float = 60.0) -> NDArray[np.float32]:
+        """Wait for a time to be shown; return the row."""
+        self.until(lambda watcher: bool(watcher.times) and watcher.times[-1] >= t, seconds)
+        return self.rows[-1]
+
+    def forget(self) -> None:
+        """Start the record again."""
+        self.times, self.walls, self.rows = [], [], []
+
+    def _run(self) -> None:
+        self._loop.run_until_complete(self._watch())
+
+    async def _watch(self) -> None:
+        parts = urlsplit(self._url)
+        request = HTTPRequest(
+            f"ws://{parts.netloc}{parts.path}ws", headers={"Origin": f"http://{parts.netloc}"}
+        )
+        self._link = link = await websocket_connect(request)
+        self._ready.set()
+        while (message := await link.read_message()) is not None:
+            if isinstance(message, str):
+                told = json.loads(message)
+                if "notes" in told:
+                    self.notes |= told["notes"]
+                else:
+                    self.states.append(told)
+                continue
+            kind, number = struct.unpack_from("<II", message)
+            if kind == 1:
+                (t,) = struct.unpack_from("<d", message, 16)
+                self.walls.append(time.monotonic())
+                self.rows.append(np.frombuffer(message, "<f4", offset=24))
+                self.times.append(t)
+                if self._pause:
+                    await asyncio.sleep(self._pause)
+                with suppress(WebSocketClosedError):  # it left while this frame was shown
+                    await link.write_message(json.dumps({"do": "ack", "value": number}))
