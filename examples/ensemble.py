@@ -1,7 +1,6 @@
 """An ensemble on Dask: double pendulums that start almost alike, and when they have forgotten it.
 
-The cluster is this machine's two processes here; `Client("scheduler:8786")` shares the runs among
-machines.
+The cluster is two processes here; `Client("scheduler:8786")` shares the runs among machines.
 """
 
 from __future__ import annotations

@@ -148,7 +148,7 @@ def _check_size(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]])
     for joint in mechanism.tree:
         depth[joint.child] = depth[joint.parent] + len(links[joint.name])
     deepest = max(depth.values())
-    way_out = "split it, or use the equations of mecanique.derivation, which have no such limit"
+    way_out = "split it, or use the equations of mecanique.derive, which have no such limit"
     if velocities > MOST_VELOCITIES:
         raise EngineError(
             f"mechanism {mechanism.name!r} has {velocities} joint velocities; Pinocchio is given at most "
