@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -15,40 +15,13 @@ from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
     from mecanique.derivation.matrix_form import Linear
+    from mecanique.derivation.numeric.dynamics import BatchDynamics
     from mecanique.derivation.numeric.multipliers import Constrained
     from mecanique.derivation.numeric.newton_euler import Reaction
     from mecanique.derivation.printing.equations import Equation
     from mecanique.derivation.symbolic.derivation import Derivation, Stage
 
-__all__ = ["Equations", "Numeric"]
-
-
-class Numeric(Protocol):
-    """What a method offers to compute with, for n states at once."""
-
-    def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M, shape (n, nv, nv)."""
-
-    def bias(self, states: States) -> np.ndarray:
-        """Return the bias, shape (n, nv)."""
-
-    def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces, shape (n, nv)."""
-
-    def acceleration(self, states: States) -> np.ndarray:
-        """Return the accelerations, shape (n, nv)."""
-
-    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv)."""
-
-    def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv)."""
-
-    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic and potential energy, each shape (n,)."""
-
-    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return linear momentum, angular about the origin and about the center of mass, each shape (n, 3)."""
+__all__ = ["Equations"]
 
 
 @final
@@ -70,7 +43,7 @@ class Equations:
 
     mechanism: Mechanism
     method: str
-    numeric: Numeric
+    numeric: BatchDynamics
     derive_symbols: Callable[[], Derivation]
 
     @cached_property

@@ -19,6 +19,7 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.numeric.paths import JETS, joint_paths
 from mecanique.derivation.numeric.recursion import solved, stacked
@@ -42,7 +43,7 @@ __all__ = ["Definition"]
 
 
 @final
-class Definition:
+class Definition(BatchDynamics):
     """Mass matrix, bias, forces, acceleration and energies of a mechanism by Lagrange's operator.
 
     Args:
@@ -65,11 +66,7 @@ class Definition:
         self._gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M, shape (n, nv, nv): what Lagrange's operator adds for unit accelerations.
-
-        Args:
-            states: where and when.
-        """
+        """Return M: what Lagrange's operator adds for unit accelerations."""
         n, nv = len(states), self._mechanism.nv
         # M does not depend on v or gravity, without which nothing is lost to rounding
         q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
@@ -79,19 +76,11 @@ class Definition:
         return np.asarray(np.moveaxis(E[1:] - E[0], 0, -1))
 
     def bias(self, states: States) -> np.ndarray:
-        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
         return self._operator(states, np.zeros_like(states.v))
 
     def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         r, H = self.motion(states, np.zeros_like(states.v))
         Q = np.zeros((self._mechanism.nv, len(states)))
         for term in self._spring_energies(r, H):
@@ -130,20 +119,11 @@ class Definition:
         return np.asarray(Q.T)
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv): Lagrange's operator along a motion with these accelerations.
-
-        Args:
-            states: where, how fast and when.
-            a: shape (n, nv), accelerations.
-        """
+        """Return M a + bias: Lagrange's operator along a motion with these accelerations."""
         return self._operator(states, a)
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return ∂V/∂q of gravity, shape (n, nv).
-
-        Args:
-            states: where.
-        """
+        """Return ∂V/∂q of gravity, shape (n, nv)."""
         _, H = self.motion(states, np.zeros_like(states.v))
         E = np.zeros((self._mechanism.nv, len(states)))
         for place, J in self._bodies:
@@ -151,13 +131,7 @@ class Definition:
         return np.asarray(E.T)
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
-
-        The bodies that the ground holds do not count.
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the momenta, linear, angular about the origin and about the center of mass."""
         _, H = self.motion(states, np.zeros_like(states.v))
         free = moving(self._tree)
         bodies = [(H[place].c, J) for place, J in self._bodies if free[place]]
@@ -169,24 +143,13 @@ class Definition:
         )
 
     def acceleration(self, states: States) -> np.ndarray:
-        """Return a from M a + bias = forces, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-
-        Raises:
-            DerivationError: if a motion meets no inertia.
-        """
+        """Return a from M a + bias = forces, shape (n, nv)."""
         return solved(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J].
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J]."""
         r, H = self.motion(states, np.zeros_like(states.v))
         T, V = np.zeros(len(states)), np.zeros(len(states))
         for term in self._kinetic(r, H):

@@ -9,10 +9,11 @@ analytique, 1788, part II, sect. IV; F. E. Udwadia & R. E. Kalaba, Analytical Dy
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, final
+from typing import final
 
 import numpy as np
 
+from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.loops import Closure, Constraints, constraints_of
 from mecanique.derivation.states import States
@@ -24,17 +25,6 @@ __all__ = ["Constrained", "ConstrainedMotion", "constraints"]
 
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
-
-
-class _Tree(Protocol):
-    def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M, shape (n, nv, nv)."""
-
-    def bias(self, states: States) -> np.ndarray:
-        """Return the bias, shape (n, nv)."""
-
-    def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces, shape (n, nv)."""
 
 
 @final
@@ -73,7 +63,7 @@ class Constrained:
         tree: gives M, bias and forces of its tree.
     """
 
-    def __init__(self, mechanism: Mechanism, tree: _Tree) -> None:
+    def __init__(self, mechanism: Mechanism, tree: BatchDynamics) -> None:
         self._mechanism = mechanism
         self._tree = tree
         self._closure = Closure(mechanism)

@@ -18,6 +18,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solved
 from mecanique.derivation.states import States
@@ -39,7 +40,7 @@ class Reaction(NamedTuple):
 
 
 @final
-class Balances:
+class Balances(BatchDynamics):
     """The balances of momentum of every body of a mechanism, and what follows from them.
 
     Args:
@@ -51,14 +52,7 @@ class Balances:
         self._bodies = FreeBodies(mechanism)
 
     def acceleration(self, states: States) -> np.ndarray:
-        """Return the accelerations, shape (n, nv), solved for together with all reactions.
-
-        Args:
-            states: where, how fast and when.
-
-        Raises:
-            DerivationError: if a motion meets no inertia.
-        """
+        """Return the accelerations, shape (n, nv), solved for together with all reactions."""
         return self._solved(states)[:, : self._mechanism.nv]
 
     def reactions(self, states: States) -> dict[str, Reaction]:
@@ -76,11 +70,7 @@ class Balances:
         return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M, shape (n, nv, nv): what is left before the accelerations once the reactions are eliminated.
-
-        Args:
-            states: where; velocities do not matter.
-        """
+        """Return M: what multiplies the accelerations once the reactions are eliminated."""
         at = self._bodies.at(states)
         G = at.rates
         needs = [
@@ -92,11 +82,7 @@ class Balances:
         )
 
     def bias(self, states: States) -> np.ndarray:
-        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
-
-        Args:
-            states: where and how fast.
-        """
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
         at = self._bodies.at(states)
         g = self._bodies.gravity
         needs = [
@@ -107,30 +93,17 @@ class Balances:
         return np.asarray(self._projected(at, needs)[..., 0] + rotors)
 
     def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         at = self._bodies.at(states)
         needs = [np.concatenate([body.force, body.moment], axis=1)[..., None] for body in at.bodies]
         return self._projected(at, needs)[..., 0]
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv).
-
-        Args:
-            states: where and how fast.
-            a: shape (n, nv), accelerations.
-        """
+        """Return M a + bias, shape (n, nv)."""
         return np.asarray((self.mass_matrix(states) @ a[..., None])[..., 0] + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv).
-
-        Args:
-            states: where.
-        """
+        """Return the part of the bias that gravity makes, shape (n, nv)."""
         at, n = self._bodies.at(states), len(states)
         weights = [
             body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies
@@ -140,19 +113,11 @@ class Balances:
         ]
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic and potential energy, each shape (n,) [J].
-
-        Args:
-            states: where and how fast.
-        """
+        """Return kinetic and potential energy, each shape (n,) [J]."""
         return kinetic_and_potential(self._bodies.at(states), self._bodies.gravity)
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the momenta, linear, angular about the origin and about the center of mass."""
         return total_momentum(self._bodies.moving(states), len(states))
 
     def _projected(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:

@@ -15,6 +15,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.numeric.chart import Chart, Motions
+from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.states import States
@@ -27,7 +28,7 @@ __all__ = ["Recursion", "solved", "stacked"]
 
 
 @final
-class Recursion:
+class Recursion(BatchDynamics):
     """Mass matrix, bias, forces, acceleration and energies of a mechanism, for many states at once.
 
     Args:
@@ -61,31 +62,19 @@ class Recursion:
         self._gravity[:3, 3] = [mechanism.evaluate(component) for component in mechanism.gravity]
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M, shape (n, nv, nv).
-
-        Args:
-            states: where; velocities do not matter.
-        """
+        """Return M, shape (n, nv, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         return move.projected_matrix(self._joint_mass_matrix(A, len(states)))
 
     def bias(self, states: States) -> np.ndarray:
-        """Return what M a is added to: Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
-
-        Args:
-            states: where and how fast.
-        """
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         return move.projected(self._inverse_dynamics(A, move.u, move.gamma))
 
     def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         H, Hd = self._poses(A, move.u)
@@ -94,22 +83,13 @@ class Recursion:
         return move.projected(tau + self._loads.on_joints(move.u, move.r, states.values))
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv).
-
-        Args:
-            states: where and how fast.
-            a: shape (n, nv), accelerations.
-        """
+        """Return M a + bias, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         return move.projected(self._inverse_dynamics(A, move.u, move.gamma + move.spread(a)))
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv).
-
-        Args:
-            states: where.
-        """
+        """Return the part of the bias that gravity makes, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         H, _ = self._poses(A, np.zeros_like(move.u))
@@ -117,13 +97,7 @@ class Recursion:
         return move.projected(self._collected(A, H, D, len(states)))
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
-
-        The bodies that the ground holds do not count.
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the momenta, linear, angular about the origin and about the center of mass."""
         move = self._chart.motions(states)
         free = np.flatnonzero(moving(self._tree))
         H, Hd = self._poses(self._local(move, len(states)), move.u)
@@ -199,24 +173,13 @@ class Recursion:
         return out
 
     def acceleration(self, states: States) -> np.ndarray:
-        """Return a from M a + bias = forces, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-
-        Raises:
-            DerivationError: if a motion meets no inertia.
-        """
+        """Return a from M a + bias = forces, shape (n, nv)."""
         return solved(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J].
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J]."""
         move = self._chart.motions(states)
         H, Hd = self._poses(self._local(move, len(states)), move.u)
         T = 0.5 * np.sum(self._armature * move.u**2, axis=-1)

@@ -15,6 +15,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
 from mecanique.derivation.numeric.recursion import solved
@@ -25,7 +26,7 @@ __all__ = ["Works"]
 
 
 @final
-class Works:
+class Works(BatchDynamics):
     """Virtual work of applied forces, weights and inertia forces.
 
     Args:
@@ -37,11 +38,7 @@ class Works:
         self._bodies = FreeBodies(mechanism)
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M, shape (n, nv, nv): the work that inertia forces of unit accelerations take.
-
-        Args:
-            states: where; velocities do not matter.
-        """
+        """Return M: the work that inertia forces of unit accelerations take."""
         at = self._bodies.at(states)
         G = at.rates
         M: np.ndarray = np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
@@ -51,11 +48,7 @@ class Works:
         return M
 
     def bias(self, states: States) -> np.ndarray:
-        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv).
-
-        Args:
-            states: where and how fast.
-        """
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
         at = self._bodies.at(states)
         out: np.ndarray = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
         for body in at.bodies:
@@ -64,31 +57,18 @@ class Works:
         return out
 
     def forces(self, states: States) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         out: np.ndarray = np.zeros(states.v.shape)
         for body in self._bodies.at(states).bodies:
             out = out + self._worked(body.J, body.force) + self._worked(body.J_spin, body.moment)
         return out
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
-        """Return M a + bias, shape (n, nv).
-
-        Args:
-            states: where and how fast.
-            a: shape (n, nv), accelerations.
-        """
+        """Return M a + bias, shape (n, nv)."""
         return np.asarray(times(self.mass_matrix(states), a) + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv).
-
-        Args:
-            states: where.
-        """
+        """Return the part of the bias that gravity makes, shape (n, nv)."""
         out: np.ndarray = np.zeros(states.v.shape)
         for body in self._bodies.at(states).bodies:
             out = out - self._worked(
@@ -97,33 +77,18 @@ class Works:
         return out
 
     def acceleration(self, states: States) -> np.ndarray:
-        """Return the accelerations, shape (n, nv).
-
-        Args:
-            states: where, how fast and when.
-
-        Raises:
-            DerivationError: if a motion meets no inertia.
-        """
+        """Return the accelerations, shape (n, nv)."""
         return solved(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return kinetic and potential energy, each shape (n,) [J].
-
-        Args:
-            states: where and how fast.
-        """
+        """Return kinetic and potential energy, each shape (n,) [J]."""
         at: Snapshot = self._bodies.at(states)
         return kinetic_and_potential(at, self._bodies.gravity)
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the momenta, linear, angular about the origin and about the center of mass."""
         return total_momentum(self._bodies.moving(states), len(states))
 
     def _worked(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:

@@ -1,0 +1,57 @@
+"""What every numeric derivation computes: M a + bias = forces and its companions, at n states at once."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+import numpy as np
+
+from mecanique.derivation.states import States
+
+__all__ = ["BatchDynamics"]
+
+
+class BatchDynamics(ABC):
+    """The numbers of M a + bias = forces; of a mechanism with loops, those of its tree.
+
+    All methods take n states and return arrays whose first axis has length n.
+    """
+
+    @abstractmethod
+    def mass_matrix(self, states: States) -> np.ndarray:
+        """Return M, shape (n, nv, nv); velocities do not matter."""
+
+    @abstractmethod
+    def bias(self, states: States) -> np.ndarray:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
+
+    @abstractmethod
+    def forces(self, states: States) -> np.ndarray:
+        """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
+
+    @abstractmethod
+    def gravity(self, states: States) -> np.ndarray:
+        """Return the part of the bias that gravity makes, ∂V/∂q, shape (n, nv)."""
+
+    @abstractmethod
+    def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
+        """Return M a + bias for accelerations a, shape (n, nv)."""
+
+    @abstractmethod
+    def acceleration(self, states: States) -> np.ndarray:
+        """Return a from M a + bias = forces, shape (n, nv).
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+
+    @abstractmethod
+    def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """Return the kinetic energy and that of gravity and springs, each shape (n,) [J]."""
+
+    @abstractmethod
+    def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
+
+        Bodies that the ground holds do not count.
+        """
