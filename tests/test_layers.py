@@ -60,7 +60,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "reference": ["engine", "states", "loops", "reference"],
     "verification": [
-        "difference states",
+        "difference states stencil",
         "causes",
         "verdict",
         "closed_form facts given",

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner, Result
 
 from mecanique.cli import app
+from mecanique.verification import facts
 from mecanique.verification import survey as survey_module
+from mecanique.verification.facts import FactRow
 from mecanique.verification.survey import Survey
 
-TEXT = '<robot name="arm"><link name="a"/><link name="b"><inertial><mass value="1"/><origin xyz="1 0 0"/>{}</inertial>'
-TEXT += (
-    '</link><joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 {}"/>'
-)
+TEXT = '<robot name="arm"><link name="a"/><link name="b"><inertial><mass value="1"/>'
+TEXT += '<origin xyz="1 0 0"/>{}</inertial></link><joint name="j" type="revolute">'
+TEXT += '<parent link="a"/><child link="b"/><axis xyz="0 0 {}"/>'
 TEXT += '<limit effort="1" velocity="1"/></joint></robot>'
 INERTIA = '<inertia ixx="{}" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
 
@@ -92,6 +94,39 @@ def test_wrong_names_are_told_the_right_ones(words: str, said: str) -> None:
     result = call(*words.split())
     assert result.exit_code == 2
     assert said in result.stderr
+
+
+def test_verify_states_the_facts_of_a_textbook_system() -> None:
+    words = ("verify", "rigid_bar_pendulum", "-p", "l=2", "--samples", "3")
+    text = call(*words)
+    assert text.exit_code == 0
+    assert re.search(r"fact holds \(\de-1\d\), kinetic energy: T = m l² q'² / 6\n", text.stdout)
+    assert text.stdout.count("fact holds") == 5
+    rows = json.loads(call(*words, "--json").stdout)["facts"]
+    assert [row["kind"] for row in rows][-1] == "Period"
+    assert all(row["holds"] and row["residual"] < 1e-10 for row in rows)
+
+
+def test_a_fact_that_fails_ends_verify_with_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = (FactRow("x", "Period", "T = 3", 1e-3), FactRow("x", "Steady", "q = 0", 1e-12))
+    monkeypatch.setattr(facts, "check", lambda *words, **options: rows)
+    result = call("verify", "cart_pole", "--samples", "3")
+    assert result.exit_code == 1
+    assert "fact FAILS (1e-03), period: T = 3\n" in result.stdout
+    assert "fact holds (1e-12), steady: q = 0\n" in result.stdout
+    data = json.loads(call("verify", "cart_pole", "--samples", "3", "--json").stdout)
+    assert data["agrees"]
+    assert [row["fails"] for row in data["facts"]] == [True, False]
+
+
+def test_a_fact_without_a_value_is_reported_and_does_not_fail() -> None:
+    words = ("verify", "bead_on_hoop", "-p", "W=0.5", "--samples", "3")
+    result = call(*words)
+    assert result.exit_code == 0
+    assert "fact has no value here (its state is not defined), steady: above it" in result.stdout
+    row = json.loads(call(*words, "--json").stdout)["facts"][2]
+    assert (row["holds"], row["fails"], row["residual"]) == (False, False, None)
+    assert row["reason"] == "its state is not defined"
 
 
 @pytest.mark.parametrize("words", [(), ("cart_pole", "--all"), ("--all", "--robots")])

@@ -1,33 +1,81 @@
-"""Checking files and whole collections: what `mecanique lint` and `mecanique verify --all` and `--robots` do."""
+"""Check a file, a system or a whole collection: what `mecanique lint` and `verify` do."""
 
 from __future__ import annotations
 
+import json
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, final
 
 import typer
 
 import mecanique as mq
 from mecanique.cli.printing import progress, say
+from mecanique.cli.words import numbers
 
 if TYPE_CHECKING:
     from mecanique.urdf.findings import Finding
+    from mecanique.verification.facts import FactRow
     from mecanique.verification.survey import Survey
 
-__all__ = ["linted", "surveyed"]
+__all__ = ["Check", "lint_file", "survey", "textbook_facts"]
 
 _PROCESSES = 2
 
 
-def linted(file: str, form: str, *, fix: bool, output: Path | None) -> int:
-    """Print what is wrong in a URDF file, or mend it; return the exit code.
+@final
+@dataclass(frozen=True)
+class Check:
+    """A verdict on a system's equations, and the facts that its textbook states.
+
+    Args:
+        verdict: of the comparison.
+        facts: the facts of a textbook system; none of any other.
+    """
+
+    verdict: mq.Verdict
+    facts: tuple[FactRow, ...]
+
+    @property
+    def right(self) -> bool:
+        """Whether the sources agree and no fact fails."""
+        return self.verdict.agrees and not any(fact.fails for fact in self.facts)
+
+    def to_json(self) -> str:
+        """Return the verdict as JSON text, with the facts if there are any."""
+        facts = {"facts": [fact.to_dict() for fact in self.facts]} if self.facts else {}
+        whole = {**self.verdict.to_dict(), **facts}
+        return json.dumps(whole, ensure_ascii=False, allow_nan=False, indent=2)
+
+    def __str__(self) -> str:
+        return "\n".join([str(self.verdict), *map(str, self.facts)])
+
+
+def textbook_facts(system: str, parameters: Sequence[str] | None, seed: int) -> tuple[FactRow, ...]:
+    """Check the facts of a textbook system; there are none of any other.
+
+    Args:
+        system: the word that names it.
+        parameters: words like "l=2".
+        seed: of the random states.
+    """
+    if system not in mq.textbook.names():
+        return ()
+    from mecanique.verification.facts import check
+
+    return check(system, numbers(parameters, "-p"), seed=seed)
+
+
+def lint_file(file: str, form: str, *, fix: bool, output: Path | None) -> int:
+    """Report what is wrong in a URDF file, or repair it; return the exit code.
 
     Args:
         file: its path, or a robot's name.
         form: "text", "json" or "sarif".
-        fix: whether to mend what has one safe mend.
-        output: where the mended text goes; it is printed without.
+        fix: whether to repair what has one safe remedy.
+        output: where to write the repaired text; it is printed by default.
     """
     from mecanique.urdf.lint import as_json, as_sarif, as_text, lint, mend
 
@@ -46,20 +94,20 @@ def linted(file: str, form: str, *, fix: bool, output: Path | None) -> int:
     return _code(findings)
 
 
-def surveyed(samples: int, seed: int, *, robots: bool) -> Survey:
-    """Verify every textbook system, or every robot, showing progress.
+def survey(samples: int, seed: int, *, robots: bool) -> Survey:
+    """Verify every textbook system, or every robot, and show progress.
 
     Args:
         samples: number of random states of each.
         seed: of the random states.
-        robots: whether the robots.
+        robots: whether to verify the robots.
     """
     from mecanique.verification.survey import survey_robots, survey_systems
 
-    survey, what = (survey_robots, "robot") if robots else (survey_systems, "textbook system")
+    verify, what = (survey_robots, "robot") if robots else (survey_systems, "textbook system")
     with progress(f"Verifying every {what}") as advance:
         processes = min(_PROCESSES, os.cpu_count() or 1)
-        return survey(samples, seed, processes=processes, progress=advance)
+        return verify(samples, seed, processes=processes, progress=advance)
 
 
 def _code(findings: tuple[Finding, ...]) -> int:

@@ -4,18 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 import typer
 
 import mecanique as mq
-from mecanique.cli.checks import linted, surveyed
+from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
 from mecanique.cli.derivations import derivation, derivations
 from mecanique.cli.printing import say, working
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, guarded, source
-
-if TYPE_CHECKING:
-    from mecanique.verification.survey import Survey
 
 __all__ = ["app"]
 
@@ -147,25 +144,30 @@ def verify(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare the derived equations with Pinocchio; the exit code is 1 if they disagree."""
+    """Compare the derived equations with Pinocchio, and check the facts of a textbook system.
+
+    The exit code is 1 if they disagree or a fact does not hold.
+    """
     if against is not None and system is None:
         raise typer.BadParameter("expected a SYSTEM with --against")
     if (system is not None) + every + robots != 1:
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
-    outcome: mq.Verdict | Survey
     if system is None:
         number = samples if samples is not None else 50 if robots else 100
-        outcome = surveyed(number, seed, robots=robots)
-    else:
-        chosen = choose(system, parameters, root)
-        number = 100 if samples is None else samples
-        other = None if against is None else source(against, root)
-        with working(
-            f"Comparing with {'Pinocchio' if against is None else against} at {number} states"
-        ):
-            outcome = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
-    say(outcome.to_json() if as_json else str(outcome))
-    if not outcome.agrees:
+        surveyed = survey(number, seed, robots=robots)
+        say(surveyed.to_json() if as_json else str(surveyed))
+        raise typer.Exit(0 if surveyed.agrees else 1)
+    number = 100 if samples is None else samples
+    chosen = choose(system, parameters, root)
+    other = None if against is None else source(against, root)
+    with working(
+        f"Comparing with {'Pinocchio' if against is None else against} at {number} states"
+    ):
+        verdict = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
+        facts = () if against is not None else textbook_facts(system, parameters, seed)
+    check = Check(verdict, facts)
+    say(check.to_json() if as_json else str(check))
+    if not check.right:
         raise typer.Exit(1)
 
 
@@ -189,7 +191,7 @@ def lint(
 ) -> None:
     """Say what is wrong in a URDF file; the exit code is 0 without errors, 1 with errors, 2 if it cannot be read."""
     form = "json" if as_json else "sarif" if as_sarif else "text"
-    raise typer.Exit(linted(file, form, fix=fix, output=output))
+    raise typer.Exit(lint_file(file, form, fix=fix, output=output))
 
 
 @app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")

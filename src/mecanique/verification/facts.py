@@ -1,4 +1,4 @@
-"""Find out whether a textbook system's closed-form facts hold, one way of checking per kind of fact.
+"""Check the closed-form facts of a textbook system, each kind of fact in its own way.
 
 Facts about any state are compared at random states, conserved quantities by their rate along the
 flow (complex step), motions by integration at the tightest tolerance, frequencies and limits of
@@ -7,15 +7,17 @@ stability by differences of eighth order.
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.errors import InputError
+from mecanique.errors import ClosureError, EngineError, InputError, IntegrationError
 from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.textbook.catalogue import entry
@@ -37,6 +39,11 @@ from mecanique.textbook.facts import (
 )
 from mecanique.textbook.system import System
 from mecanique.verification.states.random import random_states
+from mecanique.verification.stencil import differences
+
+if TYPE_CHECKING:
+    from mecanique.derivation.equations import Equations
+    from mecanique.reference import Reference
 
 __all__ = ["SOURCES", "TOLERANCE", "FactRow", "check"]
 
@@ -46,16 +53,16 @@ TOLERANCE = 1e-10
 """Largest residual of a fact that holds."""
 
 SOURCES = ("reference", "derive")
-"""Whose equations of motion the facts can be held against."""
+"""Whose equations of motion the facts can be checked against."""
 
 _STEP = 1e-2
-"""Of finite differences; their error goes with its eighth power."""
-
-_STENCIL = ((1, 4 / 5), (2, -1 / 5), (3, 4 / 105), (4, -1 / 280))
-"""Central differences of eighth order (Fornberg, Math. Comp. 51, 1988, table 1)."""
+"""Step of the differences, relative to coordinates larger than one."""
 
 _ASIDE = 0.01
-"""How far beside a limit, relative to it, stability is looked at."""
+"""Distance from a limit of stability, relative to it, at which both of its sides are examined."""
+
+_IMAGINARY_STEP = 1e-30
+"""A complex step has no difference of nearby values in it, so it can be as small as this."""
 
 
 @final
@@ -64,21 +71,47 @@ class FactRow:
     """One fact and how well it holds.
 
     Args:
-        system: name of the textbook system; its title, if it is not in the catalogue.
+        system: name of the textbook system; its title if it is not in the catalogue.
         kind: of the fact, e.g. "Period".
         statement: the fact in one line.
-        residual: relative difference between the fact and the equations of motion.
+        residual: relative difference between the fact and the equations of motion; not a number if
+            the fact has no value for the given parameters.
+        reason: why it has none.
     """
 
     system: str
     kind: str
     statement: str
     residual: float
+    reason: str = ""
 
     @property
     def holds(self) -> bool:
         """Whether the residual is at most 1e-10."""
         return self.residual <= TOLERANCE
+
+    @property
+    def fails(self) -> bool:
+        """Whether the fact is false; one that has no value for the given parameters is not."""
+        return not self.holds and not math.isnan(self.residual)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, ready for JSON; None if the residual is not finite."""
+        return {
+            "kind": self.kind,
+            "statement": self.statement,
+            "holds": self.holds,
+            "fails": self.fails,
+            "residual": self.residual if math.isfinite(self.residual) else None,
+            "reason": self.reason,
+        }
+
+    def __str__(self) -> str:
+        kind = re.sub("(?<=[a-z])(?=[A-Z])", " ", self.kind).lower()
+        if math.isnan(self.residual):
+            return f"fact has no value here ({self.reason}), {kind}: {self.statement}"
+        holds = "holds" if self.holds else "FAILS"
+        return f"fact {holds} ({self.residual:.0e}), {kind}: {self.statement}"
 
 
 def check(
@@ -92,10 +125,10 @@ def check(
     """Check every fact of a textbook system.
 
     Args:
-        name: the system's name in the catalogue, or a system of one's own.
-        values: parameters and options to change, by symbol; a fact's own suppositions take
+        name: the system's name in the catalogue, or a system of your own.
+        values: parameters and options to change, by symbol; those that a fact itself supposes take
             precedence.
-        source: whose equations of motion are asked, "reference" or "derive"; reactions are the
+        source: whose equations of motion to use, "reference" or "derive"; reactions are always the
             reference's.
         samples: number of random states for facts about any state.
         seed: of the random states.
@@ -109,13 +142,26 @@ def check(
 
     system = name if isinstance(name, System) else entry(name)
 
-    def bench(given: Mapping[str, float]) -> _Bench:
+    def build(given: Mapping[str, float]) -> _Bench:
         return _Bench(system, {**(values or {}), **given}, source, samples, seed)
 
+    system.mechanism(**(values or {}))  # refuses unknown parameters even where no fact needs them
     called = system.title if isinstance(name, System) else name
-    return tuple(
-        FactRow(called, type(fact).__name__, fact.statement, _residual(fact, bench))
-        for fact in system.facts
+    return tuple(_row(called, fact, build) for fact in system.facts)
+
+
+def _row(system: str, fact: Fact, build: _Build) -> FactRow:
+    residual, reason = math.nan, "its formula is not defined"
+    try:
+        with np.errstate(all="ignore"):
+            residual = _residual(fact, build)
+    except InputError:
+        raise
+    except (ArithmeticError, ValueError, ClosureError, EngineError, IntegrationError) as error:
+        reason = str(error)
+    undefined = math.isnan(residual)
+    return FactRow(
+        system, type(fact).__name__, fact.statement, residual, reason if undefined else ""
     )
 
 
@@ -138,13 +184,13 @@ class _Bench:
         return self.system.mechanism(**self.values)
 
     @cached_property
-    def reference(self) -> Any:
+    def reference(self) -> Reference:
         from mecanique.reference import Reference
 
         return Reference(self.mechanism)
 
     @cached_property
-    def dynamics(self) -> Any:
+    def dynamics(self) -> Reference | Equations:
         if self.source == "reference":
             return self.reference
         from mecanique.derivation import derive
@@ -164,26 +210,25 @@ class _Bench:
 
     def state(self, given: State) -> tuple[Array, Array]:
         named = given(Values(self.constants)) if callable(given) else given
-        inside = set(self.mechanism.coordinates)
-        q = self.mechanism.position(
-            {name: value for name, value in named.items() if name in inside}
-        )
-        return self.closed(
-            q, self.mechanism.velocity({n: value for n, value in named.items() if n not in inside})
-        )
+        positions = {
+            name: x for name, x in named.items() if name in set(self.mechanism.coordinates)
+        }
+        velocities = {name: x for name, x in named.items() if name not in positions}
+        if not np.isfinite(list(named.values())).all():
+            raise ArithmeticError("its state is not defined")
+        return self.close(self.mechanism.position(positions), self.mechanism.velocity(velocities))
 
-    def closed(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """The state next to this one at which the loops are closed."""
-        if not self.mechanism.loops:
+    def close(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Return the state next to this one at which the loops are closed."""
+        closed = self.reference.closed if self.mechanism.loops else None
+        if closed is None:
             return q, v
         from mecanique.reference.loops.assembly import closed_position, projected
 
-        return projected(
-            self.reference.closed, closed_position(self.reference.closed, q, 0.0), v, 0.0
-        )
+        return projected(closed, closed_position(closed, q, 0.0), v, 0.0)
 
     def states(self) -> Iterator[tuple[Array, Array, float]]:
-        """The better half of twice as many random states: digits are lost next to singular points of coordinates."""
+        """Yield the better half of twice as many random states: singular ones lose digits."""
         states = random_states(self.mechanism, 2 * self.samples, self.seed)
         worth = [
             np.linalg.cond(self.dynamics.mass_matrix(q, float(t)))
@@ -193,12 +238,12 @@ class _Bench:
             yield states.q[k], states.v[k], float(states.t[k])
 
     def slope(self, t: float, y: Array) -> Array:
-        """Rates of [q, v]."""
+        """Return the rates of [q, v]."""
         q, v = y[: self.mechanism.nq], y[self.mechanism.nq :]
         return np.concatenate((self.reference.rates(q, v), self.dynamics.acceleration(q, v, t)))
 
     def flow(self, q: Array, v: Array, times: Any) -> Array:
-        """States [q, v] at the times, shape (n, nq + nv)."""
+        """Return the states [q, v] at the times, shape (n, nq + nv)."""
         from scipy.integrate import solve_ivp
 
         slope = self.reference.rhs() if self.source == "reference" else self.slope
@@ -212,18 +257,18 @@ class _Bench:
             atol=1e-14,
         )
         if not found.success:
-            raise InputError(
-                f"expected a motion of {self.mechanism.name!r} up to t = {times[-1]:g} s, got: {found.message}"
-            )
+            raise IntegrationError(f"no motion up to t = {times[-1]:g} s: {found.message}")
         return np.asarray(found.y.T)
 
     def stiffness(self, at: State) -> tuple[Array, Array]:
-        """M and K of small motion about an equilibrium."""
+        """Return M and K of small motion about an equilibrium."""
         q, _ = self.state(at)
         rest = np.zeros(self.mechanism.nv)
-        K = _derivative(
-            lambda x: self.dynamics.bias(x, rest, 0.0) - self.dynamics.forces(x, rest, 0.0), q
-        )
+
+        def static_forces(x: Array) -> Array:
+            return self.dynamics.bias(x, rest, 0.0) - self.dynamics.forces(x, rest, 0.0)
+
+        K = _jacobian(static_forces, q)
         return np.asarray(self.dynamics.mass_matrix(q, 0.0)), K
 
 
@@ -251,19 +296,9 @@ def _residual(fact: Fact, build: _Build) -> float:
         case Period():
             return _period(bench, fact)
         case Frequencies():
-            M, K = bench.stiffness(fact.at)
-            squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
-            expected = np.sort(
-                np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=float) ** 2
-            )
-            return float(np.max(np.abs(squares - expected)) / np.max(expected))
+            return _frequencies(bench, fact)
         case Eigenvalues():
-            found = np.linalg.eigvals(_linearized(bench, fact.at))
-            stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=complex)
-            return float(
-                np.max(np.min(np.abs(np.subtract.outer(stated, found)), axis=1))
-                / np.max(np.abs(stated))
-            )
+            return _eigenvalues(bench, fact)
         case Steady():
             return _steady(bench, fact)
         case StabilityLimit():
@@ -271,10 +306,10 @@ def _residual(fact: Fact, build: _Build) -> float:
 
 
 def _relative(found: Any, expected: Any) -> float:
-    """Largest difference per component, in units of the component's largest value; shape (n, …) each."""
+    """Return the largest difference of each component, relative to its size; shape (n, …) both."""
     found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
     scale = np.max(np.abs(expected), axis=0)
-    # a component that is zero but for rounding has no scale of its own
+    # a component that is zero except for rounding has no scale of its own
     scale = np.where(scale > 1e-9 * np.max(scale), scale, np.max(scale) or 1.0)
     return float(np.max(np.abs(found - expected) / scale))
 
@@ -288,31 +323,31 @@ def _at_states(
 
 
 def _mass_matrix(bench: _Bench, fact: MassMatrix) -> float:
-    worst = 0.0
+    differences = []
     for q, v, t in bench.states():
         expected = np.asarray(fact.formula(bench.numbers(q, v, t)), dtype=float)
         size = np.sqrt(np.diag(expected))
         found = bench.dynamics.mass_matrix(q, t)
-        worst = max(worst, float(np.max(np.abs(found - expected) / np.multiply.outer(size, size))))
-    return worst
+        differences.append(np.abs(found - expected) / np.multiply.outer(size, size))
+    return float(np.max(differences))
 
 
 def _drift(bench: _Bench, fact: Conserved) -> float:
-    """Rates of quantities along the flow, in units of the largest sum of their parts: what q, v and t contribute."""
+    """Return the rates along the flow, relative to the sum of what q, v and t contribute."""
     nq, rates, sizes, depends = bench.mechanism.nq, [], [], False
     for q, v, t in bench.states():
         at = np.concatenate((q, v, [t])).astype(complex)
         parts = []
         for k, slope in enumerate(np.append(bench.slope(t, np.concatenate((q, v))), 1.0)):
             moved = at.copy()
-            moved[k] += 1e-30j
+            moved[k] += _IMAGINARY_STEP * 1j
             value = np.atleast_1d(fact.formula(bench.numbers(moved[:nq], moved[nq:-1], moved[-1])))
-            parts.append(np.imag(value) / 1e-30 * slope)
+            parts.append(np.imag(value) / _IMAGINARY_STEP * slope)
             depends |= bool(np.any(np.imag(value)))
         rates.append(np.abs(np.sum(parts, axis=0)))
         sizes.append(np.sum(np.abs(parts), axis=0))
     if not depends:
-        return float("inf")  # a number is no quantity
+        return math.inf  # a number is no quantity
     size = np.max(sizes, axis=0)
     return float(np.max(np.max(rates, axis=0) / np.where(size > 0, size, 1.0)))
 
@@ -336,11 +371,26 @@ def _period(bench: _Bench, fact: Period) -> float:
     size = np.max(np.abs(way), axis=0)
     off = np.abs(way[1:] - way[0] - onwards) / np.where(size > 0, size, 1.0)
     # a multiple of the period is not the period
-    return float("inf") if np.min(np.max(off[:-1], axis=1)) < 1e-3 else float(np.max(off[-1]))
+    return math.inf if np.min(np.max(off[:-1], axis=1)) < 1e-3 else float(np.max(off[-1]))
+
+
+def _frequencies(bench: _Bench, fact: Frequencies) -> float:
+    M, K = bench.stiffness(fact.at)
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
+    stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=float)
+    expected = np.sort(stated**2)
+    return float(np.max(np.abs(squares - expected)) / np.max(expected))
+
+
+def _eigenvalues(bench: _Bench, fact: Eigenvalues) -> float:
+    found = np.linalg.eigvals(_state_matrix(bench, fact.at))
+    stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=complex)
+    nearest = np.min(np.abs(np.subtract.outer(stated, found)), axis=1)
+    return float(np.max(nearest) / np.max(np.abs(stated)))
 
 
 def _steady(bench: _Bench, fact: Steady) -> float:
-    """Acceleration in units of that at a state nearby."""
+    """Return the acceleration relative to that at a state nearby."""
     q, v = bench.state(fact.at)
     quaternions = [
         bench.mechanism.coordinates.index(name)
@@ -350,33 +400,29 @@ def _steady(bench: _Bench, fact: Steady) -> float:
     ]
     aside = q + 0.1
     aside[quaternions] = q[quaternions]
-    aside, faster = bench.closed(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0))
+    aside, faster = bench.close(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0))
     typical = np.max(np.abs(bench.dynamics.acceleration(aside, faster, 0.0)))
     return float(np.max(np.abs(bench.dynamics.acceleration(q, v, 0.0))) / (typical or 1.0))
 
 
-def _derivative(function: Callable[[Array], Any], at: Array) -> Array:
-    """Jacobian of a function, shape (m, n)."""
-    columns = []
-    for k in range(len(at)):
-        step = np.zeros(len(at))
-        step[k] = _STEP * max(1.0, abs(at[k]))
-        parts = [
-            weight * (function(at + i * step) - function(at - i * step)) for i, weight in _STENCIL
-        ]
-        columns.append(sum(parts[1:], parts[0]) / step[k])
-    return np.stack(columns, axis=-1)
+def _jacobian(function: Callable[[Array], Any], at: Array) -> Array:
+    """Return the derivative of a function, shape (m, n)."""
+    return differences(
+        lambda steps: np.array([function(at + step) for step in steps]),
+        len(at),
+        _STEP * np.maximum(1.0, np.abs(at)),
+    )
 
 
-def _linearized(bench: _Bench, at: State) -> Array:
-    """Matrix of the deviations of [q, v] from an equilibrium or a steady motion."""
+def _state_matrix(bench: _Bench, at: State) -> Array:
+    """Return the matrix of deviations of [q, v] from an equilibrium or a steady motion."""
     q, v = bench.state(at)
     if len(q) != len(v):
         raise InputError(
             f"expected a system without quaternions for eigenvalues, got {bench.mechanism.name!r}"
         )
     n = len(q)
-    lower = _derivative(
+    lower = _jacobian(
         lambda y: bench.dynamics.acceleration(y[:n], y[n:], 0.0), np.concatenate((q, v))
     )
     return np.block([[np.zeros((n, n)), np.eye(n)], [lower]])
@@ -390,17 +436,17 @@ def _limit(bench: _Bench, fact: StabilityLimit, build: _Build) -> float:
     )
     stable, unstable = (below, above) if fact.stable == "below" else (above, below)
     if not stable > 0 > unstable:
-        return float("inf")
+        return math.inf
     return abs(at) / (abs(above - below) / (2 * _ASIDE))
 
 
 def _margin(bench: _Bench, fact: StabilityLimit) -> float:
-    """A number that is positive where the equilibrium is stable, and zero at the limit."""
+    """Return a number that is positive where the equilibrium is stable, and zero at the limit."""
     if fact.period is None:
         M, K = bench.stiffness(fact.at)
         return float(np.min(np.linalg.eigvals(np.linalg.solve(M, K)).real))
     q, v = bench.state(fact.at)
     n, T = len(q), float(fact.period(Values(bench.constants)))
-    turn = _derivative(lambda y: bench.flow(y[:n], y[n:], [0.0, T])[-1], np.concatenate((q, v)))
+    turn = _jacobian(lambda y: bench.flow(y[:n], y[n:], [0.0, T])[-1], np.concatenate((q, v)))
     # Floquet: det(turn − 1) passes through zero where a multiplier passes through one
     return float(np.linalg.det(turn - np.eye(2 * n)))
