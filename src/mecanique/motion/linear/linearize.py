@@ -16,6 +16,7 @@ from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import Values
+from mecanique.verification.stencil import differences
 
 __all__ = ["linearize", "undisturbed"]
 
@@ -24,9 +25,6 @@ STEPS = (0.02, 0.004, 0.0008, 0.00016)
 
 ACCURATE = 1e-11
 """Relative error that is good enough."""
-
-WEIGHTS = np.array([4 / 5, -1 / 5, 4 / 105, -1 / 280])
-"""Central differences of eighth order: weights of f(x + k h) − f(x − k h), k = 1…4 (Fornberg, 1988)."""
 
 SWEEPS = 20
 CLOSED = 1e-14
@@ -268,7 +266,7 @@ def _slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
         return np.zeros((0, 0)), 0.0
     best, error = np.zeros((count, count)), np.inf
     for h in STEPS:
-        fine, coarse = _differences(function, count, h), _differences(function, count, 2 * h)
+        fine, coarse = differences(function, count, h), differences(function, count, 2 * h)
         scale = float(np.abs(fine).max())
         found = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
         if found < error:
@@ -276,11 +274,3 @@ def _slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
         if error < ACCURATE:
             break
     return best, error
-
-
-def _differences(function: _Function, count: int, h: float) -> np.ndarray:
-    k = np.arange(1, 5) * h
-    ahead = (np.eye(count)[:, None, :] * k[None, :, None]).reshape(-1, count)
-    rise = (function(ahead) - function(-ahead)).reshape(count, 4, -1)
-    slopes: np.ndarray = np.einsum("k,jki->ij", WEIGHTS, rise) / h
-    return slopes
