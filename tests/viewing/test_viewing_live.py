@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 import signal
 import socket
@@ -23,7 +24,8 @@ import pytest
 from conftest import Visit
 from playwright.sync_api import Error
 from tornado.httpclient import HTTPClientError, HTTPRequest
-from tornado.websocket import WebSocketClientConnection, websocket_connect
+from tornado.iostream import IOStream
+from tornado.websocket import WebSocketClientConnection, WebSocketHandler, websocket_connect
 from viewing_scenes import about_y, pendulum, swarm, swing
 
 from mecanique.errors import InputError
@@ -345,6 +347,56 @@ def test_streams_keep_real_time() -> None:
         assert 0.3 <= shortest(lambda: view.play(scene, speed=2.0)) < 0.7, (
             "the page is built before the motion starts"
         )
+
+
+def test_a_page_that_goes_away_while_it_is_written_to_is_let_go() -> None:
+    """Its connection is reset with more under way than the operating system takes."""
+    complaints: list[dict[str, Any]] = []
+    with LiveView(pendulum()) as view:
+        loop = view._server._loop
+        loop.call_soon_threadsafe(
+            loop.set_exception_handler, lambda _, context: complaints.append(context)
+        )
+        with shaken_hands(view) as link:
+            until(lambda: view.viewers == 1)
+            (page,) = view._server.clients
+            view.warn("x" * 20_000_000)
+            until(lambda: stream_of(page).writing())
+            link.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+        del page
+        until(lambda: view.viewers == 0)
+        again = run(opened(view))
+    gc.collect()
+    assert again
+    assert complaints == []
+
+
+def shaken_hands(view: LiveView) -> socket.socket:
+    """Return a connection that is a websocket, and is never read."""
+    address = urlsplit(view.url)
+    link = socket.create_connection(("127.0.0.1", address.port or 0), timeout=5)
+    request = (
+        f"GET {address.path}ws HTTP/1.1\r\nHost: {address.netloc}\r\nOrigin: {origin(view)}\r\n"
+        "Upgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+        "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+    )
+    link.sendall(request.encode())
+    return link
+
+
+def stream_of(page: WebSocketHandler) -> IOStream:
+    assert page.ws_connection is not None
+    stream = page.ws_connection.stream
+    assert isinstance(stream, IOStream)
+    return stream
+
+
+async def opened(view: LiveView) -> bool:
+    """Whether another page is served as before."""
+    link = await connect(view, Origin=origin(view))
+    state = json.loads(str(await link.read_message()))
+    await leave(link)
+    return "scene" in state
 
 
 def test_things_of_ones_own_can_be_drawn(view: LiveView, visit: Callable[..., Visit]) -> None:

@@ -11,6 +11,7 @@ import struct
 import threading
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from functools import partial
 from typing import Any, final
 
@@ -365,6 +366,14 @@ class _Socket(tornado.websocket.WebSocketHandler):
 
     def _write(self, message: str | bytes) -> None:
         try:
-            self.write_message(message, binary=isinstance(message, bytes))
+            writing = self.write_message(message, binary=isinstance(message, bytes))
         except tornado.websocket.WebSocketClosedError:
             self.server.clients.discard(self)
+        else:
+            writing.add_done_callback(self._written)
+
+    def _written(self, writing: asyncio.Future[None]) -> None:
+        """Take note of a page that went away while it was written to; any other failure is raised."""
+        if not writing.cancelled():
+            with suppress(tornado.websocket.WebSocketClosedError):
+                writing.result()
