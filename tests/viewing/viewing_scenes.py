@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from mecanique.viewing.scene.document import (
 )
 from mecanique.viewing.scene.scene import (
     Arrow,
+    Frame,
     JointMark,
     Line,
     Scene,
@@ -239,6 +240,11 @@ def blocks(duration: float = 6.0) -> Scene:
     )
 
 
+def instants(scene: Scene) -> Iterator[Frame]:
+    """Yield what a scene shows, instant by instant."""
+    return (scene.frame(k) for k in range(len(scene.t)))
+
+
 def swarm(bodies: int = 10, duration: float = 60.0, fps: float = 60.0) -> Scene:
     """Many bodies that swing and turn at their own rates, each with weight and reaction."""
     t = np.linspace(0, duration, round(duration * fps) + 1)
@@ -257,7 +263,7 @@ def swarm(bodies: int = 10, duration: float = 60.0, fps: float = 60.0) -> Scene:
     return Scene(
         title="Swarm",
         t=t,
-        bodies=tuple(SceneBody(name, (Shape("capsule", (0.05, 0.3)),)) for name in names),
+        bodies=tuple(SceneBody(name, (Shape("cylinder", (0.05, 0.3)),)) for name in names),
         positions=positions,
         quaternions=quaternions,
         arrows=tuple(

@@ -39,14 +39,6 @@ class PacedClock:
             self._wall, self._rate = wall, rate
         return self._shown + (time.monotonic() - self._wall) * self._rate
 
-    def seek(self, t: float) -> None:
-        """Show another time from now on.
-
-        Args:
-            t: [s].
-        """
-        self._shown, self._wall = t, time.monotonic()
-
     def forgive(self, t: float, most: float = 0.1) -> None:
         """Set the clock back to a source that has fallen behind it.
 
@@ -55,7 +47,7 @@ class PacedClock:
             most: how far behind it may be before that [s of wall time].
         """
         if self.now() - t > most * max(self._rate, 1e-9):
-            self.seek(t)
+            self._shown, self._wall = t, time.monotonic()
 
     def until(self, t: float) -> float:
         """Return how long it is till a time is shown [s of wall time]; a frame's time while paused.

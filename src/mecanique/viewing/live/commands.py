@@ -18,7 +18,6 @@ _KEYS = {
     "resume": {"do"},
     "reset": {"do"},
     "speed": {"do", "value"},
-    "seek": {"do", "value"},
     "parameter": {"do", "name", "value"},
     "initial": {"do", "name", "value"},
 }
@@ -69,7 +68,6 @@ class Controls:
         self._paused = False
         self._closed = False
         self._restart = False
-        self._seek: float | None = None
         self._values: dict[tuple[str, str], float] = {}
 
     def begin(self, speed: float) -> None:
@@ -79,7 +77,7 @@ class Controls:
             speed: seconds shown per second.
         """
         with self._lock:
-            self._speed, self._paused, self._restart, self._seek = float(speed), False, False, None
+            self._speed, self._paused, self._restart = float(speed), False, False
 
     def obey(self, message: dict[str, Any]) -> None:
         """Note what a page asks for.
@@ -93,8 +91,6 @@ class Controls:
                 self._paused = do == "pause"
             elif do == "speed":
                 self._speed = value
-            elif do == "seek":
-                self._seek = value
             elif do == "reset":
                 self._restart = True
             elif do in ("parameter", "initial"):
@@ -134,12 +130,6 @@ class Controls:
             wanted, self._restart = self._restart, False
         return wanted
 
-    def take_seek(self) -> float | None:
-        """Return the time a page asked for, and forget it."""
-        with self._lock:
-            wanted, self._seek = self._seek, None
-        return wanted
-
     def changes(self) -> dict[tuple[str, str], float]:
         """Return the values set so far, by kind and name."""
         with self._lock:
@@ -155,6 +145,6 @@ class Controls:
             self._wake.clear()
 
     def close(self) -> None:
-        """Tell whoever streams to stop."""
+        """Signal the stream to stop."""
         self._closed = True
         self._wake.set()

@@ -62,7 +62,7 @@ class LiveView:
         self._scene = scene
         self._texts = threading.Lock()
         self._server = Server(self._controls, port=port, token=token)
-        self._page = self._server.show(scene, seekable=False)
+        self._page = self._server.show(scene)
         self._alarm()
         self.send(scene.frame(0))
         if not at_once:
@@ -114,7 +114,7 @@ class LiveView:
                 document = replace(scene.document, derivations=now.derivations, verdict=now.verdict)
                 scene = replace(scene, document=document)
             self._scene = scene
-            self._page = self._server.show(scene, seekable=False)
+            self._page = self._server.show(scene)
             self._alarm()
         self._page.result()
         self.send(scene.frame(0))
@@ -203,50 +203,6 @@ class LiveView:
             if self._controls.closed or not callable(frames) or not self._controls.take_restart():
                 return
             self._server.announce(restart=True)
-
-    def play(
-        self,
-        scene: Scene | None = None,
-        *,
-        speed: float = 1.0,
-        repeat: bool = False,
-        hold: bool = False,
-    ) -> None:
-        """Show a recorded motion in real time; the page can seek in it.
-
-        Args:
-            scene: the motion; the present scene if None.
-            speed: seconds shown per second.
-            repeat: whether to start over at the end, till the view is closed.
-            hold: whether to stay at the end, till the view is closed.
-        """
-        self._scene = motion = scene or self._scene
-        self._server.show(motion, seekable=True).result()
-        self._controls.begin(speed)
-        self._server.announce()
-        first, last = float(motion.t[0]), float(motion.t[-1])
-        clock = PacedClock(self._controls, first)
-        shown = -1
-        while not self._controls.closed:
-            if self._controls.take_restart():
-                clock.seek(first)
-            elif (wanted := self._controls.take_seek()) is not None:
-                clock.seek(min(max(wanted, first), last))
-            now = clock.now()
-            k = int(
-                np.clip(
-                    np.searchsorted(motion.t, now + 1e-9, side="right") - 1, 0, len(motion.t) - 1
-                )
-            )
-            if k != shown:
-                self.send(motion.frame(k))
-                shown = k
-            if now >= last and not self._controls.paused:
-                if repeat:
-                    clock.seek(first)
-                elif not hold:
-                    return
-            clock.rest(FRAME)
 
     def _run(self, frames: Iterator[Frame]) -> None:
         """Stream until the end, or until the page asks to start again."""

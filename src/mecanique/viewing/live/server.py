@@ -59,7 +59,6 @@ class Server:
         self.seen = threading.Event()
         self._token = token or secrets.token_urlsafe(18)
         self._identity = ""
-        self._seekable = False
         self._notes: dict[str, str] = {}
         self._frame: tuple[float, bytes] = (0.0, b"")
         self._number = 0
@@ -94,24 +93,22 @@ class Server:
         """The names under which the server answers."""
         return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
 
-    def show(self, scene: Scene, *, seekable: bool) -> Future[str]:
+    def show(self, scene: Scene) -> Future[str]:
         """Serve a scene from now on; pages that show another load it.
 
         Args:
             scene: what to serve.
-            seekable: whether the page may choose the time.
 
         Returns:
             The page, which is being made: meshes take their time.
         """
         identity = secrets.token_urlsafe(9)
-        length = float(scene.t[-1] - scene.t[0]) if seekable else 0.0
         connect = " ".join(f"ws://{host}" for host in self.hosts)
         page: Future[str] = Future()
         with self._lock:
-            self.page, self._identity, self._seekable = page, identity, seekable
+            self.page, self._identity = page, identity
             self._frame, self._notes = (0.0, b""), {}
-        making = partial(_make, page, scene, identity, length, connect)
+        making = partial(_make, page, scene, identity, connect)
         self._maker = threading.Thread(target=making, name="mecanique page", daemon=True)
         self._maker.start()
         self.announce()
@@ -159,7 +156,7 @@ class Server:
     def state(self, *, restart: bool = False) -> str:
         """Return how things stand, as JSON."""
         with self._lock:
-            state = {"scene": self._identity, "seekable": self._seekable, "restart": restart}
+            state = {"scene": self._identity, "restart": restart}
         values = [[kind, name, value] for (kind, name), value in self.controls.changes().items()]
         return json.dumps(
             state | {"paused": self.controls.paused, "speed": self.controls.speed, "values": values}
@@ -236,9 +233,9 @@ class Server:
         await asyncio.gather(*rest, return_exceptions=True)
 
 
-def _make(page: Future[str], scene: Scene, identity: str, length: float, connect: str) -> None:
+def _make(page: Future[str], scene: Scene, identity: str, connect: str) -> None:
     try:
-        page.set_result(live_page(scene, identity, length, connect))
+        page.set_result(live_page(scene, identity, connect))
     except BaseException as error:  # whoever waits for the page raises it
         page.set_exception(error)
 

@@ -16,7 +16,7 @@ from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
 __all__ = ["draw_bodies"]
 
-# three.js builds cylinders and cones along y, a mechanism's shapes stand along z
+# three.js builds cylinders along y, a mechanism's stand along z
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
@@ -30,38 +30,25 @@ def draw_bodies(bodies: tuple[SceneBody, ...], window: RecorderWindow) -> None:
     root = visualizer(window)
     for k, body in enumerate(bodies):
         root[f"n{k}"].set_transform(np.eye(4))
-        for j, (thing, material, pose) in enumerate(
-            part for shape in body.shapes for part in _parts(shape)
-        ):
+        solids = [shape for shape in body.shapes if shape.kind != "mesh"]
+        for j, shape in enumerate(solids):
             node = root[f"n{k}/s{j}"]
-            node.set_object(thing, material)
-            node.set_transform(pose)
+            node.set_object(_geometry(shape), _material(shape.rgba or GREY))
+            node.set_transform(shape.pose @ _UPRIGHT if shape.kind == "cylinder" else shape.pose)
 
 
-def _parts(shape: Shape) -> list[tuple[Any, Any, Floats]]:
-    """The objects, materials and poses that make one shape."""
-    g, size, pose = meshcat().geometry, tuple(map(float, shape.size)), shape.pose
-    paint = _material(shape.rgba or GREY)
-    if shape.kind == "box":
-        return [(g.Box(size), paint, pose)]
-    if shape.kind == "sphere":
-        return [(_Ball(*size), paint, pose)]
-    if shape.kind == "ellipsoid":
-        return [(_Ball(1.0), paint, pose @ np.diag([*size, 1.0]))]
-    if shape.kind == "cylinder":
-        return [(g.Cylinder(size[1], size[0]), paint, pose @ _UPRIGHT)]
-    if shape.kind == "cone":
-        return [(g.Cylinder(size[1], radiusTop=0.0, radiusBottom=size[0]), paint, pose @ _UPRIGHT)]
-    if shape.kind == "capsule":
-        caps = [(_Ball(size[0]), paint, pose @ _raised(z)) for z in (-size[1] / 2, size[1] / 2)]
-        return [(g.Cylinder(size[1], size[0]), paint, pose @ _UPRIGHT), *caps]
-    return []  # a mesh
-
-
-def _raised(z: float) -> Floats:
-    pose = np.eye(4)
-    pose[2, 3] = z
-    return pose
+def _geometry(shape: Shape) -> Any:
+    """One of meshcat's geometries."""
+    geometry, size = meshcat().geometry, tuple(map(float, shape.size))
+    match shape.kind:
+        case "box":
+            return geometry.Box(size)
+        case "sphere":
+            return _Ball(*size)
+        case "cylinder":
+            radius, length = size
+            return geometry.Cylinder(length, radius)
+    raise ValueError(f"no geometry of kind {shape.kind!r}")
 
 
 def _material(rgba: Rgba) -> Any:

@@ -93,16 +93,15 @@ def write_text(text: str, target: Path) -> Path:
     return target
 
 
-def live_page(scene: Scene, identity: str, length: float, connect: str) -> str:
+def live_page(scene: Scene, identity: str, connect: str) -> str:
     """Return the page of a live view: the same page, fed by a stream.
 
     Args:
         scene: what to show.
         identity: names the scene, so that a page knows when it is out of date.
-        length: how long the motion lasts, if that is known; else 0 [s].
         connect: the only source the page may connect to.
     """
-    live = {"id": identity, "first": float(scene.t[0]), "length": length}
+    live = {"id": identity, "first": float(scene.t[0])}
     return _document(scene, live=live, connect=connect)
 
 

@@ -31,12 +31,12 @@ __all__ = [
 
 Floats: TypeAlias = NDArray[np.float64]
 Rgba: TypeAlias = tuple[float, float, float, float]
-ShapeKind: TypeAlias = Literal["box", "cylinder", "sphere", "ellipsoid", "cone", "capsule", "mesh"]
+ShapeKind: TypeAlias = Literal["box", "cylinder", "sphere", "mesh"]
 ArrowKind: TypeAlias = Literal["weight", "spring", "damper", "load", "reaction", "inertia"]
 LineKind: TypeAlias = Literal["spring", "damper", "rod"]
 
 GREY: Rgba = (0.55, 0.58, 0.62, 1.0)
-_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "ellipsoid": 3, "cone": 2, "capsule": 2, "mesh": 3}
+_SIZES = {"box": 3, "cylinder": 2, "sphere": 1, "mesh": 3}
 
 
 def _nowhere() -> Floats:
@@ -49,10 +49,9 @@ class Shape:
     """A solid at its place in a body.
 
     Args:
-        kind: "box", "cylinder", "sphere", "ellipsoid", "cone", "capsule" or "mesh".
-        size: box and ellipsoid: full edges or half axes along x, y, z [m]; cylinder, cone, capsule:
-            radius and length along z [m], without the capsule's caps; sphere: radius [m]; mesh:
-            factors along x, y, z.
+        kind: "box", "cylinder", "sphere" or "mesh".
+        size: box: edges along x, y, z [m]; cylinder: radius and length along z [m]; sphere: radius
+            [m]; mesh: factors along x, y, z.
         pose: shape (4, 4), the shape's frame, at its center, in the body's frame.
         rgba: color and opacity, each from 0 to 1; None leaves a mesh its own, and so does a mesh
             that has several.

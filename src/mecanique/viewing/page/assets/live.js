@@ -59,7 +59,6 @@ export class History {
 export class LiveClock {
   constructor(scene, width) {
     this.history = new History(width);
-    this.length = scene.length;
     this.seekable = false;
     this.speed = 1;
     this.playing = true;
@@ -70,16 +69,16 @@ export class LiveClock {
   }
 
   get first() {
-    return this.seekable ? this.scene.first : this.history.first;
+    return this.history.first;
+  }
+
+  get last() {
+    return this.history.last;
   }
 
   // How much of time a plot shows at least: a stream has just begun, and goes on [s].
   get room() {
-    return this.seekable ? 1e-6 : 2 * Math.min(this.speed, 1);
-  }
-
-  get last() {
-    return this.seekable ? this.scene.first + this.length : this.history.last;
+    return 2 * Math.min(this.speed, 1);
   }
 
   connect() {
@@ -124,7 +123,6 @@ export class LiveClock {
     }
     this.playing = !state.paused;
     this.speed = state.speed;
-    this.seekable = state.seekable;
     setSliders(state.values);
     this.onstate?.(state);
   }
@@ -150,13 +148,11 @@ export class LiveClock {
     this.send({ do: "speed", value: speed });
   }
 
-  seek(t) {
-    if (this.seekable) this.send({ do: "seek", value: t });
-  }
+  // A stream shows the present alone: no other time can be chosen, neither by seeking nor by steps.
+  seek() {}
 
-  step(frames) {
+  step() {
     this.pause();
-    this.seek(this.time + frames / 60);
   }
 
   // Takes the newest frame, if one came since the last picture, and lets the server send another.

@@ -42,7 +42,7 @@ async function start() {
   const layout = layoutOf(scene);
   const table = new Table(scene.table, parts[0]);
   const live = scene.live ? new LiveClock(scene.live, layout.end) : null;
-  const recorded = !live || scene.live.length > 0;
+  const recorded = !live;
   const clock = live ?? new Player(table);
   const row = table.row(table.first, scene.bodies.length, new Float64Array(layout.end));
 
@@ -167,8 +167,8 @@ function wireLive(live, stage, transport, traces, companion, redraw) {
   };
   live.onstate = (state) => {
     transport.refit();
-    if (!live.seekable) transport.digits = Math.max(2, 2 - Math.floor(Math.log10(state.speed)));
-    if (state.restart && !live.length) {
+    transport.digits = Math.max(2, 2 - Math.floor(Math.log10(state.speed)));
+    if (state.restart) {
       live.history.clear();
       traces.clear();
       companion?.reset();
