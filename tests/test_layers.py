@@ -36,6 +36,7 @@ ORDER: dict[str, list[str]] = {
         "bodies",
         "validation",
         "mechanism",
+        "units",
     ],
     "textbook": ["facts", "system", "systems", "catalogue", "register"],
     "urdf": [

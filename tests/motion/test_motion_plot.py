@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import mecanique as mq
-from mecanique.motion.record.units import units
+from mecanique.model.units import units
 
 
 @pytest.fixture(scope="module")

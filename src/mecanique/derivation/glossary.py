@@ -7,16 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.model.joints import (
-    Fixed,
-    Floating,
-    Joint,
-    Planar,
-    Prismatic,
-    Revolute,
-    Spherical,
-    Universal,
-)
+from mecanique.model.joints import Joint, Planar, Single, Universal
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
@@ -85,27 +76,24 @@ def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
     for name in mechanism.coordinates:
         yield Meaning(name, own.get(name, "generalized coordinate"))
     for joint in mechanism.joints:
-        if isinstance(joint, (Spherical, Floating)):
-            for velocity in joint.velocities:
-                what, unit = (
-                    ("velocity", "m/s")
-                    if velocity in joint.velocities[:-3]
-                    else ("angular velocity", "rad/s")
-                )
-                yield Meaning(
-                    velocity,
-                    f"{velocity[-1]} component of the {what} of {joint.child}, in its own axes [{unit}]",
-                )
+        if not joint.quaternion:
+            continue
+        for velocity in joint.velocities:
+            linear = velocity in joint.linear_velocities
+            what, unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
+            yield Meaning(
+                velocity,
+                f"{velocity[-1]} component of the {what} of {joint.child}, in its own axes [{unit}]",
+            )
 
 
 def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
     """Name and meaning of each coordinate of a joint."""
-    names = joint.coordinates
     match joint:
-        case Revolute():
-            sentences = [f"angle of the hinge {joint.name}, about {_axis(joint)} [rad]"]
-        case Prismatic():
-            sentences = [f"displacement in the slide {joint.name}, along {_axis(joint)} [m]"]
+        case Single() if joint.turns:
+            sentences = [f"angle of the {joint.noun} {joint.name}, about {_axis(joint)} [rad]"]
+        case Single():
+            sentences = [f"displacement in the {joint.noun} {joint.name}, along {_axis(joint)} [m]"]
         case Planar():
             sentences = [
                 f"displacement of {joint.child} along {_along(axis, joint)} [m]"
@@ -117,21 +105,19 @@ def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
                 f"angle of the Cardan joint {joint.name} about {axis} [rad]"
                 for axis in ("x", "the turned y")
             ]
-        case Fixed():
-            sentences = []
-        case Spherical() | Floating():
-            sentences = [
-                f"{axis} coordinate of {joint.child} [m]" for axis in "xyz"[: len(names) - 4]
-            ]
-            sentences += [f"{part} of the unit quaternion of {joint.child}" for part in _PARTS]
-    yield from zip(names, sentences, strict=True)
+        case _:
+            linear = zip("xyz", joint.linear_coordinates, strict=False)
+            sentences = [f"{axis} coordinate of {joint.child} [m]" for axis, _ in linear]
+            parts = zip(_PARTS, joint.quaternion, strict=False)
+            sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
+    yield from zip(joint.coordinates, sentences, strict=True)
 
 
-def _axis(joint: Revolute | Prismatic | Planar) -> str:
+def _axis(joint: Single | Planar) -> str:
     return _along(joint.axis, joint)
 
 
-def _along(axis: tuple[float, float, float], joint: Joint) -> str:
+def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
     """An axis in words, e.g. −y of ground; the joint's frame is named where it is turned against its parent."""
     turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
     of = f"the frame of joint {joint.name}" if turned else joint.parent

@@ -11,7 +11,6 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.model.expression import evaluate
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Given", "States"]
@@ -141,8 +140,8 @@ def _array(given: object, what: str) -> np.ndarray:
 
 def _normalized(q: np.ndarray, mechanism: Mechanism) -> np.ndarray:
     for joint in mechanism.joints:
-        if isinstance(joint, (Spherical, Floating)):
-            at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+        if joint.quaternion:
+            at = [mechanism.coordinates.index(name) for name in joint.quaternion]
             length = np.linalg.norm(q[:, at], axis=1, keepdims=True)
             if (length < 1e-9).any():
                 raise InputError(

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.figure.marks import Point
-from mecanique.model.joints import Fixed, Planar, Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["FRONT", "ISOMETRIC", "TOP", "Camera", "side_of"]
@@ -82,13 +81,10 @@ def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
     axes = []
     for joint in mechanism.joints:
-        if isinstance(joint, Fixed):
-            continue
-        if not isinstance(joint, (Revolute, Prismatic, Planar)):
+        if joint.quaternion:
             return ISOMETRIC
-        axes.append(
-            (isinstance(joint, Prismatic), poses[at[joint.child], :3, :3] @ np.array(joint.axis))
-        )
+        turn = poses[at[joint.child], :3, :3]
+        axes += [(motion.kind == "slide", turn @ motion.axis) for motion in joint.chain if joint.nv]
     for view in (FRONT, TOP):
         normal = view[2]
         if all(abs(abs(axis @ normal) - (0.0 if slides else 1.0)) < 1e-6 for slides, axis in axes):

@@ -16,7 +16,7 @@ from mecanique.figure.marks import Mark, Stroke
 from mecanique.figure.setting import Setting
 from mecanique.figure.signs import across, arc, arrow, label, unit
 from mecanique.figure.solids import unit3
-from mecanique.model.joints import Floating, Prismatic, Revolute, Spherical
+from mecanique.model.joints import Prismatic, Revolute
 
 __all__ = ["coordinates"]
 
@@ -34,12 +34,7 @@ def coordinates(setting: Setting) -> Iterator[Mark]:
         setting: what is drawn.
     """
     mechanism = setting.mechanism
-    inside = {
-        name
-        for j in mechanism.joints
-        if isinstance(j, (Spherical, Floating))
-        for name in j.coordinates
-    }
+    inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     arcs: dict[tuple[int, int], int] = {}
     distances: list[tuple[str, int, float, Floats, Floats]] = []
     for k, name in enumerate(mechanism.coordinates):

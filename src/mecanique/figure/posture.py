@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.record.units import units
+from mecanique.model.units import units
 
 __all__ = ["posture"]
 
@@ -37,12 +36,7 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
         with suppress(MecaniqueError):
             return np.asarray(assemble(mechanism, dict(start or {})), dtype=np.float64)
     q = mechanism.position(dict(start or {}))
-    inside = {
-        name
-        for j in mechanism.joints
-        if isinstance(j, (Spherical, Floating))
-        for name in j.coordinates
-    }
+    inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     unit_of = units(mechanism)
     count = 0
     for k, name in enumerate(mechanism.coordinates):

@@ -4,25 +4,34 @@ A joint's frame stands in its parent at `origin`; the child's frame coincides wi
 joint's coordinates are zero. Velocities are the rates of the coordinates, except for `Spherical`
 and `Floating`, whose positions hold a unit quaternion and whose velocities are components in the
 child's axes (nq ≠ nv), as in Pinocchio.
+
+A joint is a chain of elementary motions; its coordinates, their kinds and its velocities follow
+from the chain. Ask the joint for them rather than for its type.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import ClassVar, TypeAlias, final
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import ClassVar, Literal, TypeAlias, TypeVar, final
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
 __all__ = [
+    "UNITS",
+    "Elementary",
     "Fixed",
     "Floating",
     "Joint",
+    "Kind",
     "Limits",
     "Planar",
     "Prismatic",
     "Revolute",
+    "Single",
     "Spherical",
     "Universal",
 ]
@@ -31,7 +40,7 @@ __all__ = [
 @final
 @dataclass(frozen=True)
 class Limits:
-    """Bounds of a joint with one coordinate; they are written to URDF, the equations do not know them.
+    """Bounds of a joint with one coordinate; URDF states them, the equations ignore them.
 
     Args:
         lower: least position [rad or m].
@@ -46,8 +55,59 @@ class Limits:
     velocity: float = float("inf")
 
 
+Kind: TypeAlias = Literal["linear", "angular", "quaternion"]
+"""What a coordinate or a velocity is: a length, an angle, or a component of a unit quaternion."""
+
+UNITS: Mapping[Kind, str] = {"linear": "m", "angular": "rad", "quaternion": "1"}
+"""SI unit of each kind of coordinate; velocities have it per second."""
+
+_T = TypeVar("_T", bound="_Joint")
+_S = TypeVar("_S", bound="Single")
+_N = TypeVar("_N", bound="_Named")
+
+_X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+
+_COORDINATES: Mapping[str, tuple[Kind, ...]] = {
+    "fixed": (),
+    "turn": ("angular",),
+    "slide": ("linear",),
+    "ball": ("quaternion",) * 4,
+    "free": ("linear",) * 3 + ("quaternion",) * 4,
+}
+_VELOCITIES: Mapping[str, tuple[Kind, ...]] = {
+    "fixed": (),
+    "turn": ("angular",),
+    "slide": ("linear",),
+    "ball": ("angular",) * 3,
+    "free": ("linear",) * 3 + ("angular",) * 3,
+}
+
+
+@final
 @dataclass(frozen=True)
-class _Joint:
+class Elementary:
+    """One of the elementary motions that a joint is a chain of.
+
+    Args:
+        kind: a turn about or a slide along an axis, a turn about a point, any motion, or none.
+        coordinates: names of its coordinates.
+        axis: shape (3,), unit axis of a turn or a slide, in the frame before it.
+        quasi: names of its velocities where they are no rates of coordinates.
+    """
+
+    kind: Literal["fixed", "turn", "slide", "ball", "free"]
+    coordinates: tuple[str, ...] = ()
+    axis: tuple[float, float, float] = _Z
+    quasi: tuple[str, ...] = ()
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of its velocities: q' for a coordinate q."""
+        return self.quasi or tuple(f"{name}'" for name in self.coordinates)
+
+
+@dataclass(frozen=True)
+class _Joint(ABC):
     """What all joints have.
 
     Args:
@@ -63,14 +123,72 @@ class _Joint:
     origin: Placement = field(default_factory=Placement, kw_only=True)
 
     @property
+    @abstractmethod
+    def chain(self) -> tuple[Elementary, ...]:
+        """Its elementary motions, from the parent to the child; all else follows from them."""
+
+    @abstractmethod
+    def renamed(self: _T, names: tuple[str, ...]) -> _T:
+        """Return the joint with other names for its coordinates."""
+
+    @property
     def coordinates(self) -> tuple[str, ...]:
         """Names of its position coordinates."""
-        return ()
+        return tuple(name for motion in self.chain for name in motion.coordinates)
 
     @property
     def velocities(self) -> tuple[str, ...]:
-        """Names of its velocities: q' for a coordinate q."""
-        return tuple(f"{name}'" for name in self.coordinates)
+        """Names of its velocities."""
+        return tuple(name for motion in self.chain for name in motion.velocities)
+
+    @property
+    def nq(self) -> int:
+        """Number of its coordinates."""
+        return len(self.coordinates)
+
+    @property
+    def nv(self) -> int:
+        """Number of its velocities."""
+        return len(self.velocities)
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """What each of its coordinates is."""
+        return tuple(kind for motion in self.chain for kind in _COORDINATES[motion.kind])
+
+    @property
+    def linear_coordinates(self) -> tuple[str, ...]:
+        """Names of its coordinates that are lengths."""
+        return self._of_kind("linear")
+
+    @property
+    def angular_coordinates(self) -> tuple[str, ...]:
+        """Names of its coordinates that are angles."""
+        return self._of_kind("angular")
+
+    @property
+    def quaternion(self) -> tuple[str, ...]:
+        """Names of the components (x, y, z, w) of its unit quaternion; empty if it has none."""
+        return self._of_kind("quaternion")
+
+    @property
+    def linear_velocities(self) -> tuple[str, ...]:
+        """Names of its velocities in m/s."""
+        return self._moving("linear")
+
+    @property
+    def angular_velocities(self) -> tuple[str, ...]:
+        """Names of its velocities in rad/s."""
+        return self._moving("angular")
+
+    def _of_kind(self, kind: Kind) -> tuple[str, ...]:
+        pairs = zip(self.coordinates, self.kinds, strict=True)
+        return tuple(name for name, its in pairs if its == kind)
+
+    def _moving(self, kind: Kind) -> tuple[str, ...]:
+        kinds = [its for motion in self.chain for its in _VELOCITIES[motion.kind]]
+        pairs = zip(self.velocities, kinds, strict=True)
+        return tuple(name for name, its in pairs if its == kind)
 
 
 @final
@@ -78,9 +196,18 @@ class _Joint:
 class Fixed(_Joint):
     """The child is welded to its parent."""
 
+    @property
+    def chain(self) -> tuple[Elementary, ...]:
+        """No motion."""
+        return (Elementary("fixed"),)
+
+    def renamed(self, names: tuple[str, ...]) -> Fixed:
+        """Return the joint itself: it has no coordinates."""
+        return self
+
 
 @dataclass(frozen=True)
-class _Single(_Joint):
+class Single(_Joint):
     """A joint with one coordinate along or about an axis.
 
     Args:
@@ -90,32 +217,51 @@ class _Single(_Joint):
         armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
     """
 
-    axis: tuple[float, float, float] = field(default=(0.0, 0.0, 1.0), kw_only=True)
+    axis: tuple[float, float, float] = field(default=_Z, kw_only=True)
     coordinate: str = field(default="", kw_only=True)
     limits: Limits | None = field(default=None, kw_only=True)
     armature: Scalar = field(default=0.0, kw_only=True)
+    noun: ClassVar[str]
 
     def __post_init__(self) -> None:
         _set_axis(self, self.axis)
         object.__setattr__(self, "coordinate", self.coordinate or self.name)
         object.__setattr__(self, "armature", plain(self.armature))
 
+    def renamed(self: _S, names: tuple[str, ...]) -> _S:
+        """Return the joint with another name for its coordinate."""
+        return replace(self, coordinate=names[0])
+
     @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Name of its coordinate."""
-        return (self.coordinate,)
+    def turns(self) -> bool:
+        """Whether its coordinate is an angle, its force a moment about the axis."""
+        return self.kinds == ("angular",)
 
 
 @final
 @dataclass(frozen=True)
-class Revolute(_Single):
+class Revolute(Single):
     """A hinge: the child turns about an axis by its coordinate [rad]."""
 
+    noun: ClassVar[str] = "hinge"
+
+    @property
+    def chain(self) -> tuple[Elementary, ...]:
+        """A turn."""
+        return (Elementary("turn", (self.coordinate,), self.axis),)
+
 
 @final
 @dataclass(frozen=True)
-class Prismatic(_Single):
+class Prismatic(Single):
     """A slide: the child moves along an axis by its coordinate [m]."""
+
+    noun: ClassVar[str] = "slide"
+
+    @property
+    def chain(self) -> tuple[Elementary, ...]:
+        """A slide."""
+        return (Elementary("slide", (self.coordinate,), self.axis),)
 
 
 @dataclass(frozen=True)
@@ -130,24 +276,27 @@ class _Named(_Joint):
     _suffixes: ClassVar[tuple[str, ...]]
 
     def __post_init__(self) -> None:
+        self._name_coordinates()
+
+    def renamed(self: _N, names: tuple[str, ...]) -> _N:
+        """Return the joint with other names for its coordinates."""
+        return replace(self, names=names)
+
+    def _name_coordinates(self) -> None:
         names = tuple(self.names) or tuple(f"{self.name}_{suffix}" for suffix in self._suffixes)
         if len(names) != len(self._suffixes):
             expected = ", ".join(self._suffixes)
             raise InputError(
-                f"joint {self.name!r}: expected {len(self._suffixes)} names ({expected}), got {names!r}"
+                f"joint {self.name!r}: expected {len(self._suffixes)} names ({expected}), "
+                f"got {names!r}"
             )
         object.__setattr__(self, "names", names)
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of its coordinates."""
-        return self.names
 
 
 @final
 @dataclass(frozen=True)
 class Planar(_Named):
-    """The child moves in a plane: x and y along the plane's axes, then it turns by θ about the normal.
+    """The child moves in a plane: x and y along its axes, then a turn by θ about the normal.
 
     The plane's axes are the joint frame's x and y when the normal is z; in general they are those
     that the smallest turn from z to the normal gives (for the normal −y: x and z).
@@ -156,11 +305,11 @@ class Planar(_Named):
         axis: shape (3,), normal of the plane in the joint's frame.
     """
 
-    axis: tuple[float, float, float] = field(default=(0.0, 0.0, 1.0), kw_only=True)
+    axis: tuple[float, float, float] = field(default=_Z, kw_only=True)
     _suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "theta")
 
     def __post_init__(self) -> None:
-        super().__post_init__()
+        self._name_coordinates()
         _set_axis(self, self.axis)
 
     @property
@@ -168,32 +317,52 @@ class Planar(_Named):
         """The plane's two axes in the joint's frame, each shape (3,)."""
         x, y, z = self.axis
         across = x * x + y * y
-        if z < 0 and across == 0:
+        if z <= 0 and across == 0:
             return (1.0, 0.0, 0.0), (0.0, -1.0, 0.0)
         # both are the same for a unit axis; the second does not cancel near −z
         k = 1 / (1 + z) if z > 0 else (1 - z) / across
         return (1 - k * x * x, -k * x * y, -x), (-k * x * y, 1 - k * y * y, -y)
 
+    @property
+    def chain(self) -> tuple[Elementary, ...]:
+        """Two slides and a turn."""
+        x, y, theta = self.names
+        along, across = self.directions
+        return (
+            Elementary("slide", (x,), along),
+            Elementary("slide", (y,), across),
+            Elementary("turn", (theta,), self.axis),
+        )
+
 
 @final
 @dataclass(frozen=True)
 class Universal(_Named):
-    """A Cardan joint: the child turns by the first coordinate about x, then by the second about the turned y [rad]."""
+    """A Cardan joint: a turn about x, then one about the turned y [rad]."""
 
     _suffixes: ClassVar[tuple[str, ...]] = ("rx", "ry")
+
+    @property
+    def chain(self) -> tuple[Elementary, ...]:
+        """Two turns."""
+        rx, ry = self.names
+        return Elementary("turn", (rx,), _X), Elementary("turn", (ry,), _Y)
 
 
 @final
 @dataclass(frozen=True)
 class Spherical(_Named):
-    """A ball joint: a unit quaternion (x, y, z, w); velocities are the angular velocity in the child's axes [rad/s]."""
+    """A ball joint: a unit quaternion (x, y, z, w).
+
+    Velocities are the angular velocity in the child's axes [rad/s].
+    """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("qx", "qy", "qz", "qw")
 
     @property
-    def velocities(self) -> tuple[str, ...]:
-        """Names of the three components of the angular velocity, child's axes."""
-        return tuple(f"{self.name}_w{axis}" for axis in "xyz")
+    def chain(self) -> tuple[Elementary, ...]:
+        """A turn about a point."""
+        return (Elementary("ball", self.names, quasi=tuple(f"{self.name}_w{k}" for k in "xyz")),)
 
 
 @final
@@ -208,9 +377,10 @@ class Floating(_Named):
     _suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "z", "qx", "qy", "qz", "qw")
 
     @property
-    def velocities(self) -> tuple[str, ...]:
-        """Names of the velocity's three components, then the angular velocity's, child's axes."""
-        return tuple(f"{self.name}_{kind}{axis}" for kind in "vw" for axis in "xyz")
+    def chain(self) -> tuple[Elementary, ...]:
+        """Any motion."""
+        quasi = tuple(f"{self.name}_{what}{k}" for what in "vw" for k in "xyz")
+        return (Elementary("free", self.names, quasi=quasi),)
 
 
 Joint: TypeAlias = Fixed | Revolute | Prismatic | Planar | Universal | Spherical | Floating

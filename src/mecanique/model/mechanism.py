@@ -14,7 +14,7 @@ from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, evaluate, finite, symbols_in
 from mecanique.model.forces import AnyForce
-from mecanique.model.joints import Floating, Joint, Spherical
+from mecanique.model.joints import Joint
 from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import vector
@@ -92,11 +92,7 @@ class Mechanism:
     @cached_property
     def velocities(self) -> tuple[str, ...]:
         """Names of the generalized velocities v, in order: q' for a coordinate q, components for a quaternion's."""
-        quasi = {
-            joint.coordinates[0]: joint
-            for joint in self.joints
-            if isinstance(joint, (Spherical, Floating))
-        }
+        quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
         inside = {name for joint in quasi.values() for name in joint.coordinates}
         names: list[str] = []
         for coordinate in self.coordinates:
@@ -203,7 +199,7 @@ class Mechanism:
         A coordinate whose limits leave out zero is in the middle of them, or 1 away from the finite
         one.
         """
-        ones = {j.coordinates[-1] for j in self.joints if isinstance(j, (Spherical, Floating))}
+        ones = {joint.quaternion[-1] for joint in self.joints if joint.quaternion}
         middle = {name: _middle(*bounds) for name, bounds in self.limits.items()}
         return np.array(
             [1.0 if name in ones else middle.get(name, 0.0) for name in self.coordinates]
@@ -229,8 +225,8 @@ class Mechanism:
             self.neutral() if by_name else np.zeros(self.nq),
         )
         for joint in self.joints:
-            if isinstance(joint, (Spherical, Floating)):
-                at = [self.coordinates.index(name) for name in joint.coordinates[-4:]]
+            if joint.quaternion:
+                at = [self.coordinates.index(name) for name in joint.quaternion]
                 length = float(np.linalg.norm(q[at]))
                 if not 1e-9 < length < 1e9:
                     raise InputError(

@@ -23,7 +23,7 @@ from mecanique.model.forces import (
     Spring,
     Torque,
 )
-from mecanique.model.joints import Floating, Joint, Planar, Prismatic, Revolute, Spherical
+from mecanique.model.joints import Joint, Planar, Single
 from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.velocity_constraints import VelocityConstraint, is_integrable
@@ -156,9 +156,7 @@ def _names(m: Description) -> Iterator[str]:
         if count > 1:
             yield f"coordinate {name!r} belongs to {count} joints"
     of_joints = set(joint_coordinates)
-    of_quaternions = {
-        name for j in m.joints if isinstance(j, (Spherical, Floating)) for name in j.coordinates
-    }
+    of_quaternions = {name for j in m.joints if j.quaternion for name in j.coordinates}
     for name in driven:
         if name not in of_joints:
             yield f"the coordinate map sets {name!r}, which is no joint coordinate"
@@ -192,7 +190,7 @@ def _symbols(m: Description) -> Iterator[str]:
         yield from _unknown(
             f"joint {joint.name!r}", (*joint.origin.xyz, *joint.origin.rpy), constants
         )
-        if isinstance(joint, (Revolute, Prismatic)):
+        if isinstance(joint, Single):
             yield from _unknown(f"joint {joint.name!r}", (joint.armature,), constants)
     for name, expression in m.coordinates.driven.items():
         yield from _unknown(f"the map of coordinate {name!r}", (expression,), moving)
@@ -278,11 +276,11 @@ def _tree(m: Description) -> Iterator[str]:
 
 def _joints(m: Description) -> Iterator[str]:
     for joint in m.joints:
-        if isinstance(joint, (Revolute, Prismatic, Planar)):
+        if isinstance(joint, (Single, Planar)):
             length = math.sqrt(sum(component**2 for component in joint.axis))
             if not abs(length - 1) < 1e-9:
                 yield f"joint {joint.name!r}: expected an axis with a finite length, got {joint.axis}"
-        if isinstance(joint, (Revolute, Prismatic)) and joint.limits is not None:
+        if isinstance(joint, Single) and joint.limits is not None:
             limits = joint.limits
             if not limits.lower <= limits.upper:
                 yield f"joint {joint.name!r}: its lower limit {limits.lower:g} is not below its upper {limits.upper:g}"
@@ -292,7 +290,7 @@ def _joints(m: Description) -> Iterator[str]:
 
 def _forces(m: Description) -> Iterator[str]:
     bodies = {body.name for body in m.bodies}
-    single = {joint.name for joint in m.joints if isinstance(joint, (Revolute, Prismatic))}
+    single = {joint.name for joint in m.joints if isinstance(joint, Single)}
     for force in m.forces:
         where = f"force {force.name!r}"
         ends: tuple[str, ...] = ()
@@ -372,10 +370,7 @@ def _bodies(m: Description) -> Iterator[str]:
         for scalar in (*joint.origin.xyz, *joint.origin.rpy):
             if not math.isfinite(float(evaluate(scalar, m.values))):
                 yield f"joint {joint.name!r}: its origin is not finite"
-        if (
-            isinstance(joint, (Revolute, Prismatic))
-            and not float(evaluate(joint.armature, m.values)) >= 0
-        ):
+        if isinstance(joint, Single) and not float(evaluate(joint.armature, m.values)) >= 0:
             yield f"joint {joint.name!r}: its armature is negative"
 
 

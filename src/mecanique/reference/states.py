@@ -92,8 +92,8 @@ def checked(
     )
     mechanism.refuse_outside(positions)
     for joint in mechanism.joints:
-        if len(joint.coordinates) > len(joint.velocities):
-            at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+        if joint.quaternion:
+            at = [mechanism.coordinates.index(name) for name in joint.quaternion]
             length = np.linalg.norm(positions[:, at], axis=1)
             if not ((length > 1e-9) & (length < 1e9)).all():
                 raise InputError(f"expected unit quaternions for joint {joint.name!r}")

@@ -8,7 +8,6 @@ here: `mecanique.urdf.lint` tells all of it.
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from typing import Literal
 
 from mecanique.errors import InputError, MechanismError
@@ -16,7 +15,7 @@ from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, Vector, coordinate
 from mecanique.model.forces import AnyForce, JointDamper
-from mecanique.model.joints import Fixed, Floating, Joint, Prismatic, Revolute, Spherical
+from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
 from mecanique.urdf.dialect import WORLD
@@ -115,18 +114,13 @@ def _with_own_names(joints: list[Joint]) -> list[Joint]:
     names = Names(["t"])
     named: dict[str, Joint] = {}
     # velocities of quaternions have fixed names, so these joints choose first
-    for joint in sorted(joints, key=lambda joint: not isinstance(joint, (Floating, Spherical))):
-        if isinstance(joint, (Floating, Spherical)):
+    for joint in sorted(joints, key=lambda joint: not joint.quaternion):
+        if joint.quaternion:
             for velocity in joint.velocities:
                 names.free(velocity)
         # the mark of a velocity is kept for velocities
         own = tuple(names.free(name.replace("'", "_")) for name in joint.coordinates)
-        if own == joint.coordinates or isinstance(joint, Fixed):
-            named[joint.name] = joint
-        elif isinstance(joint, (Revolute, Prismatic)):
-            named[joint.name] = replace(joint, coordinate=own[0])
-        else:
-            named[joint.name] = replace(joint, names=own)
+        named[joint.name] = joint if own == joint.coordinates else joint.renamed(own)
     return [named[joint.name] for joint in joints]
 
 

@@ -11,7 +11,7 @@ from mecanique.errors import UrdfError
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.forces import Force, JointDamper, JointForce, Torque
-from mecanique.model.joints import Joint, Prismatic, Revolute
+from mecanique.model.joints import Joint, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
@@ -212,7 +212,7 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
     if step.axis is not None:
         children.append(Tag("axis", xyz=numbers(step.axis, where)))
     children += _limit(step, where)
-    if isinstance(joint, (Revolute, Prismatic)):
+    if isinstance(joint, Single):
         damping = [
             f.damping
             for f in mechanism.forces
@@ -257,7 +257,7 @@ def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
     yield Tag("limit", **attributes)
 
 
-def _mimic(mechanism: Mechanism, joint: Revolute | Prismatic) -> Iterator[Tag]:
+def _mimic(mechanism: Mechanism, joint: Single) -> Iterator[Tag]:
     """A joint that follows one freely moving joint linearly; any other map is left to the comments."""
     driven = mechanism.coordinates.driven
     if joint.coordinate not in driven:
@@ -266,7 +266,7 @@ def _mimic(mechanism: Mechanism, joint: Revolute | Prismatic) -> Iterator[Tag]:
     leaders = {
         other.coordinate: other.name
         for other in mechanism.joints
-        if isinstance(other, (Revolute, Prismatic)) and other.coordinate not in driven
+        if isinstance(other, Single) and other.coordinate not in driven
     }
     if not symbols_in(expression) - mechanism.values.keys() <= leaders.keys():
         return
@@ -292,7 +292,7 @@ def _mimic(mechanism: Mechanism, joint: Revolute | Prismatic) -> Iterator[Tag]:
 
 def _actuators(mechanism: Mechanism) -> Iterator[Tag]:
     for joint in mechanism.joints:
-        if not isinstance(joint, (Revolute, Prismatic)):
+        if not isinstance(joint, Single):
             continue
         inertia = mechanism.evaluate(joint.armature)
         if not inertia:

@@ -18,7 +18,6 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.errors import ClosureError, EngineError, InputError, IntegrationError
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.textbook.catalogue import entry
 from mecanique.textbook.facts import (
@@ -395,8 +394,7 @@ def _steady(bench: _Bench, fact: Steady) -> float:
     quaternions = [
         bench.mechanism.coordinates.index(name)
         for joint in bench.mechanism.joints
-        if isinstance(joint, (Spherical, Floating))
-        for name in joint.coordinates[-4:]
+        for name in joint.quaternion
     ]
     aside = q + 0.1
     aside[quaternions] = q[quaternions]

@@ -36,7 +36,6 @@ from mecanique.derivation.tree.poses import (
 )
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Reduced"]
@@ -136,7 +135,9 @@ class Reduced:
         without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
         found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
         for joint in self._mechanism.joints:
-            if isinstance(joint, Floating):  # the velocity's components turn with the body
+            if (
+                joint.quaternion and joint.linear_velocities
+            ):  # the velocity's components turn with the body
                 at = [self._mechanism.velocities.index(name) for name in joint.velocities]
                 found[:, at[:3]] -= np.cross(states.v[:, at[3:]], states.v[:, at[:3]])
         return found
@@ -214,7 +215,7 @@ class Reduced:
         }
         q = dict(zip(mechanism.coordinates, states.q.T, strict=True))
         for joint in mechanism.joints:
-            if isinstance(joint, (Spherical, Floating)):
+            if joint.quaternion:
                 place = [mechanism.velocities.index(name) for name in joint.velocities]
                 own = _turned([q[name] for name in joint.coordinates], [x[at] for at in place])
                 values |= zip(joint.coordinates, own, strict=True)

@@ -18,7 +18,6 @@ from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.loops import Closure, Constraints, constraints_of
 from mecanique.derivation.states import States
 from mecanique.errors import DerivationError
-from mecanique.model.joints import Floating, Planar, Prismatic
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Constrained", "ConstrainedMotion", "constraints"]
@@ -68,12 +67,7 @@ class Constrained:
         self._tree = tree
         self._closure = Closure(mechanism)
         self._definition = Definition(mechanism)
-        lengths = {
-            name
-            for joint in mechanism.joints
-            if isinstance(joint, (Prismatic, Planar, Floating))
-            for name in joint.velocities[: 3 if isinstance(joint, Floating) else 2]
-        }
+        lengths = {name for joint in mechanism.joints for name in joint.linear_velocities}
         self._units = np.array(
             [self._closure.length if name in lengths else 1.0 for name in mechanism.velocities]
         )

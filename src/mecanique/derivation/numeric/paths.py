@@ -13,7 +13,6 @@ from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import Arithmetic, joint_values
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
-from mecanique.model.joints import Floating, Spherical
 
 __all__ = ["JETS", "driven_paths", "joint_paths"]
 
@@ -58,9 +57,7 @@ def driven_paths(states: States) -> dict[str, np.ndarray]:
 def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
     """Value of every symbol the map may hold."""
     mechanism = states.mechanism
-    quasi = {
-        n for j in mechanism.joints if isinstance(j, (Spherical, Floating)) for n in j.coordinates
-    }
+    quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     values: dict[str, Any] = dict(mechanism.values)
     place = {name: k for k, name in enumerate(mechanism.velocities)}
     for q, name in zip(states.q.T, mechanism.coordinates, strict=True):

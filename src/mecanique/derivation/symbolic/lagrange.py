@@ -29,7 +29,6 @@ from mecanique.derivation.symbolic.steps import (
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Lagrange", "derive_equations"]
@@ -183,12 +182,12 @@ class Lagrange:
         algebra = self.algebra
         found = [algebra.ring.number(0)] * len(momenta)
         for joint in algebra.mechanism.joints:
-            if isinstance(joint, (Spherical, Floating)):
+            if joint.quaternion:
                 at = [algebra.velocities.index(name) for name in joint.velocities]
                 rates = [algebra.ring[name] for name in joint.velocities]
                 spin, moment = rates[-3:], [momenta[k] for k in at[-3:]]
                 turned = _cross(spin, moment)
-                if isinstance(joint, Floating):
+                if joint.linear_velocities:
                     push = [momenta[k] for k in at[:3]]
                     turned = [a + b for a, b in zip(turned, _cross(rates[:3], push), strict=True)]
                     turned = _cross(spin, push) + turned

@@ -17,7 +17,7 @@ from mecanique.derivation.tree.poses import (
     quaternion_rotation,
 )
 from mecanique.model.expression import Scalar, evaluate, symbols_in
-from mecanique.model.joints import Floating, Spherical
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Algebra"]
@@ -49,11 +49,7 @@ class Algebra:
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in self.velocities)
         values: dict[str, Any] = {}
-        quasi = {
-            joint.coordinates[0]: joint
-            for joint in mechanism.joints
-            if isinstance(joint, (Spherical, Floating))
-        }
+        quasi = {joint.coordinates[0]: joint for joint in mechanism.joints if joint.quaternion}
         for name in mechanism.coordinates:
             if name in quasi:
                 values |= self._quaternion(quasi[name])
@@ -168,7 +164,7 @@ class Algebra:
             return root if value > 0 else -root
         return series
 
-    def _quaternion(self, joint: Spherical | Floating) -> dict[str, Series]:
+    def _quaternion(self, joint: Joint) -> dict[str, Series]:
         """The coordinates and velocities of a quaternion's joint: the quaternion p turns as p' = ½ p ⊗ ω."""
         ring = self.ring
         moved, velocities = ring.quasi_coordinates(joint.coordinates, joint.velocities)
@@ -180,7 +176,7 @@ class Algebra:
             (w * c + x * b - y * a) / 2,
             -(x * a + y * b + z * c) / 2,
         ]
-        if isinstance(joint, Floating):
+        if joint.linear_velocities:
             turn = quaternion_rotation(x, y, z, w)
             rates = [combination(row, velocities[:3]) for row in turn] + rates
         for coordinate, rate in zip(moved, rates, strict=True):

@@ -13,15 +13,7 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.model.expression import Scalar
-from mecanique.model.joints import (
-    Fixed,
-    Floating,
-    Planar,
-    Prismatic,
-    Revolute,
-    Spherical,
-    Universal,
-)
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 
@@ -68,46 +60,19 @@ def links(mechanism: Mechanism) -> tuple[Link, ...]:
     place = {mechanism.ground: -1}
 
     for joint in mechanism.tree:
-        chain: list[tuple[Kind, tuple[float, float, float], tuple[str, ...]]]
-        match joint:
-            case Fixed():
-                chain = [("fixed", (0.0, 0.0, 1.0), ())]
-            case Revolute():
-                chain = [("turn", joint.axis, joint.coordinates)]
-            case Prismatic():
-                chain = [("slide", joint.axis, joint.coordinates)]
-            case Planar():
-                x, y, theta = joint.coordinates
-                first, second = joint.directions
-                chain = [
-                    ("slide", first, (x,)),
-                    ("slide", second, (y,)),
-                    ("turn", joint.axis, (theta,)),
-                ]
-            case Universal():
-                rx, ry = joint.coordinates
-                chain = [("turn", (1.0, 0.0, 0.0), (rx,)), ("turn", (0.0, 1.0, 0.0), (ry,))]
-            case Spherical():
-                chain = [("ball", (0.0, 0.0, 1.0), joint.coordinates)]
-            case Floating():
-                chain = [("free", (0.0, 0.0, 1.0), joint.coordinates)]
         parent = place[joint.parent]
-        for number, (kind, axis, coordinates) in enumerate(chain):
-            last = number == len(chain) - 1
-            quasi = kind in ("ball", "free")
+        for number, motion in enumerate(joint.chain):
             found.append(
                 Link(
                     joint=joint.name,
                     parent=parent,
-                    body=joint.child if last else None,
-                    kind=kind,
+                    body=joint.child if number + 1 == len(joint.chain) else None,
+                    kind=motion.kind,
                     origin=joint.origin if number == 0 else Placement(),
-                    axis=axis,
-                    coordinates=coordinates,
-                    velocities=joint.velocities
-                    if quasi
-                    else tuple(f"{name}'" for name in coordinates),
-                    armature=joint.armature if isinstance(joint, (Revolute, Prismatic)) else 0.0,
+                    axis=motion.axis,
+                    coordinates=motion.coordinates,
+                    velocities=motion.velocities,
+                    armature=joint.armature if isinstance(joint, Single) else 0.0,
                 )
             )
             parent = len(found) - 1

@@ -23,7 +23,7 @@ from mecanique.model.forces import (
     Spring,
     Torque,
 )
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Action", "Actions", "Kind"]
@@ -254,7 +254,7 @@ class Actions:
     ) -> Iterator[Action]:
         """A spring, a damper or a drive in a joint, on child and parent."""
         m, joint = self._mechanism, self._mechanism.joint(load.joint)
-        if not isinstance(joint, (Revolute, Prismatic)):
+        if not isinstance(joint, Single):
             return
         kind: Kind
         if isinstance(load, JointForce):
@@ -273,11 +273,11 @@ class Actions:
             kind, size = "damper", -m.evaluate(load.damping) * rate
         along = size[:, None] * self._axis(joint, poses)
         zero, at_child = np.zeros_like(along), self._origin(poses, joint.child)
-        force, moment = (along, zero) if isinstance(joint, Prismatic) else (zero, along)
+        force, moment = (zero, along) if joint.turns else (along, zero)
         yield Action(load.name, kind, joint.child, joint.parent, at_child, force, moment)
         yield Action(load.name, kind, joint.parent, joint.child, at_child, -force, -moment)
 
-    def _axis(self, joint: Revolute | Prismatic, poses: np.ndarray) -> np.ndarray:
+    def _axis(self, joint: Single, poses: np.ndarray) -> np.ndarray:
         # the axis is the same in parent and child, but for the joint's origin; the child has no
         # other turn about it
         axis: np.ndarray = poses[:, self._at[joint.child], :3, :3] @ np.array(joint.axis)
@@ -285,7 +285,7 @@ class Actions:
 
     def _relative_rate(
         self,
-        joint: Revolute | Prismatic,
+        joint: Single,
         poses: np.ndarray,
         q: np.ndarray,
         v: np.ndarray,
@@ -293,7 +293,7 @@ class Actions:
     ) -> np.ndarray:
         """Rate of a joint that follows the map, from how its two bodies move."""
         axis = self._axis(joint, poses)
-        if isinstance(joint, Prismatic):
+        if not joint.turns:
             here = poses[:, self._at[joint.child], :3, 3]
             child = self._velocity(joint.child, here, poses, q, v, t)
             parent = self._velocity(joint.parent, here, poses, q, v, t)

@@ -22,8 +22,8 @@ from mecanique.model.expression import finite, time
 from mecanique.model.forces import AnyForce, Force, Torque
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import units
 from mecanique.motion.record.motion import Motion
-from mecanique.motion.record.units import units
 from mecanique.motion.simulation.simulate import simulate
 
 __all__ = ["EARTH_RATE", "InertialCheck", "InertialRow", "inertial_check", "on_turning_earth"]

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["swept"]
@@ -58,8 +57,8 @@ def swept(
         for index in {int(np.argmin(values)), int(np.argmax(values))}:
             mechanism.replace(**{other: float(x[index]) for other, x in varied.items()})
     for joint in mechanism.joints:
-        if isinstance(joint, (Spherical, Floating)):
-            at = [names.index(name) for name in joint.coordinates[-4:]]
+        if joint.quaternion:
+            at = [names.index(name) for name in joint.quaternion]
             length = np.linalg.norm(start[:, at], axis=1, keepdims=True)
             if (length < 1e-9).any():
                 raise InputError(

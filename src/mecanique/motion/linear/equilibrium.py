@@ -12,10 +12,10 @@ import numpy as np
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import units
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.linear.linearize import Held, linearize
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.units import units
 from mecanique.motion.simulation.arguments import Values
 
 __all__ = ["Equilibrium", "equilibria", "equilibrium_near"]

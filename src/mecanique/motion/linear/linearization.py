@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.record.units import units
+from mecanique.model.units import units
 
 __all__ = ["Linearization"]
 

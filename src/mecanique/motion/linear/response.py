@@ -8,8 +8,8 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.units import labelled
 from mecanique.motion.linear.linearization import Linearization
-from mecanique.motion.record.units import labelled
 from mecanique.motion.simulation.arguments import Values
 
 __all__ = ["Response", "frequency_response", "response"]

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.units import labelled, units
 from mecanique.motion.record.motion import Motion
-from mecanique.motion.record.units import labelled, units
 
 __all__ = ["plot"]
 

@@ -15,12 +15,12 @@ import numpy as np
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import labelled, per_second, units
 from mecanique.motion.output.provenance import found, provenance
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.motion import Motion, Statistics
 from mecanique.motion.record.rates import Rates
-from mecanique.motion.record.units import labelled, per_second, units
 
 __all__ = ["load", "save", "to_csv", "to_frame", "to_parquet"]
 

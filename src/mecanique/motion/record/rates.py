@@ -11,7 +11,6 @@ from typing import final
 
 import numpy as np
 
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Rates"]
@@ -41,10 +40,10 @@ class Rates:
         free: list[tuple[int, int]] = []
         inside: set[str] = set()
         for joint in mechanism.joints:
-            if isinstance(joint, (Spherical, Floating)):
+            if joint.quaternion:
                 at = names.index(joint.coordinates[0]), velocities.index(joint.velocities[0])
                 inside.update(joint.coordinates)
-                if isinstance(joint, Floating):
+                if joint.linear_coordinates:
                     free.append(at)
                     at = at[0] + 3, at[1] + 3
                 balls.append(at)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from mecanique.motion.record.units import labelled, units
+from mecanique.model.units import labelled, units
 
 __all__ = ["summary"]
 

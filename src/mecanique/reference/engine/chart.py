@@ -14,7 +14,6 @@ import numpy as np
 
 from mecanique.errors import EngineError
 from mecanique.model.expression import compiled, plain, symbols_in
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine
@@ -53,13 +52,13 @@ class Chart:
         rows: list[int] = []
         for joint in mechanism.joints:
             seats = engine.seats[joint.name]
-            if isinstance(joint, (Spherical, Floating)):
+            if joint.quaternion:
                 (seat,) = seats
                 at_q = tuple(q_at[name] for name in joint.coordinates)
                 at_v = tuple(v_at[name] for name in joint.velocities)
                 self._quaternions.append((seat.at_q + 3, at_q[-4:]))
                 self._spins.append((at_q[-4:], at_v[-3:]))
-                if isinstance(joint, Floating):
+                if joint.linear_coordinates:
                     self._positions += zip(range(seat.at_q, seat.at_q + 3), at_q, strict=False)
                     self._twists.append((at_q, at_v))
                 self.index.update(zip(joint.coordinates, at_q, strict=True))
@@ -264,9 +263,9 @@ def _rates(mechanism: Mechanism) -> dict[str, Any]:
     rates = {name[:-1]: Symbol(name) for name in mechanism.velocities if name.endswith("'")}
     half = Rational(1, 2)
     for joint in mechanism.joints:
-        if not isinstance(joint, (Spherical, Floating)):
+        if not joint.quaternion:
             continue
-        x, y, z, w = quaternion = [Symbol(name) for name in joint.coordinates[-4:]]
+        x, y, z, w = quaternion = [Symbol(name) for name in joint.quaternion]
         *linear, ox, oy, oz = (Symbol(name) for name in joint.velocities)
         turning = (
             w * ox + y * oz - z * oy,
@@ -274,9 +273,9 @@ def _rates(mechanism: Mechanism) -> dict[str, Any]:
             w * oz + x * oy - y * ox,
             -x * ox - y * oy - z * oz,
         )
-        rates.update(zip(joint.coordinates[-4:], (half * part for part in turning), strict=True))
+        rates.update(zip(joint.quaternion, (half * part for part in turning), strict=True))
         if linear:
-            rates.update(zip(joint.coordinates[:3], _turned(quaternion, linear), strict=True))
+            rates.update(zip(joint.linear_coordinates, _turned(quaternion, linear), strict=True))
     return rates
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from mecanique.errors import EngineError
 from mecanique.model.bodies import Body
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.write import write_urdf
 from mecanique.urdf.writing.chains import SimpleJoint, chains
@@ -135,7 +135,7 @@ def load(mechanism: Mechanism) -> Engine:
     }
     _check_inertias(pin, mechanism, model, holders)
     for joint in mechanism.joints:
-        if isinstance(joint, (Revolute, Prismatic)):
+        if isinstance(joint, Single):
             model.armature[seats[joint.name][0].at_v] = mechanism.evaluate(joint.armature)
     weightless = model.copy()
     weightless.gravity.linear = np.zeros(3)

@@ -25,7 +25,7 @@ from mecanique.model.forces import (
     Spring,
     Torque,
 )
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
 from mecanique.reference.engine.answers import Array
@@ -121,7 +121,7 @@ class Loads:
         self._joints = [
             (engine.seats[joint.name][0].at_v, self._seat(engine, joint.child), joint, joint.parent)
             for joint in mechanism.joints
-            if isinstance(joint, (Revolute, Prismatic))
+            if isinstance(joint, Single)
         ]
         self.sites = {body: self._seat(engine, body) for body in engine.holders}
         """The origin of each body."""
@@ -175,7 +175,7 @@ class Loads:
                     (-a * force, -b * force, -c * force),
                 )
                 point, other = child.position(), self.sites[parent]
-                if isinstance(joint, Revolute):
+                if joint.turns:
                     actions += [
                         Action(child, _ZERO, point, along),
                         Action(other, _ZERO, point, against),

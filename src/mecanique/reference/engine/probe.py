@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from mecanique.model.joints import Floating, Prismatic, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
 
@@ -25,18 +24,13 @@ def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array,
         count: how many.
     """
     random = np.random.default_rng(1788)
-    slides = {
-        name
-        for joint in mechanism.joints
-        if isinstance(joint, (Prismatic, Floating))
-        for name in joint.coordinates
-    }
+    slides = {name for joint in mechanism.joints for name in joint.linear_coordinates}
     reach = np.array([1.0 if name in slides else np.pi for name in mechanism.coordinates])
     for _ in range(count):
         q = random.uniform(-1, 1, mechanism.nq) * reach
         for joint in mechanism.joints:
-            if isinstance(joint, (Spherical, Floating)):
-                at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+            if joint.quaternion:
+                at = [mechanism.coordinates.index(name) for name in joint.quaternion]
                 quaternion = random.normal(size=4)
                 q[at] = quaternion / np.linalg.norm(quaternion)
         yield q, random.normal(size=mechanism.nv), float(random.uniform(0, 1))

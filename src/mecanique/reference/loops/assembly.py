@@ -13,7 +13,6 @@ import numpy as np
 
 from mecanique.errors import ClosureError, InputError, UnknownNameError
 from mecanique.model.expression import finite
-from mecanique.model.joints import Floating, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
@@ -368,8 +367,8 @@ def moved(closed: Closed, q: Array, step: Array) -> Array:
     """
     result = q + closed.rates(q, step)
     for joint in closed.mechanism.joints:
-        if isinstance(joint, (Spherical, Floating)):
-            at = [closed.mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+        if joint.quaternion:
+            at = [closed.mechanism.coordinates.index(name) for name in joint.quaternion]
             result[at] /= np.linalg.norm(result[at])
     return result
 
@@ -396,12 +395,8 @@ def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
             held[mechanism.velocities.index(f"{name}'")] = True
             continue
         joint = next(joint for joint in mechanism.joints if name in joint.coordinates)
-        place = joint.coordinates.index(name)
-        part = (
-            joint.velocities[:3]
-            if len(joint.velocities) == 6 and place < 3
-            else joint.velocities[-3:]
-        )
+        is_angle = name in joint.quaternion
+        part = joint.angular_velocities if is_angle else joint.linear_velocities
         held[[mechanism.velocities.index(velocity) for velocity in part]] = True
     return held
 

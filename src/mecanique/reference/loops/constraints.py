@@ -14,7 +14,6 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.model.joints import Floating, Planar, Prismatic
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
@@ -106,12 +105,7 @@ class Closures:
         """What lengths are compared with [m]."""
         self.rows: Array = np.where(self._component < 3, 1 / length, 1.0)
         """Factors that make the rows plain numbers: lengths by the characteristic length, angles as they are."""
-        slides = {
-            name
-            for joint in mechanism.joints
-            if isinstance(joint, (Prismatic, Planar, Floating))
-            for name in joint.velocities[: 3 if isinstance(joint, Floating) else 2]
-        }
+        slides = {name for joint in mechanism.joints for name in joint.linear_velocities}
         self.columns: Array = np.array(
             [length if name in slides else 1.0 for name in mechanism.velocities]
         )

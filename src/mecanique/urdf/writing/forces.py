@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 
 from mecanique.model.forces import Damper, JointSpring, Spring
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotation
 from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
@@ -104,7 +104,7 @@ def _joint_spring(
 ) -> Iterator[Node]:
     """A bushing between two frames whose x axes lie along the joint's axis; frame A stands at the reference."""
     joint = mechanism.joint(spring.joint)
-    if not isinstance(joint, (Revolute, Prismatic)):
+    if not isinstance(joint, Single):
         return
     where = f"spring {spring.name!r}"
     reference, stiffness = (
@@ -114,7 +114,7 @@ def _joint_spring(
     origin = [mechanism.evaluate(c) for c in joint.origin.xyz]
     place = rotation(tuple(mechanism.evaluate(angle) for angle in joint.origin.rpy))
     in_parent = _product(place, across)
-    if isinstance(joint, Revolute):
+    if joint.turns:
         c, s = math.cos(reference), math.sin(reference)
         in_parent = _product(in_parent, ((1.0, 0.0, 0.0), (0.0, c, -s), (0.0, s, c)))
         turning, pushing = (stiffness, 0.0, 0.0), (0.0, 0.0, 0.0)

@@ -15,7 +15,7 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import symbols_in
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.joints import Single
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
 
@@ -81,7 +81,7 @@ def map_changes(evidence: Evidence) -> Iterator[Change]:
             evidence, "mimic", "", "no joint follows another (mimic ignored)", coordinates=still
         )
     for joint in mechanism.joints:
-        if isinstance(joint, (Revolute, Prismatic)) and joint.coordinate in _mapped(evidence):
+        if isinstance(joint, Single) and joint.coordinate in _mapped(evidence):
             x, y, z = joint.axis
             joints = tuple(
                 replace(j, axis=(-x, -y, -z)) if j is joint else j for j in mechanism.joints
@@ -129,7 +129,7 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
         for k, name in enumerate(mechanism.coordinates)
         if f"{name}'" in places
     }
-    of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, (Revolute, Prismatic))}
+    of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, Single)}
 
     def scaled(names: list[str], q: float, v: float, tau: float) -> tuple[Array, Array, Array]:
         factors = ones_q.copy(), ones_v.copy(), ones_v.copy()
@@ -152,7 +152,7 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
     if len(signed) > 1:
         text = "the axes of all joints of the other sign"
         yield _Reading("axis sign", "", text, same_q, same_v, *scaled(signed, -1, -1, -1))
-    angles = [name for name in signed if isinstance(of_joint[name], Revolute)]
+    angles = [name for name in signed if of_joint[name].turns]
     groups = [([name], f"coordinate {name!r}") for name in angles]
     groups += [(angles, "")] if len(angles) > 1 else []
     for names, where in groups:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.model.forces import JointDamper
-from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.joints import Single
 from mecanique.verification.causes.change import Change, fitted
 from mecanique.verification.causes.evidence import Evidence
 
@@ -42,7 +42,7 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
         "friction": np.sign(inputs.v) * acting[:, None],
     }
     velocities = {name: index for index, name in enumerate(mechanism.velocities)}
-    singles = [joint for joint in mechanism.joints if isinstance(joint, (Revolute, Prismatic))]
+    singles = [joint for joint in mechanism.joints if isinstance(joint, Single)]
     free = [joint for joint in singles if joint.velocities[0] in velocities]
     for kind, rate in rates.items():
         if not rate.any():
@@ -62,7 +62,7 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 ]
                 own[k] = sum(mechanism.evaluate(damper.damping) for damper in dampers)
             amounts, answers = fitted(evidence, columns[k : k + 1])
-            where, unit = f"joint {joint.name!r}", _UNITS[kind, isinstance(joint, Revolute)]
+            where, unit = f"joint {joint.name!r}", _UNITS[kind, joint.turns]
             # less than nothing of it is no likely mistake
             chosen = 1 if own[k] + amounts[0] > -1e-9 * abs(amounts[0]) else 2
             yield Change(kind, where, _text(kind, where, amounts[0], own[k], unit), answers, chosen)

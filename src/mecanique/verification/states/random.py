@@ -13,7 +13,6 @@ from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.forces import Damper, Spring
-from mecanique.model.joints import Floating, Planar, Prismatic, Revolute, Spherical, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.verification.states.loops import closed_states
 from mecanique.verification.states.validity import is_possible
@@ -134,8 +133,8 @@ def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> S
                 )
     q = random.uniform(low, high, (samples, mechanism.nq))
     for joint in mechanism.joints:
-        if isinstance(joint, (Spherical, Floating)):
-            at = [mechanism.coordinates.index(name) for name in joint.coordinates[-4:]]
+        if joint.quaternion:
+            at = [mechanism.coordinates.index(name) for name in joint.quaternion]
             quaternions = random.normal(size=(samples, 4))
             q[:, at] = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
     fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
@@ -193,16 +192,9 @@ def angles(mechanism: Mechanism) -> set[str]:
     lengths: set[str] = set()
     rates: set[str] = set()
     for joint in mechanism.joints:
-        match joint:
-            case Revolute() | Universal():
-                turning.update(joint.coordinates)
-            case Prismatic():
-                lengths.update(joint.coordinates)
-            case Planar():
-                lengths.update(joint.coordinates[:2])
-                turning.add(joint.coordinates[2])
-            case Spherical() | Floating():
-                rates.update(joint.velocities[-3:])
+        turning.update(joint.angular_coordinates)
+        lengths.update(() if joint.quaternion else joint.linear_coordinates)
+        rates.update(joint.angular_velocities if joint.quaternion else ())
     for name, scalar in driven.items():
         # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x /
         # l)

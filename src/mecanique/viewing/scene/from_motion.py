@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from mecanique.model.forces import Damper, JointSpring, Spring
-from mecanique.model.joints import Fixed, Planar, Prismatic, Revolute
+from mecanique.model.joints import Planar, Prismatic, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
+from mecanique.model.units import per_second, units
 from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.motion.analysis.forces import Action, Actions
-from mecanique.motion.record.units import per_second, units
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.scene import (
     GREY,
@@ -138,14 +138,13 @@ def _planar(poses: Floats) -> bool:
 def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bool:
     """Whether the joints let nothing leave the x-z plane, however the motion goes on."""
     for joint in mechanism.joints:
-        if isinstance(joint, Fixed):
-            continue
-        if not isinstance(joint, (Revolute, Prismatic, Planar)):
+        if joint.quaternion:
             return False
-        # the component along y: of a slide none, of an axis one turns about all
-        along = abs(float(poses[at[joint.child], 1, :3] @ np.array(joint.axis)))
-        if abs(along - (0.0 if isinstance(joint, Prismatic) else 1.0)) > 1e-9:
-            return False
+        for motion in joint.chain if joint.nv else ():
+            # the component along y: of a slide none, of an axis one turns about all
+            along = abs(float(poses[at[joint.child], 1, :3] @ motion.axis))
+            if abs(along - (0.0 if motion.kind == "slide" else 1.0)) > 1e-9:
+                return False
     return True
 
 
@@ -233,7 +232,7 @@ def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Floats]:
 
 def _marks(mechanism: Mechanism) -> Iterator[JointMark]:
     for joint in mechanism.joints:
-        axis = joint.axis if isinstance(joint, (Revolute, Prismatic, Planar)) else (0.0, 0.0, 0.0)
+        axis = joint.axis if isinstance(joint, (Single, Planar)) else (0.0, 0.0, 0.0)
         yield JointMark(
             joint.name, type(joint).__name__.lower(), joint.child, (0.0, 0.0, 0.0), axis
         )

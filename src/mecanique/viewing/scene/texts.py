@@ -10,8 +10,8 @@ import numpy as np
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import units
 from mecanique.motion.analysis.forces import Action
-from mecanique.motion.record.units import units
 from mecanique.urdf.write import write_urdf
 from mecanique.viewing.scene.document import (
     Block,

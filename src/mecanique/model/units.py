@@ -3,30 +3,28 @@
 from __future__ import annotations
 
 from mecanique.model.expression import Scalar, symbols_in
-from mecanique.model.joints import Floating, Planar, Prismatic, Revolute, Spherical, Universal
+from mecanique.model.joints import UNITS
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["labelled", "per_second", "units"]
 
 
 def units(mechanism: Mechanism) -> dict[str, str]:
-    """Return the unit of each coordinate and velocity, by name; "" where it cannot be told.
+    """Return the unit of each coordinate and velocity, by name; "" where it is unknown.
 
     A generalized coordinate that is no joint's own has the unit of a joint coordinate that follows
     it by a pure number, or rad where it stands in an angle's place.
-
-    Args:
-        mechanism: whose coordinates they are.
     """
-    own = _joint_units(mechanism)
+    own: dict[str, str] = {}
+    quasi: dict[str, str] = {}
+    for joint in mechanism.joints:
+        own |= zip(joint.coordinates, (UNITS[kind] for kind in joint.kinds), strict=True)
+        if joint.quaternion:
+            quasi |= dict.fromkeys(joint.linear_velocities, "m/s")
+            quasi |= dict.fromkeys(joint.angular_velocities, "rad/s")
     for name in mechanism.coordinates:
         if name not in own:
             own[name] = _followed(mechanism, name, own)
-    quasi: dict[str, str] = {}
-    for joint in mechanism.joints:
-        if isinstance(joint, (Spherical, Floating)):
-            linear = joint.velocities[:-3]
-            quasi |= dict.fromkeys(linear, "m/s") | dict.fromkeys(joint.velocities[-3:], "rad/s")
     found = {name: own[name] for name in mechanism.coordinates}
     for name in mechanism.velocities:
         found[name] = quasi[name] if name in quasi else per_second(own[name[:-1]])
@@ -34,11 +32,7 @@ def units(mechanism: Mechanism) -> dict[str, str]:
 
 
 def per_second(unit: str) -> str:
-    """Return the unit of a rate.
-
-    Args:
-        unit: of the quantity.
-    """
+    """Return the unit of a rate."""
     if not unit:
         return ""
     if unit == "1":
@@ -47,32 +41,8 @@ def per_second(unit: str) -> str:
 
 
 def labelled(name: str, unit: str) -> str:
-    """Return a name with its unit in brackets, if there is one.
-
-    Args:
-        name: of the quantity.
-        unit: its unit.
-    """
+    """Return a name with its unit in brackets, if there is one."""
     return f"{name} [{unit}]" if unit else name
-
-
-def _joint_units(mechanism: Mechanism) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for joint in mechanism.joints:
-        match joint:
-            case Revolute() | Universal():
-                found |= dict.fromkeys(joint.coordinates, "rad")
-            case Prismatic():
-                found |= dict.fromkeys(joint.coordinates, "m")
-            case Planar():
-                found |= dict(zip(joint.coordinates, ("m", "m", "rad"), strict=True))
-            case Spherical():
-                found |= dict.fromkeys(joint.coordinates, "1")
-            case Floating():
-                found |= dict(zip(joint.coordinates, ("m",) * 3 + ("1",) * 4, strict=True))
-            case _:
-                pass
-    return found
 
 
 def _followed(mechanism: Mechanism, name: str, own: dict[str, str]) -> str:
