@@ -105,7 +105,6 @@ UPWARD: dict[str, set[str]] = {
     "derivation.symbolic.lagrange": {"derivation.equations"},
     "derivation.symbolic.newton_euler": {"derivation.equations"},
     "derivation.symbolic.virtual_work": {"derivation.equations"},
-    "reference.loops.assembly": {"reference.loops.freedom"},
     "verification.forms": {"verification.compare"},
     "motion.record.loops": {"motion.simulation.arguments"},
     "motion.linear.linearize": {"motion.linear.equilibrium"},

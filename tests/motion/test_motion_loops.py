@@ -23,7 +23,8 @@ from mecanique.motion import Motion, simulate
 from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.record.events import Event
 from mecanique.reference import Reference
-from mecanique.reference.loops.assembly import limit_rank
+from mecanique.reference.engine.load import Engine, load
+from mecanique.reference.loops.freedom import limit_rank
 
 PUBLISHED = {
     "beta": 15.81077119629904,
@@ -211,6 +212,20 @@ def test_bricard_moves_on_its_curve() -> None:
     np.testing.assert_allclose(first * second, first + second, atol=1e-12)
     assert energy_error(motion) < 1e-9
     assert "force x" in motion.reactions("hinge6").undetermined
+
+
+def test_a_run_loads_the_engine_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Redundant constraints need the degrees of freedom at the start: no reason to load again."""
+    loaded = []
+
+    def counting(mechanism: Mechanism) -> Engine:
+        loaded.append(mechanism.name)
+        return load(mechanism)
+
+    monkeypatch.setattr("mecanique.reference.engine.tree.load", counting)
+    motion = simulate(textbook.load("bricard_linkage"), duration=0.1)
+    motion.reactions("hinge6")
+    assert loaded == ["bricard_linkage"]
 
 
 def test_an_implicit_method_stays_on_the_loops_too() -> None:

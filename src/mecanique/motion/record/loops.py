@@ -59,10 +59,10 @@ class Closing:
         """
         from mecanique.reference.loops.assembly import (
             closed_velocity,
-            limit_rank,
             position_near,
             projected,
         )
+        from mecanique.reference.loops.freedom import limit_rank
 
         m = self._mechanism
         given_q, given_v = m.position(q), m.velocity(v)

@@ -17,7 +17,6 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import LEAST, WEAK, Closed
-from mecanique.reference.loops.nullspace import split
 from mecanique.reference.states import Given
 
 __all__ = [
@@ -310,27 +309,6 @@ def _least(J: Array, off: Array, most: int | None = None, *, drifted: bool = Fal
         parts[np.abs(parts) > _WITHIN * hold] = 0.0
     result: Array = right.T @ parts
     return result
-
-
-def limit_rank(closed: Closed, q: Array, t: float) -> None:
-    """Note the rank of the constraints, so that redundant ones are not taken for independent a little off the loops.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), with closed loops.
-        t: time [s].
-    """
-    from mecanique.reference.loops.freedom import degrees_of_freedom
-
-    closed.most = None
-    J = (
-        closed.closures.rows[:, None]
-        * closed.closures.at(q, np.zeros(closed.mechanism.nv), t).jacobian
-    )
-    rank = split(J * closed.closures.columns, 1e-7, 1e-7).rank
-    closed.most = (
-        rank if rank == min(J.shape) else degrees_of_freedom(closed.mechanism, q, t=t).rank
-    )
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:

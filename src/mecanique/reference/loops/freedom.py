@@ -18,12 +18,12 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
-from mecanique.reference.loops.assembly import assemble, closed_position, moved
+from mecanique.reference.loops.assembly import closed_position, moved, position_near
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.states import Given
 
-__all__ = ["Freedom", "degrees_of_freedom"]
+__all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "limit_rank"]
 
 _TOLERANCE = 1e-7
 """Singular values below this, or this fraction of the largest, count as zero: positions are closed to rounding."""
@@ -102,22 +102,27 @@ def degrees_of_freedom(
         InputError: if the position is not what is expected.
         UnknownNameError: if a name is no coordinate.
     """
-    position, t = assemble(mechanism, q, t=t), finite(t, "time t")
-    heavy = [
-        body
-        for body in mechanism.bodies
-        if body.name != mechanism.ground and mechanism.evaluate(body.mass)
-    ]
-    particles = bool(heavy) and not any(
-        mechanism.evaluate(entry) for body in heavy for entry in body.inertia
-    )
-    bodies = len(heavy), particles
+    given, t = mechanism.position(q), finite(t, "time t")
     if not mechanism.loops:
-        return Freedom(mechanism.nv, 0, 0, (), False, 0, position, bodies)
+        return Freedom(mechanism.nv, 0, 0, (), False, 0, given, _heavy_bodies(mechanism))
     closed = Closed(Tree(mechanism))
-    here = _scaled(closed, position, t)
+    none_held = np.zeros(mechanism.nv, dtype=bool)
+    return freedom_of(closed, position_near(closed, q, given, t, none_held), t, seed=seed)
+
+
+def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
+    """Return the degrees of freedom of a mechanism with loops at an assembled position.
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,), with closed loops.
+        t: time [s].
+        seed: of the random positions around it.
+    """
+    mechanism = closed.mechanism
+    here = _scaled(closed, q, t)
     rank_here = split(here, _TOLERANCE, _TOLERANCE).rank
-    around = [_scaled(closed, other, t) for other in _around(closed, position, here, t, seed)]
+    around = [_scaled(closed, other, t) for other in _around(closed, q, here, t, seed)]
     # a Jacobian of full rank anywhere on the way decides; nowhere near, the position is all there
     # is
     best = max([here, *around], key=lambda J: split(J, _TOLERANCE, _TOLERANCE).rank)
@@ -134,9 +139,37 @@ def degrees_of_freedom(
         redundant,
         singular,
         rank_here,
-        position,
-        bodies,
+        q,
+        _heavy_bodies(mechanism),
     )
+
+
+def limit_rank(closed: Closed, q: Array, t: float) -> None:
+    """Note the rank of the constraints, so that redundant rows do not count as independent.
+
+    A little off the loops they would seem to.
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,), with closed loops.
+        t: time [s].
+    """
+    here = _scaled(closed, q, t)
+    rank = split(here, _TOLERANCE, _TOLERANCE).rank
+    closed.most = rank if rank == min(here.shape) else freedom_of(closed, q, t).rank
+
+
+def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:
+    """Return how many bodies with mass are not fixed, and whether all are particles."""
+    heavy = [
+        body
+        for body in mechanism.bodies
+        if body.name != mechanism.ground and mechanism.evaluate(body.mass)
+    ]
+    particles = bool(heavy) and not any(
+        mechanism.evaluate(entry) for body in heavy for entry in body.inertia
+    )
+    return len(heavy), particles
 
 
 def _scaled(closed: Closed, q: Array, t: float) -> Array:
