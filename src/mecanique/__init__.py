@@ -69,7 +69,6 @@ from mecanique.model import (
     velocity,
 )
 from mecanique.verification import Verdict, verify
-from mecanique.viewing import export, picture, view
 
 if TYPE_CHECKING:
     from mecanique.derivation.equations import Equations
@@ -207,16 +206,19 @@ _HOMES = {
     "assembly_branches": "mecanique.reference",
     "degrees_of_freedom": "mecanique.reference",
     "equilibria": "mecanique.motion",
+    "export": "mecanique.viewing.show",
     "frequency_response": "mecanique.motion",
     "inertial_check": "mecanique.motion",
     "InertialCheck": "mecanique.motion",
     "linearize": "mecanique.motion",
     "lint": "mecanique.urdf.lint",
+    "picture": "mecanique.figure.draw",
     "read_urdf": "mecanique.urdf",
     "robot": "mecanique.urdf.robots",
     "robots": "mecanique.urdf.robots",
     "simulate": "mecanique.motion",
     "simulate_many": "mecanique.motion",
+    "view": "mecanique.viewing.show",
     "write_urdf": "mecanique.urdf",
 }
 """Where the names are that are imported only when somebody asks for them."""

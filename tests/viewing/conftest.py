@@ -13,8 +13,8 @@ from typing import Any
 import pytest
 from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
 from playwright.sync_api import Error as PlaywrightError
+from viewing_scenes import write_page
 
-from mecanique.viewing.page.page import write_page
 from mecanique.viewing.scene.scene import Scene
 
 FLAGS = (

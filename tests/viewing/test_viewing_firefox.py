@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 from PIL import Image
 from viewing_firefox import Firefox, firefox, missing
-from viewing_scenes import about_y, pendulum, swing
+from viewing_scenes import about_y, pendulum, swing, write_page
 
 from mecanique.motion import simulate
 from mecanique.urdf import read_urdf
 from mecanique.urdf.robots import robot
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.page.page import write_page
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import Scene
 

@@ -14,7 +14,6 @@ from conftest import Visit
 import mecanique as mq
 from mecanique.errors import UnknownNameError
 from mecanique.viewing.gallery import Card, gallery, index, picture_of, pictures
-from mecanique.viewing.page.page import write_text
 
 KEPT = Path(__file__).parents[2] / "examples" / "pictures"
 NUMBER = re.compile(r"-?\d+\.?\d*")
@@ -69,7 +68,7 @@ def test_what_fails_is_told_in_the_index(tmp_path: Path, monkeypatch: pytest.Mon
     def refuse(*_: object) -> None:
         raise mq.InputError("no <motion> today")
 
-    monkeypatch.setattr(import_module("mecanique.viewing.show"), "export", refuse)
+    monkeypatch.setattr(import_module("mecanique.viewing.gallery"), "export", refuse)
     (card,) = gallery(tmp_path, ["two_blocks"], duration=0.1)
     assert card.fault == "no <motion> today"
     text = (tmp_path / "index.html").read_text()
@@ -79,20 +78,9 @@ def test_what_fails_is_told_in_the_index(tmp_path: Path, monkeypatch: pytest.Mon
 
 def test_hostile_words_are_only_words(visit: Callable[..., Visit], tmp_path: Path) -> None:
     every = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"' & שלום"
-    path = write_text(
-        index(
-            [
-                Card(
-                    "x",
-                    every,
-                    (every, "constructor"),
-                    "<svg xmlns='http://www.w3.org/2000/svg'/>",
-                    every,
-                )
-            ]
-        ),
-        tmp_path / "i.html",
-    )
+    picture = "<svg xmlns='http://www.w3.org/2000/svg'/>"
+    path = tmp_path / "i.html"
+    path.write_text(index([Card("x", every, (every, "constructor"), picture, every)]))
     seen = visit(path.as_uri(), wait=False, offline=True)
     assert seen.page.locator("article p").first.inner_text() == every
     assert seen.page.locator("script").count() == 1

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from viewing_scenes import write_page
 
 from mecanique.errors import InputError
 from mecanique.motion import simulate
@@ -19,7 +20,6 @@ from mecanique.viewing.page.meshes.packing import STEPS, PackedSurface, pack_sur
 from mecanique.viewing.page.meshes.parcel import mesh_parcel
 from mecanique.viewing.page.meshes.reading import read_mesh
 from mecanique.viewing.page.meshes.surface import Surface, fan
-from mecanique.viewing.page.page import write_page
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import SceneBody, Shape
 

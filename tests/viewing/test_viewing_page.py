@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from conftest import Visit
 from PIL import Image
-from viewing_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swarm, swing
+from viewing_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swarm, swing, write_page
 
-from mecanique.viewing.page.page import page, write_page
+from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.document import (
     Block,
     Derivation,

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ellipj, ellipk
 
+from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.document import (
     Block,
     Derivation,
@@ -238,6 +240,11 @@ def blocks(duration: float = 6.0) -> Scene:
         planar=True,
         ground=0.0,
     )
+
+
+def write_page(scene: Scene, path: Path) -> Path:
+    path.write_text(page(scene), encoding="utf-8")
+    return path
 
 
 def instants(scene: Scene) -> Iterator[Frame]:

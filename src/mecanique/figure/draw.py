@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,17 +14,46 @@ from mecanique.figure.mechanism import figure
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import Setting, setting
 from mecanique.figure.svg import svg
+from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.motion import Motion
+from mecanique.reference import Reference
 
-__all__ = ["draw", "figure_text"]
+__all__ = ["figure_text", "picture"]
 
 FORMS = (".svg", ".png", ".pdf")
 
 
-def draw(
-    shown: Any, t: float | None, path: str | os.PathLike[str], free_body: str | None, q: Any
+def picture(
+    shown: Motion | Mechanism,
+    t: float | None = None,
+    path: str | os.PathLike[str] = "figure.svg",
+    *,
+    free_body: str | None = None,
+    q: Mapping[str, float] | Sequence[float] | None = None,
 ) -> Path:
-    """Write a figure, see `mecanique.picture`."""
+    """Draw a mechanism as a textbook line figure, or a body cut free with all forces on it.
+
+    A planar mechanism is seen from the front (x to the right, z up) or from the top, any other in a
+    parallel projection. d'Alembert's inertia forces are dashed; forces are labelled with their
+    values at that instant.
+
+    Args:
+        shown: a motion, or a mechanism, which is then drawn a little off its zero position.
+        t: the instant [s]; the start by default.
+        path: the file, ending in .svg, .png or .pdf (the latter two need matplotlib); it is
+            replaced in one step.
+        free_body: the body to cut free; the whole mechanism by default.
+        q: the position of a mechanism, by coordinate name or shape (nq,).
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the directory does not exist, the ending is another, or t is not within the
+            motion.
+        UnknownNameError: if there is no such moving body.
+    """
     target = Path(path)
     form = target.suffix.lower()
     if form not in FORMS:
@@ -42,12 +70,8 @@ def draw(
         from mecanique.figure.raster import raster
 
         content = raster(marks, form[1:])
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        beside.write_bytes(content)
-        os.replace(beside, target)
-    finally:
-        beside.unlink(missing_ok=True)
+    with write_whole(target) as file:
+        file.write(content)
     return target
 
 
@@ -62,9 +86,11 @@ def figure_text(mechanism: Mechanism, start: Mapping[str, float] | None = None) 
     return svg(_marks(seen, None), _title(seen, None))
 
 
-def _seen(shown: Any, t: float | None, q: Any) -> Setting:
-    from mecanique.motion.record.motion import Motion
-
+def _seen(
+    shown: Motion | Mechanism,
+    t: float | None,
+    q: Mapping[str, float] | Sequence[float] | np.ndarray | None,
+) -> Setting:
     if isinstance(shown, Motion):
         if q is not None:
             raise InputError(
@@ -79,8 +105,6 @@ def _seen(shown: Any, t: float | None, q: Any) -> Setting:
             float(state.t),
         )
     if isinstance(shown, Mechanism):
-        from mecanique.reference import Reference
-
         position = posture(shown) if q is None else shown.position(q)
         return setting(
             shown, Reference(shown), position, np.zeros(shown.nv), 0.0 if t is None else float(t)

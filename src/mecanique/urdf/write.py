@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 from mecanique.errors import UrdfError
+from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.forces import Force, JointDamper, JointForce, Torque
@@ -81,7 +82,11 @@ def write_urdf(
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
-        _replace(Path(path), written)
+        try:
+            with write_whole(Path(path)) as file:
+                file.write(written.encode())
+        except (OSError, ValueError) as error:
+            raise UrdfError(f"cannot be written ({error})", file=str(path)) from None
     return written
 
 
@@ -326,14 +331,3 @@ def _colors(mechanism: Mechanism) -> dict[Rgba, str]:
             if visual.rgba is not None and visual.rgba not in colors:
                 colors[visual.rgba] = _KNOWN_COLORS.get(visual.rgba, f"color{len(colors) + 1}")
     return colors
-
-
-def _replace(path: Path, written: str) -> None:
-    """Write beside the file first, so that it is never there in part."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        beside.write_text(written, encoding="utf-8", newline="\n")
-        os.replace(beside, path)
-    except (OSError, ValueError) as error:
-        beside.unlink(missing_ok=True)
-        raise UrdfError(f"cannot be written ({error})", file=str(path)) from None

@@ -14,8 +14,12 @@ from typing import final
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.figure.draw import figure_text
+from mecanique.files import write_whole
+from mecanique.motion.record.motion import Motion
+from mecanique.motion.simulation.simulate import simulate
 from mecanique.textbook import entry, load, names
-from mecanique.viewing.page.page import policy, write_text
+from mecanique.viewing.page.page import policy
+from mecanique.viewing.show import export
 
 __all__ = ["Card", "gallery", "index", "picture_of", "pictures"]
 
@@ -47,7 +51,7 @@ def gallery(
     duration: float | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> tuple[Card, ...]:
-    """Write a page for each system of the catalogue, and `index.html`; what fails is told there and in the result.
+    """Write a page for each system of the catalogue, and an index that reports what failed.
 
     Args:
         directory: where to; it is made if it does not exist.
@@ -62,8 +66,6 @@ def gallery(
         UnknownNameError: if a system does not exist.
         InputError: if the directory cannot be made.
     """
-    from mecanique.viewing.show import export
-
     entries = {name: entry(name) for name in (names() if systems is None else systems)}
     folder = _folder(directory)
     cards = []
@@ -76,7 +78,7 @@ def gallery(
         except MecaniqueError as error:
             fault = str(error)
         cards.append(Card(name, system.title, system.tags, picture_of(name), fault))
-    write_text(index(cards), folder / "index.html")
+    _write(folder / "index.html", index(cards))
     return tuple(cards)
 
 
@@ -98,7 +100,10 @@ def pictures(
     """
     entries = {name: entry(name) for name in (names() if systems is None else systems)}
     folder = _folder(directory)
-    return tuple(write_text(picture_of(name), folder / f"{name}.svg") for name in entries)
+    paths = tuple(folder / f"{name}.svg" for name in entries)
+    for name, path in zip(entries, paths, strict=True):
+        _write(path, picture_of(name))
+    return paths
 
 
 def _folder(directory: str | os.PathLike[str]) -> Path:
@@ -112,6 +117,11 @@ def _folder(directory: str | os.PathLike[str]) -> Path:
     return folder
 
 
+def _write(path: Path, text: str) -> None:
+    with write_whole(path) as file:
+        file.write(text.encode())
+
+
 def picture_of(name: str) -> str:
     """Return the figure of a system of the catalogue as SVG text.
 
@@ -121,9 +131,7 @@ def picture_of(name: str) -> str:
     return figure_text(load(name), entry(name).start)
 
 
-def _motion(name: str, duration: float | None) -> object:
-    from mecanique.motion import simulate
-
+def _motion(name: str, duration: float | None) -> Motion:
     system = entry(name)
     speed = {velocity.removesuffix("'"): value for velocity, value in system.start_velocity.items()}
     # what is fast is not made longer: the squeezer is shown for some hundredths of a second

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from html import escape
 from pathlib import Path
-from typing import Any
 
+from mecanique.derivation import derive, readable
+from mecanique.derivation.equations import Equations
 from mecanique.errors import InputError, MecaniqueError
+from mecanique.files import write_whole
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.motion import Motion
+from mecanique.verification import verify
+from mecanique.verification.verdict import Verdict
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
-from mecanique.viewing.page.page import page, write_page
+from mecanique.viewing.page.page import page
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import document_of
@@ -20,85 +26,114 @@ from mecanique.viewing.scene.texts import document_of
 __all__ = ["export", "frame", "scene", "view"]
 
 
-def scene(motion: Any, equations: Sequence[Any] | Any | None = None, verdict: Any = None) -> Scene:
+def scene(
+    motion: Motion,
+    equations: Equations | Sequence[Equations] | None = None,
+    verdict: Verdict | None = None,
+) -> Scene:
     """Return a motion with all that is said about it, as pure data.
 
     Args:
-        motion: the `Motion`.
-        equations: derived `Equations`, one or several; by default every method does that can be
-            written out.
-        verdict: the `Verdict`; by default the equations are compared at 100 states.
+        motion: what `simulate` returned.
+        equations: one or several; by default those of every method that can be written out.
+        verdict: by default the equations are compared at 100 states.
     """
-    from mecanique.derivation import derive, readable
-    from mecanique.motion.record.motion import Motion
-    from mecanique.verification import verify
-
     if not isinstance(motion, Motion):
         raise InputError(f"expected a Motion, as simulate returns it, got {type(motion).__name__}")
-    mechanism = motion.mechanism
-    derived = (
-        _told(lambda method: derive(mechanism, method), readable(mechanism))
-        if equations is None
-        else equations
-    )
-    several = derived if isinstance(derived, Sequence) else (derived,)
-    compared = (
-        next(iter(_told(lambda _: verify(mechanism), [""])), None) if verdict is None else verdict
-    )
-    actions = actions_of(motion)
-    return scene_of(motion, document_of(motion, several, compared, actions), actions)
-
-
-def _told(make: Callable[[str], Any], names: Iterable[str]) -> list[Any]:
-    """What is made of each name, leaving out what the package cannot treat: a page shows the rest."""
-    made = []
-    for name in names:
+    if equations is None:
+        equations = tuple(_derive_all(motion.mechanism))
+    elif isinstance(equations, Equations):
+        equations = (equations,)
+    if verdict is None:
         with suppress(MecaniqueError):
-            made.append(make(name))
-    return made
+            verdict = verify(motion.mechanism)
+    actions = actions_of(motion)
+    return scene_of(motion, document_of(motion, equations, verdict, actions), actions)
+
+
+def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
+    """Derive by each method, leaving out what the package cannot treat: a page shows the rest."""
+    for method in readable(mechanism):
+        with suppress(MecaniqueError):
+            yield derive(mechanism, method)
 
 
 def export(
-    motion: Any,
+    motion: Motion,
     path: str | os.PathLike[str],
     *,
-    equations: Sequence[Any] | Any | None = None,
-    verdict: Any = None,
+    equations: Equations | Sequence[Equations] | None = None,
+    verdict: Verdict | None = None,
 ) -> Path:
-    """Write a motion as one offline page, see `mecanique.export`."""
+    """Write a motion as one offline HTML page: 3-D motion, forces, equations, plots, verdict.
+
+    Args:
+        motion: what `simulate` returned.
+        path: the file; it is replaced in one step, and its directory must exist.
+        equations: what `derive` returned, one or several; by default every method derives them.
+        verdict: what `verify` returned; by default the equations are compared at 100 states.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: if the directory does not exist, or it is no motion.
+    """
     target = Path(path)
     if not target.parent.is_dir():
         raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
-    return write_page(scene(motion, equations, verdict), target)
+    text = page(scene(motion, equations, verdict))
+    with write_whole(target) as file:
+        file.write(text.encode())
+    return target
 
 
-def frame(motion: Any) -> str:
-    """Return a motion's page in a frame of its own, for a notebook: its scripts run, but see nothing around them.
+def frame(motion: Motion) -> str:
+    """Return a motion's page in a frame for a notebook: its scripts see nothing around them.
 
     Args:
-        motion: the `Motion`.
+        motion: what `simulate` returned.
     """
     text = escape(page(scene(motion)), quote=True)
     return (
-        f'<iframe sandbox="allow-scripts allow-downloads" title="{escape(repr(motion))}" srcdoc="{text}"'
-        ' style="width: 100%; height: 600px; border: 0"></iframe>'
+        f'<iframe sandbox="allow-scripts allow-downloads" title="{escape(repr(motion))}"'
+        f' srcdoc="{text}" style="width: 100%; height: 600px; border: 0"></iframe>'
     )
 
 
 def view(
-    shown: Any,
+    shown: Motion | Mechanism,
     *,
-    q: Any,
-    v: Any,
-    duration: float | None,
-    rtol: float,
-    speed: float,
-    port: int,
-    open_browser: bool,
+    q: Mapping[str, float] | Sequence[float] | None = None,
+    v: Mapping[str, float] | Sequence[float] | None = None,
+    duration: float | None = None,
+    rtol: float = 1e-10,
+    speed: float = 1.0,
+    port: int = 0,
+    open_browser: bool = True,
 ) -> None:
-    """Show a motion, or a mechanism that moves while it is shown, see `mecanique.viewing`."""
-    from mecanique.model.mechanism import Mechanism
+    """Show a motion live in a browser on this machine, until Ctrl-C or the end of the process.
 
+    A mechanism is set in motion and shown while the motion is computed. The server answers on
+    127.0.0.1 only, under a random token. The motion starts when the first page shows it; equations
+    and verdict arrive while it moves. Parameters and initial values can be changed in the page; the
+    motion then starts again with them.
+
+    Args:
+        shown: a mechanism, or what `simulate` returned.
+        q: a mechanism's position at the start: by coordinate name or shape (nq,).
+        v: its velocity at the start: by name or shape (nv,).
+        duration: how long it moves [s]; without end by default.
+        rtol: relative tolerance of each step of a mechanism's integration.
+        speed: seconds shown per second.
+        port: 0 takes any free port.
+        open_browser: whether to open the page; its address is printed in any case.
+
+    Raises:
+        InputError: if the port is taken, speed or duration is not above 0, or it is neither motion
+            nor mechanism.
+        MecaniqueError: if the mechanism's motion cannot start.
+    """
     if not 0 < speed < float("inf"):
         raise InputError(f"expected a speed above 0, got {speed!r}")
     source: Moving | Recorded

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import tempfile
 import zipfile
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,6 +14,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.ensemble.chunks import Chunk
 from mecanique.motion.output.provenance import provenance
@@ -56,7 +55,8 @@ class Store:
                         "or ask for the same runs to continue them"
                     )
             else:
-                _written(description, json.dumps(about, indent=1, ensure_ascii=False).encode())
+                with write_whole(description) as file:
+                    file.write(json.dumps(about, indent=1, ensure_ascii=False).encode())
         except (OSError, ValueError) as error:
             raise InputError(f"the runs in {str(directory)!r} cannot be kept: {error}") from error
 
@@ -79,7 +79,8 @@ class Store:
         data = io.BytesIO()
         np.savez(data, q=chunk.q, v=chunk.v, steps=chunk.steps)
         try:
-            _written(self._path(chunk.first), data.getvalue())
+            with write_whole(self._path(chunk.first)) as file:
+                file.write(data.getvalue())
         except OSError as error:
             raise InputError(
                 f"the runs in {str(self.directory)!r} cannot be kept: {error}"
@@ -262,15 +263,3 @@ def identity(
             b"".join(np.ascontiguousarray(a).tobytes() for a in arrays)
         ).hexdigest(),
     }
-
-
-def _written(path: Path, data: bytes) -> None:
-    """Write a file whole or not at all."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".part_")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.replace(name, path)
-    except BaseException:
-        os.unlink(name)
-        raise

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 import zipfile
 from collections.abc import Callable
 from os import PathLike
@@ -14,6 +13,7 @@ from typing import IO, Any
 import numpy as np
 
 from mecanique.errors import InputError, MecaniqueError
+from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import labelled, per_second, units
 from mecanique.motion.output.provenance import found, provenance
@@ -68,7 +68,7 @@ def save(motion: Motion, path: str | PathLike[str]) -> None:
         "events": np.array(happened).reshape(-1, width),
     }
     text = np.array(json.dumps(about, ensure_ascii=False))
-    _written(path, lambda file: np.savez_compressed(file, about=text, **arrays))
+    _write(path, lambda file: np.savez_compressed(file, about=text, **arrays))
 
 
 def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motion:
@@ -150,7 +150,7 @@ def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
         for row in table.tolist():
             file.write((",".join(map(repr, row)) + "\n").encode())
 
-    _written(Path(path), write)
+    _write(Path(path), write)
 
 
 def to_frame(motion: Motion) -> Any:
@@ -201,7 +201,7 @@ def to_parquet(motion: Motion, path: str | PathLike[str]) -> None:
     table = table.replace_schema_metadata(
         {"units": json.dumps({"t": "s", **_units(motion)}, ensure_ascii=False)}
     )
-    _written(Path(path), lambda file: pq.write_table(table, file))
+    _write(Path(path), lambda file: pq.write_table(table, file))
 
 
 def _units(motion: Motion) -> dict[str, str]:
@@ -214,22 +214,12 @@ def _titles(motion: Motion) -> list[str]:
     return ["t [s]", *(labelled(name, known[name]) for name in motion.names)]
 
 
-def _written(path: Path, write: Callable[[Any], object]) -> None:
-    """Write to a new file beside the path, then put it in its place."""
-    temporary = None
+def _write(path: Path, write: Callable[[Any], object]) -> None:
     try:
-        with tempfile.NamedTemporaryFile(
-            dir=path.parent, prefix=f".{path.name}.", delete=False
-        ) as file:
-            temporary = file.name
+        with write_whole(path) as file:
             write(file)
-        os.replace(temporary, path)
-        temporary = None
     except OSError as error:
         raise InputError(f"cannot write {os.fspath(path)!r}: {error.strerror or error}") from None
-    finally:
-        if temporary is not None:
-            os.unlink(temporary)
 
 
 def _fits(

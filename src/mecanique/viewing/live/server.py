@@ -21,7 +21,7 @@ import tornado.websocket
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.viewing.live.commands import LONGEST, Controls, read
-from mecanique.viewing.page.page import live_page
+from mecanique.viewing.page.page import Stream, page
 from mecanique.viewing.page.window import Latest, RecorderWindow
 from mecanique.viewing.scene.scene import Scene
 
@@ -103,16 +103,16 @@ class Server:
             The page, which is being made: meshes take their time.
         """
         identity = secrets.token_urlsafe(9)
-        connect = " ".join(f"ws://{host}" for host in self.hosts)
-        page: Future[str] = Future()
+        stream = Stream(identity, tuple(f"ws://{host}" for host in self.hosts))
+        made: Future[str] = Future()
         with self._lock:
-            self.page, self._identity = page, identity
+            self.page, self._identity = made, identity
             self._frame, self._notes = (0.0, b""), {}
-        making = partial(_make, page, scene, identity, connect)
+        making = partial(_make, made, scene, stream)
         self._maker = threading.Thread(target=making, name="mecanique page", daemon=True)
         self._maker.start()
         self.announce()
-        return page
+        return made
 
     def publish(self, t: float, row: bytes) -> None:
         """Make a frame the present one; it is sent when the pages are ready, unless a later one comes first.
@@ -233,11 +233,11 @@ class Server:
         await asyncio.gather(*rest, return_exceptions=True)
 
 
-def _make(page: Future[str], scene: Scene, identity: str, connect: str) -> None:
+def _make(made: Future[str], scene: Scene, stream: Stream) -> None:
     try:
-        page.set_result(live_page(scene, identity, connect))
-    except BaseException as error:  # whoever waits for the page raises it
-        page.set_exception(error)
+        made.set_result(page(scene, stream))
+    except BaseException as error:  # raised where the page is waited for
+        made.set_exception(error)
 
 
 def _listening(port: int) -> socket.socket:
@@ -287,11 +287,11 @@ class _Page(_Guarded):
     async def get(self) -> None:
         self.set_header("Content-Security-Policy", "frame-ancestors 'none'")
         try:
-            page = await asyncio.shield(asyncio.wrap_future(self.server.page))
+            text = await asyncio.shield(asyncio.wrap_future(self.server.page))
         except MecaniqueError as error:
             self.set_status(500)
-            page = f"{error}\n"
-        self.finish(page)
+            text = f"{error}\n"
+        self.finish(text)
 
 
 @final

@@ -6,14 +6,13 @@ import base64
 import gzip
 import hashlib
 import json
-import os
 import re
 import struct
+from dataclasses import dataclass
 from functools import cache
 from html import escape
 from importlib.resources import files
-from pathlib import Path
-from typing import Any
+from typing import Any, final
 
 from mecanique.viewing.page.bodies import draw_bodies
 from mecanique.viewing.page.keyframes import pack
@@ -23,7 +22,7 @@ from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.page.window import RecorderWindow, viewer_directory
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["page", "policy", "write_page", "write_text"]
+__all__ = ["Stream", "page", "policy"]
 
 # in the order they need one another
 _MODULES = (
@@ -48,72 +47,43 @@ _MODULES = (
 )
 
 _KEPT, _FLEETING = 9, 1
-"""How hard to compress what is kept in a file, and what is read at once: at 9 a robot's meshes take seconds."""
+"""How hard to compress a page kept in a file and one read at once: at 9 meshes take seconds."""
 
 
-def page(scene: Scene) -> str:
+@final
+@dataclass(frozen=True)
+class Stream:
+    """Where the page of a live view gets its instants from.
+
+    Args:
+        identity: names the scene, so that a page knows when it is out of date.
+        sources: the only addresses the page may connect to.
+    """
+
+    identity: str
+    sources: tuple[str, ...]
+
+
+def page(scene: Scene, stream: Stream | None = None) -> str:
     """Return a scene as one HTML document that needs no network.
 
     Args:
         scene: what to show.
+        stream: feeds the page of a live view; a page without one holds the whole motion.
 
     Raises:
         InputError: if a mesh file is missing or of an unknown format.
         EngineError: if meshcat's viewer is not installed.
     """
-    return _document(scene, live=None, connect="'none'")
-
-
-def write_page(scene: Scene, path: str | os.PathLike[str]) -> Path:
-    """Write a scene's page to a file, which is replaced in one step.
-
-    Args:
-        scene: what to show.
-        path: where to; its directory must exist.
-
-    Returns:
-        The path written.
-    """
-    return write_text(page(scene), Path(path))
-
-
-def write_text(text: str, target: Path) -> Path:
-    """Write a text to a file, which is replaced in one step.
-
-    Args:
-        text: what to write.
-        target: where to; its directory must exist.
-    """
-    beside = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        beside.write_text(text, encoding="utf-8")
-        os.replace(beside, target)
-    finally:
-        beside.unlink(missing_ok=True)
-    return target
-
-
-def live_page(scene: Scene, identity: str, connect: str) -> str:
-    """Return the page of a live view: the same page, fed by a stream.
-
-    Args:
-        scene: what to show.
-        identity: names the scene, so that a page knows when it is out of date.
-        connect: the only source the page may connect to.
-    """
-    live = {"id": identity, "first": float(scene.t[0])}
-    return _document(scene, live=live, connect=connect)
-
-
-def _document(scene: Scene, *, live: dict[str, Any] | None, connect: str) -> str:
     window = RecorderWindow()
     draw_bodies(scene.bodies, window)
     packed = pack(scene)
     meshes, mesh_bytes = mesh_parcel(scene.bodies)
+    live = stream and {"id": stream.identity, "first": float(scene.t[0])}
     header = _header(scene) | {"table": packed.header, "meshes": meshes, "live": live}
-    viewer, style = _viewer(), _asset("page.css")
-    script = _script()
-    tabs, inner = panels(scene, live=live is not None)
+    viewer, style, script = _viewer(), _asset("page.css"), _script()
+    connect = " ".join(stream.sources) if stream else "'none'"
+    tabs, inner = panels(scene, live=stream is not None)
     subtitle = scene.document.subtitle
     parts = {
         "policy": escape(policy([script, viewer], [style], connect)),
@@ -127,7 +97,7 @@ def _document(scene: Scene, *, live: dict[str, Any] | None, connect: str) -> str
         "parcel": _parcel(
             header,
             [packed.body, mesh_bytes, *window.commands()],
-            _KEPT if live is None else _FLEETING,
+            _FLEETING if stream else _KEPT,
         ),
         "viewer": _compressed_viewer(),
         "script": script,
