@@ -107,7 +107,6 @@ UPWARD: dict[str, set[str]] = {
     "derivation.symbolic.virtual_work": {"derivation.equations"},
     "verification.forms": {"verification.compare"},
     "motion.record.loops": {"motion.simulation.arguments"},
-    "motion.linear.linearize": {"motion.linear.equilibrium"},
 }
 """The one exception, stated once: results whose methods reach for what works on them."""
 

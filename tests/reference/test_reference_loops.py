@@ -31,6 +31,7 @@ from mecanique.model import (
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
 from mecanique.reference.loops.assembly import closed_velocity, projected
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.independent import Independent
 
 A = Placement((0.1, 0.2, 0.3), (0.4, 0.5, 0.6))
 B = Placement((0.3, -0.2, 0.3), (-0.4, 0.3, 0.2))
@@ -486,3 +487,33 @@ def test_linear_maps_may_halve_a_loop() -> None:
     assert (found.N, found.rank, found.redundant) == (1, 0, ("C: x", "C: y"))
     free = Reference(replace(mechanism, loops=())).acceleration([0.7], [0.4])
     np.testing.assert_allclose(Reference(mechanism).acceleration([0.7], [0.4]), free, rtol=1e-12)
+
+
+def test_drift_is_the_largest_gap_and_its_rate() -> None:
+    mechanism = textbook.load("four_bar_linkage")
+    reference = Reference(mechanism)
+    q = assemble(mechanism, {"phi": 1.1})
+    assert reference.drift(q).max() < 1e-14
+    off = reference.drift(np.stack([q, q + 1e-3]), np.ones((2, mechanism.nv)))
+    assert off.shape == (2, 2)
+    assert 1e-5 < off[1, 0] < 1e-2
+    assert off[1, 1] > 0.01
+    assert not Reference(textbook.load("double_pendulum")).drift([1.0, 2.0]).any()
+
+
+def test_independent_velocities_determine_the_others() -> None:
+    mechanism = textbook.load("squeezer")
+    reference = Reference(mechanism)
+    assert reference.closed is not None
+    free = Independent(reference.closed, assemble(mechanism, textbook.entry("squeezer").start), 0.0)
+    q = free.position(np.array([0.01]))
+    v = free.velocity(q, np.array([3.0]))
+    a = free.acceleration(q, v, np.array([5.0]))
+    h = 1e-4
+    ahead, behind = (
+        free.velocity(free.position(np.array([0.01 + s * h * 3])), np.array([3.0 + s * h * 5]))
+        for s in (1, -1)
+    )
+    assert reference.drift(q, v).max() < 1e-13
+    np.testing.assert_allclose(free.tangents(q)[:, 0] * 3.0, v, rtol=1e-12)
+    np.testing.assert_allclose((ahead - behind) / (2 * h), a, rtol=1e-5)

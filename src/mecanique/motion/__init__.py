@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
     from mecanique.motion.ensemble.runs import Runs
     from mecanique.motion.ensemble.simulate_many import simulate_many
-    from mecanique.motion.linear.equilibrium import Equilibrium, equilibria
+    from mecanique.motion.linear.equilibria import Equilibrium, equilibria
     from mecanique.motion.linear.linearization import Linearization
     from mecanique.motion.linear.linearize import linearize
     from mecanique.motion.linear.response import Response, frequency_response
@@ -48,7 +48,7 @@ _HOMES = {
     "Audit": "analysis.audit",
     "AuditRow": "analysis.audit",
     "Energies": "record.energies",
-    "Equilibrium": "linear.equilibrium",
+    "Equilibrium": "linear.equilibria",
     "Event": "record.events",
     "InertialCheck": "analysis.inertial",
     "Linearization": "linear.linearization",
@@ -59,7 +59,7 @@ _HOMES = {
     "State": "record.curve",
     "Statistics": "record.motion",
     "Trust": "analysis.trust",
-    "equilibria": "linear.equilibrium",
+    "equilibria": "linear.equilibria",
     "frequency_response": "linear.response",
     "inertial_check": "analysis.inertial",
     "linearize": "linear.linearize",

@@ -370,6 +370,24 @@ class Reference:
 
         return closed_rhs(self._closed)
 
+    def drift(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return how far positions and velocities are off the loops, shape (2,); zero for a tree.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Returns:
+            The largest gap in characteristic lengths or radians, and the largest rate of a gap in
+            the same per second.
+        """
+        closed = self._closed
+        return self._answer(
+            checked(self.mechanism, q, v, t=t),
+            lambda q, v, a, t: np.zeros(2) if closed is None else np.array(closed.drift(q, v, t)),
+        )
+
     @property
     def closed(self) -> Closed | None:
         """The loops and the motion they leave free; None for a tree."""

@@ -118,13 +118,8 @@ def audit(motion: Any, *, refine: bool = False, accuracy: float = 1e-6) -> Audit
     for name, residual, scale, unit in momentum_balances(motion):
         rows.append(_row(name, residual, scale, limit, unit, motion.t))
     if motion.mechanism.loops:
-        closed, most = motion.reference.closed, motion.statistics.rtol + ROUNDING
-        drift = np.array(
-            [
-                closed.drift(q, v, float(t))
-                for q, v, t in zip(motion.q, motion.v, motion.t, strict=True)
-            ]
-        )
+        most = motion.statistics.rtol + ROUNDING
+        drift = motion.reference.drift(motion.q, motion.v, motion.t)
         speed = 1.0 + float(np.abs(motion.v).max(initial=0.0))
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", motion.t))
         rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", motion.t))
