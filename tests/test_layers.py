@@ -49,7 +49,7 @@ ORDER: dict[str, list[str]] = {
         "lint",
     ],
     "derivation": [
-        "states tree",
+        "laws states tree",
         "scalars",
         "numeric printing",
         "symbolic",

@@ -102,7 +102,7 @@ def actions(
                     add(force.body, point[:3], vector)
                 else:
                     add(force.body, np.zeros(3), np.zeros(3), vector)
-            case _:
+            case JointSpring() | JointDamper() | JointForce():
                 joint = mechanism.joint(force.joint)
                 assert isinstance(joint, (Revolute, Prismatic))
                 at, rate_at = joint_value(mechanism, reference, joint.name, q, v, t)

@@ -2,33 +2,236 @@
 
 Every scalar may be a number or an expression in parameters, inputs, the generalized coordinates q,
 their velocities q' and time t. Points are given in the frame of the body they belong to.
+
+A force acts in one of three ways, its base class: along the line between two points (`LineLoad`),
+in a joint (`JointLoad`) or on one body (`BodyLoad`). It describes itself, who, where and with which
+expressions; what it does, its law, is written twice, in `mecanique.derivation.laws` and in
+`mecanique.reference.engine.loads`, independently.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias, final
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Literal, TypeAlias, final
 
-from mecanique.model.expression import Scalar, plain
+from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.placement import vector
 
 __all__ = [
     "AnyForce",
+    "BodyLoad",
     "Damper",
+    "End",
     "Force",
+    "ForceKind",
     "JointDamper",
     "JointForce",
+    "JointLoad",
     "JointSpring",
+    "LineLoad",
     "Spring",
+    "Stated",
     "Torque",
+    "WrenchOnBody",
 ]
 
 Point: TypeAlias = "tuple[Scalar, Scalar, Scalar]"
 
+ForceKind: TypeAlias = Literal["spring", "damper", "load"]
+"""What a force is called and drawn as."""
+
 
 @final
 @dataclass(frozen=True)
-class Spring:
+class Stated:
+    """What one field of a force states.
+
+    Args:
+        name: of the field in words, e.g. "free length".
+        scalars: one, or three components.
+        varies: whether it may depend on the state, time and inputs, not on parameters alone.
+        positive: whether it must not be negative.
+    """
+
+    name: str
+    scalars: tuple[Scalar, ...]
+    varies: bool
+    positive: bool
+
+
+_Trait: TypeAlias = Mapping[str, bool]
+"""Metadata of a field that states scalars."""
+
+_CONSTANT: _Trait = {"vector": False, "varies": False, "positive": False}
+_POSITIVE: _Trait = {"vector": False, "varies": False, "positive": True}
+_POINT: _Trait = {"vector": True, "varies": False, "positive": False}
+_VARIABLE: _Trait = {"vector": False, "varies": True, "positive": False}
+_VECTOR: _Trait = {"vector": True, "varies": True, "positive": False}
+
+
+@dataclass(frozen=True)
+class _Force(ABC):
+    """What all forces have.
+
+    Args:
+        name: its name.
+    """
+
+    name: str
+
+    kind: ClassVar[ForceKind]
+    """What it is called and drawn as."""
+
+    conservative: ClassVar[bool] = False
+    """Whether it has a potential."""
+
+    letter: ClassVar[str]
+    """The field whose symbol stands for it in a figure."""
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            if each.metadata:
+                given = getattr(self, each.name)
+                is_vector = each.metadata["vector"]
+                value = (
+                    vector(given, f"{each.name} of {self.name!r}") if is_vector else plain(given)
+                )
+                object.__setattr__(self, each.name, value)
+
+    @property
+    @abstractmethod
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies it refers to by itself; of a force in a joint, none."""
+
+    @property
+    def stated(self) -> tuple[Stated, ...]:
+        """Its points, constants and expressions, field by field."""
+        return tuple(
+            Stated(
+                each.name.replace("_", " "),
+                _as_tuple(getattr(self, each.name)),
+                each.metadata["varies"],
+                each.metadata["positive"],
+            )
+            for each in fields(self)
+            if each.metadata
+        )
+
+    @property
+    def symbols(self) -> frozenset[str]:
+        """Names of everything it depends on."""
+        return frozenset().union(*(symbols_in(s) for one in self.stated for s in one.scalars))
+
+    @property
+    def coefficient(self) -> Any:
+        """The scalar, or the three, whose symbol stands for it in a figure."""
+        return getattr(self, self.letter)
+
+
+@final
+@dataclass(frozen=True)
+class End:
+    """Where a force between two points acts.
+
+    Args:
+        body: name of the body.
+        point: shape (3,), in its frame [m].
+    """
+
+    body: str
+    point: Point
+
+
+@dataclass(frozen=True)
+class LineLoad(_Force):
+    """A force along the line between two points, equal and opposite on them.
+
+    Args:
+        body_a: name of one body.
+        point_a: shape (3,), in the frame of body a [m].
+        body_b: name of the other body.
+        point_b: shape (3,), in the frame of body b [m].
+    """
+
+    body_a: str
+    point_a: Point = field(metadata=_POINT)
+    body_b: str
+    point_b: Point = field(metadata=_POINT)
+
+    @property
+    def ends(self) -> tuple[End, End]:
+        """The two points."""
+        return End(self.body_a, self.point_a), End(self.body_b, self.point_b)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the two bodies."""
+        return self.body_a, self.body_b
+
+
+@dataclass(frozen=True)
+class JointLoad(_Force):
+    """A force along or about the axis of a joint with one coordinate, opposite on parent and child.
+
+    Args:
+        joint: name of a revolute or prismatic joint.
+    """
+
+    joint: str
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """None: the joint knows them."""
+        return ()
+
+
+@final
+@dataclass(frozen=True)
+class WrenchOnBody:
+    """A force at a point of a body, a torque on it, or both.
+
+    Args:
+        body: name of the body.
+        axes: the body in whose axes the components are; "world" for fixed axes.
+        point: shape (3,), where the force acts, in the body's frame [m].
+        force: shape (3,), components [N]; None if there is none.
+        torque: shape (3,), components [N·m]; None if there is none.
+    """
+
+    body: str
+    axes: str
+    point: Point = (0.0, 0.0, 0.0)
+    force: Point | None = None
+    torque: Point | None = None
+
+
+@dataclass(frozen=True)
+class BodyLoad(_Force):
+    """What acts on one body; nothing takes the reaction.
+
+    Args:
+        body: name of the body.
+    """
+
+    body: str
+
+    @property
+    @abstractmethod
+    def wrench(self) -> WrenchOnBody:
+        """What it does to its body."""
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the body, and of the one in whose axes its components are."""
+        axes = self.wrench.axes
+        return (self.body,) if axes == "world" else (self.body, axes)
+
+
+@final
+@dataclass(frozen=True)
+class Spring(LineLoad):
     """A linear spring between two points: it pulls with k (length − free length).
 
     Args:
@@ -41,21 +244,17 @@ class Spring:
         free_length: length without force [m].
     """
 
-    name: str
-    body_a: str
-    point_a: Point
-    body_b: str
-    point_b: Point
-    stiffness: Scalar
-    free_length: Scalar = 0.0
+    kind = "spring"
+    conservative = True
+    letter = "stiffness"
 
-    def __post_init__(self) -> None:
-        _plain_fields(self, points=("point_a", "point_b"), scalars=("stiffness", "free_length"))
+    stiffness: Scalar = field(metadata=_POSITIVE)
+    free_length: Scalar = field(default=0.0, metadata=_POSITIVE)
 
 
 @final
 @dataclass(frozen=True)
-class Damper:
+class Damper(LineLoad):
     """A linear damper between two points: it resists with c times the rate of the length.
 
     Args:
@@ -67,20 +266,15 @@ class Damper:
         damping: c [N·s/m].
     """
 
-    name: str
-    body_a: str
-    point_a: Point
-    body_b: str
-    point_b: Point
-    damping: Scalar
+    kind = "damper"
+    letter = "damping"
 
-    def __post_init__(self) -> None:
-        _plain_fields(self, points=("point_a", "point_b"), scalars=("damping",))
+    damping: Scalar = field(metadata=_POSITIVE)
 
 
 @final
 @dataclass(frozen=True)
-class JointSpring:
+class JointSpring(JointLoad):
     """A linear spring in a joint with one coordinate: force −k (coordinate − reference).
 
     Args:
@@ -90,18 +284,17 @@ class JointSpring:
         reference: the joint coordinate without force [rad or m].
     """
 
-    name: str
-    joint: str
-    stiffness: Scalar
-    reference: Scalar = 0.0
+    kind = "spring"
+    conservative = True
+    letter = "stiffness"
 
-    def __post_init__(self) -> None:
-        _plain_fields(self, scalars=("stiffness", "reference"))
+    stiffness: Scalar = field(metadata=_POSITIVE)
+    reference: Scalar = field(default=0.0, metadata=_CONSTANT)
 
 
 @final
 @dataclass(frozen=True)
-class JointDamper:
+class JointDamper(JointLoad):
     """A linear damper in a joint with one coordinate: force −c times its rate.
 
     Args:
@@ -110,17 +303,32 @@ class JointDamper:
         damping: c [N·m·s/rad or N·s/m].
     """
 
-    name: str
-    joint: str
-    damping: Scalar
+    kind = "damper"
+    letter = "damping"
 
-    def __post_init__(self) -> None:
-        _plain_fields(self, scalars=("damping",))
+    damping: Scalar = field(metadata=_POSITIVE)
 
 
 @final
 @dataclass(frozen=True)
-class Force:
+class JointForce(JointLoad):
+    """A drive in a joint with one coordinate, between parent and child.
+
+    Args:
+        name: its name.
+        joint: name of a revolute or prismatic joint.
+        force: along or about the joint's axis, on the child [N or N·m].
+    """
+
+    kind = "load"
+    letter = "force"
+
+    force: Scalar = field(metadata=_VARIABLE)
+
+
+@final
+@dataclass(frozen=True)
+class Force(BodyLoad):
     """A force at a point of a body; nothing takes the reaction.
 
     Args:
@@ -131,19 +339,22 @@ class Force:
         axes: the body in whose axes the components are; "world" for fixed axes.
     """
 
-    name: str
-    body: str
-    point: Point
-    force: tuple[Scalar, Scalar, Scalar]
+    kind = "load"
+    letter = "force"
+
+    point: Point = field(metadata=_POINT)
+    force: Point = field(metadata=_VECTOR)
     axes: str = "world"
 
-    def __post_init__(self) -> None:
-        _plain_fields(self, points=("point", "force"))
+    @property
+    def wrench(self) -> WrenchOnBody:
+        """The force at its point."""
+        return WrenchOnBody(self.body, self.axes, point=self.point, force=self.force)
 
 
 @final
 @dataclass(frozen=True)
-class Torque:
+class Torque(BodyLoad):
     """A pure torque on a body; nothing takes the reaction.
 
     Args:
@@ -153,42 +364,20 @@ class Torque:
         axes: the body in whose axes the components are; "world" for fixed axes.
     """
 
-    name: str
-    body: str
-    torque: tuple[Scalar, Scalar, Scalar]
+    kind = "load"
+    letter = "torque"
+
+    torque: Point = field(metadata=_VECTOR)
     axes: str = "world"
 
-    def __post_init__(self) -> None:
-        _plain_fields(self, points=("torque",))
+    @property
+    def wrench(self) -> WrenchOnBody:
+        """The torque."""
+        return WrenchOnBody(self.body, self.axes, torque=self.torque)
 
 
-@final
-@dataclass(frozen=True)
-class JointForce:
-    """A drive in a joint with one coordinate, between parent and child.
-
-    Args:
-        name: its name.
-        joint: name of a revolute or prismatic joint.
-        force: along or about the joint's axis, on the child [N or N·m].
-    """
-
-    name: str
-    joint: str
-    force: Scalar
-
-    def __post_init__(self) -> None:
-        _plain_fields(self, scalars=("force",))
+AnyForce: TypeAlias = LineLoad | JointLoad | BodyLoad
 
 
-AnyForce: TypeAlias = Spring | Damper | JointSpring | JointDamper | Force | Torque | JointForce
-
-
-def _plain_fields(
-    force: AnyForce, points: tuple[str, ...] = (), scalars: tuple[str, ...] = ()
-) -> None:
-    for field in points:
-        value = vector(getattr(force, field), f"{field} of {force.name!r}")
-        object.__setattr__(force, field, value)
-    for field in scalars:
-        object.__setattr__(force, field, plain(getattr(force, field)))
+def _as_tuple(given: Any) -> tuple[Scalar, ...]:
+    return given if isinstance(given, tuple) else (given,)

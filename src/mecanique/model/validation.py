@@ -13,16 +13,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
-from mecanique.model.forces import (
-    AnyForce,
-    Damper,
-    Force,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from mecanique.model.forces import AnyForce, JointLoad
 from mecanique.model.joints import Joint, Planar, Single
 from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
@@ -202,25 +193,9 @@ def _symbols(m: Description) -> Iterator[str]:
         for name in sorted(signal.symbols - constants - {"t"}):
             yield f"input {signal.symbol!r} depends on {name!r}, which is no parameter"
     for force in m.forces:
-        where = f"force {force.name!r}"
-        match force:
-            case Spring():
-                yield from _unknown(where, (*force.point_a, *force.point_b), constants)
-                yield from _unknown(where, (force.stiffness, force.free_length), constants)
-            case Damper():
-                yield from _unknown(where, (*force.point_a, *force.point_b), constants)
-                yield from _unknown(where, (force.damping,), constants)
-            case JointSpring():
-                yield from _unknown(where, (force.stiffness, force.reference), constants)
-            case JointDamper():
-                yield from _unknown(where, (force.damping,), constants)
-            case Force():
-                yield from _unknown(where, force.point, constants)
-                yield from _unknown(where, force.force, everything)
-            case Torque():
-                yield from _unknown(where, force.torque, everything)
-            case JointForce():
-                yield from _unknown(where, (force.force,), everything)
+        for stated in force.stated:
+            known = everything if stated.varies else constants
+            yield from _unknown(f"force {force.name!r}", stated.scalars, known)
     for loop in m.loops:
         frames = (loop.frame_a, loop.frame_b)
         scalars = (scalar for frame in frames for scalar in (*frame.xyz, *frame.rpy))
@@ -293,16 +268,9 @@ def _forces(m: Description) -> Iterator[str]:
     single = {joint.name for joint in m.joints if isinstance(joint, Single)}
     for force in m.forces:
         where = f"force {force.name!r}"
-        ends: tuple[str, ...] = ()
-        match force:
-            case Spring() | Damper():
-                ends = (force.body_a, force.body_b)
-            case Force() | Torque():
-                ends = (force.body, force.axes) if force.axes != "world" else (force.body,)
-            case _:
-                if force.joint not in single:
-                    yield f"{where}: {force.joint!r} is no joint with one coordinate"
-        for name in ends:
+        if isinstance(force, JointLoad) and force.joint not in single:
+            yield f"{where}: {force.joint!r} is no joint with one coordinate"
+        for name in force.bodies:
             if name not in bodies:
                 yield f"{where}: {name!r} is no body"
 
@@ -393,13 +361,12 @@ def _finite(m: Description) -> Iterator[str]:
             for s in (*frame.xyz, *frame.rpy)
         ]
     for force in m.forces:
-        for field in ("point_a", "point_b", "point", "reference", "force", "torque"):
-            given = getattr(force, field, ())
-            scalars = given if isinstance(given, tuple) else (given,)
-            stated += [
-                (f"force {force.name!r}: its {field.replace('_', ' ')}", scalar)
-                for scalar in scalars
-            ]
+        stated += [
+            (f"force {force.name!r}: its {one.name}", scalar)
+            for one in force.stated
+            if not one.positive
+            for scalar in one.scalars
+        ]
     for where in dict.fromkeys(
         where for where, scalar in stated if not _is_finite(scalar, m.values)
     ):
@@ -427,14 +394,11 @@ def _constants(m: Description) -> Iterator[str]:
         if loop.kind == "distance" and not (math.isfinite(length) and length > 0):
             yield f"loop {loop.name!r}: expected a length above 0, got {length:g}"
     for force in m.forces:
-        constants: dict[str, Scalar] = {}
-        if isinstance(force, (Spring, JointSpring)):
-            constants["stiffness"] = force.stiffness
-        if isinstance(force, Spring):
-            constants["free length"] = force.free_length
-        if isinstance(force, (Damper, JointDamper)):
-            constants["damping"] = force.damping
-        for what, scalar in constants.items():
-            value = float(evaluate(scalar, m.values))
-            if not (math.isfinite(value) and value >= 0):
-                yield f"force {force.name!r}: expected a {what} of at least 0, got {value:g}"
+        for stated in force.stated:
+            values = [float(evaluate(s, m.values)) for s in stated.scalars if stated.positive]
+            for value in values:
+                if not (math.isfinite(value) and value >= 0):
+                    yield (
+                        f"force {force.name!r}: expected a {stated.name} of at least 0, "
+                        f"got {value:g}"
+                    )

@@ -14,11 +14,13 @@ which is the dual part of what they act along.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.laws import laws_of
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.numeric.paths import JETS, joint_paths
@@ -28,18 +30,31 @@ from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, origin
 from mecanique.model.expression import Scalar, evaluate
-from mecanique.model.forces import (
-    Damper,
-    Force,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from mecanique.model.forces import BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Definition"]
+
+
+@final
+class _Along:
+    """What a force acts along: a distance by its square, or the coordinate of a joint."""
+
+    def __init__(self, square: Jet, x: Jet | None = None) -> None:
+        self.square = square
+        self._x = x
+
+    @cached_property
+    def x(self) -> Jet:
+        return self.square.sqrt() if self._x is None else self._x
+
+    @property
+    def rate(self) -> np.ndarray:
+        return np.asarray(self.x.c[1, 0])
+
+    def directed(self, slope: Any | None, size: Any | None) -> Any:
+        pull = 0.0 if slope is None else slope * self.x.c[0, 0]
+        return pull if size is None else pull + size
 
 
 @final
@@ -83,39 +98,17 @@ class Definition(BatchDynamics):
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         r, H = self.motion(states, np.zeros_like(states.v))
         Q = np.zeros((self._mechanism.nv, len(states)))
-        for term in self._spring_energies(r, H):
-            Q = Q - term.c[0, 1:]
+        number = self._number(states)
         for force in self._mechanism.forces:
-            match force:
-                case Damper():
-                    length = self._reach(force, H).sqrt()
-                    Q = (
-                        Q
-                        - self._mechanism.evaluate(force.damping) * length.c[1, 0] * length.c[0, 1:]
-                    )
-                case JointDamper():
-                    x = r[self._link[force.joint].coordinates[0]]
-                    Q = Q - self._mechanism.evaluate(force.damping) * x.c[1, 0] * x.c[0, 1:]
-                case JointForce():
-                    x = r[self._link[force.joint].coordinates[0]]
-                    Q = Q + evaluate(force.force, states.values) * x.c[0, 1:]
-                case Force():
-                    F = self._vector(force.force, force.axes, H, states)
-                    Q = Q + np.einsum(
-                        "ni,kni->kn", F, self._moved(force.body, force.point, H).c[0, 1:, :, :3, 0]
-                    )
-                case Torque():
-                    C = self._vector(force.torque, force.axes, H, states)
-                    place = self._place[force.body]
-                    if place >= 0:
-                        turn = H[place].c[0, :, :, :3, :3]
-                        spin = turn[1:] @ np.swapaxes(turn[0], -1, -2)
-                        Q = (
-                            Q
-                            + C[:, 0] * spin[..., 2, 1]
-                            + C[:, 1] * spin[..., 0, 2]
-                            + C[:, 2] * spin[..., 1, 0]
-                        )
+            if isinstance(force, BodyLoad):
+                Q = Q + self._work(force.wrench, H, states)
+                continue
+            along = self._along(force, r, H)
+            for law in laws_of(force, number):
+                if law.kind == "potential":
+                    Q = Q - law.scalar(along).c[0, 1:]
+                else:
+                    Q = Q - law.pull(along) * along.x.c[0, 1:]
         return np.asarray(Q.T)
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
@@ -234,28 +227,40 @@ class Definition(BatchDynamics):
 
     def _spring_energies(self, r: dict[str, Jet], H: list[Jet]) -> Iterator[Jet]:
         for force in self._mechanism.forces:
-            match force:
-                case Spring():
-                    k, free = (
-                        self._mechanism.evaluate(s) for s in (force.stiffness, force.free_length)
-                    )
-                    square = self._reach(force, H)
-                    # ½ k s stays smooth where the length is zero
-                    stretch = square.sqrt() - free if free else None
-                    yield (square if stretch is None else stretch * stretch) * (0.5 * k)
-                case JointSpring():
-                    k, rest = (
-                        self._mechanism.evaluate(s) for s in (force.stiffness, force.reference)
-                    )
-                    turn = r[self._link[force.joint].coordinates[0]] - rest
-                    yield turn * turn * (0.5 * k)
+            if force.conservative and not isinstance(force, BodyLoad):
+                along = self._along(force, r, H)
+                for law in laws_of(force, self._mechanism.evaluate):
+                    if law.kind == "potential":
+                        yield law.scalar(along)
 
-    def _reach(self, force: Spring | Damper, H: list[Jet]) -> Jet:
-        """Square of the distance between the two points."""
-        between = self._moved(force.body_b, force.point_b, H) - self._moved(
-            force.body_a, force.point_a, H
-        )
-        return Jet((between * between).c.sum(axis=(-2, -1)))
+    def _number(self, states: States) -> Callable[[Scalar], Any]:
+        return lambda scalar: evaluate(scalar, states.values)
+
+    def _along(self, force: LineLoad | JointLoad, r: dict[str, Jet], H: list[Jet]) -> _Along:
+        if isinstance(force, JointLoad):
+            x = r[self._link[force.joint].coordinates[0]]
+            return _Along(x * x, x)
+        a, b = (self._moved(end.body, end.point, H) for end in force.ends)
+        reach = b - a
+        return _Along(Jet((reach * reach).c.sum(axis=(-2, -1))))
+
+    def _work(self, wrench: WrenchOnBody, H: list[Jet], states: States) -> np.ndarray:
+        """F·δr + C·δφ for each variation, shape (nv, n)."""
+        Q = np.zeros((self._mechanism.nv, len(states)))
+        place = self._place[wrench.body]
+        if place < 0:
+            return Q
+        if wrench.force is not None:
+            F = self._vector(wrench.force, wrench.axes, H, states)
+            shift = self._moved(wrench.body, wrench.point, H).c[0, 1:, :, :3, 0]
+            Q = Q + np.einsum("ni,kni->kn", F, shift)
+        if wrench.torque is not None:
+            C = self._vector(wrench.torque, wrench.axes, H, states)
+            turn = H[place].c[0, :, :, :3, :3]
+            spin = turn[1:] @ np.swapaxes(turn[0], -1, -2)
+            about = np.stack([spin[..., 2, 1], spin[..., 0, 2], spin[..., 1, 0]], axis=-1)
+            Q = Q + np.einsum("ni,kni->kn", C, about)
+        return Q
 
     def _moved(self, body: str, point: tuple[Scalar, Scalar, Scalar], H: list[Jet]) -> Any:
         """A point of a body in the world, coefficients of shape (…, n, 3, 1)."""

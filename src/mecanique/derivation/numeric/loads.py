@@ -6,26 +6,70 @@ the body's point p gives D = (p, 1) (F, 0)ᵀ, a couple C gives D = ½ Rᵀ Ĉ�
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
+from mecanique.derivation.laws import Law, laws_of
 from mecanique.derivation.tree.links import Link, hat, place_of
-from mecanique.model.expression import Scalar, evaluate
-from mecanique.model.forces import (
-    Damper,
-    Force,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from mecanique.model.expression import Scalar, evaluate, symbols_in
+from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Loads"]
 
 _HATS = np.stack([hat((0.0, 0.0, 0.0), axis) for axis in np.eye(3).tolist()])
+
+
+@final
+@dataclass(frozen=True)
+class _Span:
+    """The line between two points: `reach` and its rate, if known, shape (n, 4); scalars (n, 1)."""
+
+    reach: np.ndarray
+    parting: np.ndarray | None
+
+    @property
+    def square(self) -> np.ndarray:
+        return np.asarray(np.sum(self.reach * self.reach, axis=-1, keepdims=True))
+
+    @cached_property
+    def x(self) -> np.ndarray:
+        return np.asarray(np.linalg.norm(self.reach, axis=-1, keepdims=True))
+
+    @cached_property
+    def unit(self) -> np.ndarray:
+        """The direction; zero where the ends meet."""
+        still = np.zeros_like(self.reach)
+        return np.asarray(np.divide(self.reach, self.x, out=still, where=self.x > 0))
+
+    @property
+    def rate(self) -> np.ndarray:
+        return np.asarray(np.sum(self.unit * self.parting, axis=-1, keepdims=True))
+
+    def directed(self, slope: Any | None, size: Any | None) -> Any:
+        along = 0.0 if slope is None else slope * self.reach
+        return along if size is None else along + size * self.unit
+
+
+@final
+@dataclass(frozen=True)
+class _Travel:
+    """The coordinate of a joint and its rate, if known, shape (n,)."""
+
+    x: Any
+    rate: Any
+
+    @property
+    def square(self) -> Any:
+        return self.x * self.x
+
+    def directed(self, slope: Any | None, size: Any | None) -> Any:
+        along = 0.0 if slope is None else slope * self.x
+        return along if size is None else along + size
 
 
 @final
@@ -44,7 +88,7 @@ class Loads:
             name: k for k, name in enumerate(name for link in tree for name in link.velocities)
         }
         self._joint = {link.joint: link for link in tree}
-        self._numbers: dict[Scalar, float] = {}
+        self._constants: dict[Scalar, float | None] = {}
 
     def on_bodies(
         self, H: list[np.ndarray], Hd: list[np.ndarray], values: dict[str, Any], n: int
@@ -66,31 +110,25 @@ class Loads:
 
         for force in self._mechanism.forces:
             match force:
-                case Spring() | Damper():
-                    a, b = self._point(force.point_a), self._point(force.point_b)
-                    reach = self._moved(H, force.body_b, b) - self._moved(H, force.body_a, a)
-                    length = np.linalg.norm(reach, axis=-1, keepdims=True)
-                    along = np.divide(reach, length, out=np.zeros_like(reach), where=length > 0)
-                    if isinstance(force, Spring):
-                        k, free = (self._number(s) for s in (force.stiffness, force.free_length))
-                        pull = k * (reach - free * along)
-                    else:
-                        rate = self._rate(Hd, force.body_b, b) - self._rate(Hd, force.body_a, a)
-                        c = self._number(force.damping)
-                        pull = c * along * np.sum(along * rate, axis=-1, keepdims=True)
-                    add(force.body_a, a[:, None] * pull[:, None, :])
-                    add(force.body_b, -b[:, None] * pull[:, None, :])
-                case Force():
-                    components = self._turned(H, force.axes, self._vector(force.force, values, n))
-                    add(force.body, self._point(force.point)[:, None] * components[:, None, :])
-                case Torque():
-                    components = self._turned(H, force.axes, self._vector(force.torque, values, n))
-                    place = self._place[force.body]
-                    if place >= 0:
-                        couple = np.einsum("nk,kij->nij", components[:, :3], _HATS)
+                case LineLoad():
+                    a, b = (self._point(end.point) for end in force.ends)
+                    span = self._span(force, H, Hd)
+                    for law in self._laws(force, values):
+                        pull = law.pull(span)
+                        add(force.body_a, a[:, None] * pull[:, None, :])
+                        add(force.body_b, -b[:, None] * pull[:, None, :])
+                case BodyLoad():
+                    wrench = force.wrench
+                    place = self._place[wrench.body]
+                    if wrench.force is not None:
+                        F = self._turned(H, wrench.axes, self._vector(wrench.force, values, n))
+                        add(wrench.body, self._point(wrench.point)[:, None] * F[:, None, :])
+                    if wrench.torque is not None and place >= 0:
+                        C = self._turned(H, wrench.axes, self._vector(wrench.torque, values, n))
+                        couple = np.einsum("nk,kij->nij", C[:, :3], _HATS)
                         turn = np.zeros_like(H[place])
                         turn[:, :3, :3] = H[place][:, :3, :3]
-                        add(force.body, 0.5 * np.swapaxes(couple @ turn, -1, -2))
+                        add(wrench.body, 0.5 * np.swapaxes(couple @ turn, -1, -2))
         return D
 
     def on_joints(self, u: np.ndarray, r: dict[str, Any], values: dict[str, Any]) -> np.ndarray:
@@ -103,17 +141,12 @@ class Loads:
         """
         Q = np.zeros_like(u)
         for force in self._mechanism.forces:
-            if isinstance(force, (JointSpring, JointDamper, JointForce)):
+            if isinstance(force, JointLoad):
                 link = self._joint[force.joint]
                 k = self._column[link.velocities[0]]
-                match force:
-                    case JointSpring():
-                        stretch = r[link.coordinates[0]] - self._number(force.reference)
-                        Q[:, k] -= self._number(force.stiffness) * stretch
-                    case JointDamper():
-                        Q[:, k] -= self._number(force.damping) * u[:, k]
-                    case JointForce():
-                        Q[:, k] += evaluate(force.force, values)
+                travel = _Travel(r[link.coordinates[0]], u[:, k])
+                for law in self._laws(force, values):
+                    Q[:, k] -= law.pull(travel)
         return Q
 
     def energy(self, H: list[np.ndarray], r: dict[str, Any], n: int) -> np.ndarray:
@@ -126,25 +159,37 @@ class Loads:
         """
         total = np.zeros(n)
         for force in self._mechanism.forces:
-            if isinstance(force, Spring):
-                ends = (force.body_a, force.point_a), (force.body_b, force.point_b)
-                a, b = (self._moved(H, body, self._point(point)) for body, point in ends)
-                stretch = np.linalg.norm(b - a, axis=-1) - self._number(force.free_length)
-            elif isinstance(force, JointSpring):
-                name = self._joint[force.joint].coordinates[0]
-                stretch = r[name] - self._number(force.reference)
-            else:
+            if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            total = total + 0.5 * self._number(force.stiffness) * stretch**2
+            along: _Span | _Travel
+            if isinstance(force, LineLoad):
+                along = self._span(force, H, None)
+            else:
+                along = _Travel(r[self._joint[force.joint].coordinates[0]], None)
+            for law in self._laws(force, self._mechanism.values):
+                if law.kind == "potential":
+                    V = law.scalar(along)
+                    total = total + (V[..., 0] if isinstance(along, _Span) else V)
         return total
 
-    def _number(self, scalar: Scalar) -> float:
-        if scalar not in self._numbers:
-            self._numbers[scalar] = self._mechanism.evaluate(scalar)
-        return self._numbers[scalar]
+    def _laws(self, force: AnyForce, values: Mapping[str, Any]) -> tuple[Law, ...]:
+        return laws_of(force, lambda scalar: self._number(scalar, values))
+
+    def _number(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
+        """The value of a scalar; of those in the parameters alone, computed once."""
+        if scalar not in self._constants:
+            is_constant = symbols_in(scalar) <= self._mechanism.values.keys()
+            self._constants[scalar] = self._mechanism.evaluate(scalar) if is_constant else None
+        constant = self._constants[scalar]
+        return evaluate(scalar, values) if constant is None else constant
 
     def _point(self, point: tuple[Scalar, Scalar, Scalar]) -> np.ndarray:
-        return np.array([*(self._number(c) for c in point), 1.0])
+        return np.array([*(self._number(c, self._mechanism.values) for c in point), 1.0])
+
+    def _span(self, force: LineLoad, H: list[np.ndarray], Hd: list[np.ndarray] | None) -> _Span:
+        (a, p), (b, q) = ((end.body, self._point(end.point)) for end in force.ends)
+        reach = self._moved(H, b, q) - self._moved(H, a, p)
+        return _Span(reach, None if Hd is None else self._rate(Hd, b, q) - self._rate(Hd, a, p))
 
     def _vector(
         self, components: tuple[Scalar, Scalar, Scalar], values: dict[str, Any], n: int

@@ -2,27 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.laws import Law, laws_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.springs import Assumption, Length, length_of
+from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.model.expression import Scalar
-from mecanique.model.forces import (
-    AnyForce,
-    Damper,
-    Force,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from mecanique.model.forces import AnyForce, BodyLoad, LineLoad, WrenchOnBody
 
-__all__ = ["Work", "work_of"]
+__all__ = ["Work", "works_of"]
 
 
 @final
@@ -47,78 +38,54 @@ class Work:
     length: Series | None = None
 
 
-def work_of(kinematics: Kinematics, force: AnyForce) -> Work:
-    """Return what a force contributes.
+def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
+    """Yield what a force contributes, law by law.
 
     Args:
         kinematics: of the mechanism.
         force: one of its forces.
     """
     algebra = kinematics.algebra
-    match force:
-        case Spring():
-            length = length_of(kinematics, force)
-            k, free = algebra.series(force.stiffness), algebra.series(force.free_length)
-            # without a free length the energy ½ k ρ² needs no root
-            energy = (length.square if not free else (length.series - free) ** 2) * k / 2
-            return _from_energy(algebra, force.name, energy, length if free else None)
-        case JointSpring():
-            stretch = _coordinate(algebra, force.joint) - algebra.series(force.reference)
-            return _from_energy(
-                algebra, force.name, algebra.series(force.stiffness) * stretch**2 / 2, None
-            )
-        case Damper():
-            # the length enters with its square, so its sign does not matter
-            distance = length_of(kinematics, force).series
-            return _from_rate(algebra, force.name, force.damping, distance, distance)
-        case JointDamper():
-            return _from_rate(
-                algebra, force.name, force.damping, _coordinate(algebra, force.joint), None
-            )
-        case JointForce():
-            turn, drive = _coordinate(algebra, force.joint), algebra.series(force.force)
-            return Work(
-                force.name, "work", None, tuple(drive * slope for slope in algebra.along(turn))
-            )
-        case Force():
-            F = kinematics.vector(force.force, force.axes, force.body)
-            return _from_power(algebra, force.name, F, kinematics.velocity(force.body, force.point))
-        case Torque():
-            C = kinematics.vector(force.torque, force.axes, force.body)
-            return _from_power(algebra, force.name, C, kinematics.spin(force.body))
+    if isinstance(force, BodyLoad):
+        yield _of_wrench(kinematics, force.name, force.wrench)
+        return
+    for law in laws_of(force, algebra.series):
+        along = (
+            Span(kinematics, force)
+            if isinstance(force, LineLoad)
+            else Travel.in_joint(algebra, force.joint)
+        )
+        scalar = law.scalar(along)
+        forces = _forces(algebra, law, along, scalar)
+        # elsewhere the length enters with its square, so its sign does not matter
+        taken = along.assumption if law.kind == "potential" else None
+        assumptions = () if taken is None else (taken,)
+        yield Work(force.name, law.kind, scalar, forces, assumptions, along.length)
 
 
-def _coordinate(algebra: Algebra, joint: str) -> Series:
-    (name,) = algebra.mechanism.joint(joint).coordinates
-    return algebra.lifted(algebra.values[name])
+def _forces(
+    algebra: Algebra, law: Law, along: Span | Travel, scalar: Series | None
+) -> tuple[Series, ...]:
+    """The generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
+    if law.kind == "potential" and scalar is not None:
+        return tuple(-slope for slope in algebra.along(scalar))
+    pull = law.pull(Travel(along.x))
+    return tuple(-(pull * slope) for slope in algebra.along(along.x))
 
 
-def _from_energy(algebra: Algebra, name: str, energy: Series, length: Length | None) -> Work:
-    assumptions = (length.assumption,) if length and length.assumption else ()
-    distance = length.series if length else None
-    return Work(
-        name,
-        "potential",
-        energy,
-        tuple(-slope for slope in algebra.along(energy)),
-        assumptions,
-        distance,
+def _of_wrench(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
+    """F·δr + C·δφ; the virtual displacement along δq is ∂(velocity)/∂q'."""
+    algebra, body = kinematics.algebra, wrench.body
+    pairs: list[tuple[Series, Sequence[Series]]] = []
+    if wrench.force is not None:
+        F = kinematics.vector(wrench.force, wrench.axes, body)
+        velocity = kinematics.velocity(body, wrench.point)
+        pairs += zip(F, map(algebra.partials, velocity), strict=True)
+    if wrench.torque is not None:
+        C = kinematics.vector(wrench.torque, wrench.axes, body)
+        pairs += zip(C, map(algebra.partials, kinematics.spin(body)), strict=True)
+    forces = tuple(
+        algebra.ring.sum([component * column[k] for component, column in pairs])
+        for k in range(len(algebra.velocities))
     )
-
-
-def _from_rate(
-    algebra: Algebra, name: str, damping: Scalar, x: Series, distance: Series | None
-) -> Work:
-    """Rayleigh's ½ c x'², whose ∂/∂q' is c x' ∂x/∂q."""
-    c, rate = algebra.series(damping), tidy(x.ddt())
-    forces = tuple(-(c * rate * slope) for slope in algebra.along(x))
-    return Work(name, "dissipation", c * rate**2 / 2, forces, length=distance)
-
-
-def _from_power(algebra: Algebra, name: str, force: list[Series], velocity: list[Series]) -> Work:
-    """The virtual displacement along δq is ∂(velocity)/∂q'."""
-    columns = zip(*(algebra.partials(component) for component in velocity), strict=True)
-    pairs = [list(zip(force, column, strict=True)) for column in columns]
-    return Work(
-        name, "work", None, tuple(algebra.ring.sum([f * d for f, d in pair]) for pair in pairs)
-    )
+    return Work(name, "work", None, forces)

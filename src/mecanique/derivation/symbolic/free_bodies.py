@@ -6,23 +6,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
+from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.springs import Assumption, length_of
+from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
 from mecanique.derivation.symbolic.vectors import Vector, cross, total, zero
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import (
-    Damper,
-    Force,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
+from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.joints import Joint
 
 __all__ = ["Applied", "Cut", "Cuts"]
@@ -196,21 +189,25 @@ class Cuts:
     def _moved(self, rate: Any, point: Sequence[Any]) -> list[Any]:
         return [combination(row, [*point, 1]) for row in rate]
 
-    def _of(self, force: Any) -> Iterator[tuple[str, Applied]]:
+    def _of(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:
         """What a force does to each body that can move."""
         match force:
-            case Spring() | Damper():
+            case LineLoad():
                 yield from self._along_line(force)
-            case JointSpring() | JointDamper() | JointForce():
+            case JointLoad():
                 yield from self._in_joint(force)
-            case Force() | Torque():
-                if self.kinematics.place[force.body] >= 0:
-                    given = force.force if isinstance(force, Force) else force.torque
-                    vector = self.kinematics.vector(given, force.axes, force.body)
-                    nothing = zero(self.algebra)
-                    point = force.point if isinstance(force, Force) else (0.0, 0.0, 0.0)
-                    parts = (vector, nothing) if isinstance(force, Force) else (nothing, vector)
-                    yield force.body, self._at(force.name, force.body, point, *parts)
+            case BodyLoad():
+                wrench = force.wrench
+                if self.kinematics.place[wrench.body] >= 0:
+                    parts = (
+                        self._components(wrench, given) for given in (wrench.force, wrench.torque)
+                    )
+                    yield wrench.body, self._at(force.name, wrench.body, wrench.point, *parts)
+
+    def _components(self, wrench: WrenchOnBody, given: Sequence[Scalar] | None) -> Vector:
+        if given is None:
+            return zero(self.algebra)
+        return self.kinematics.vector(given, wrench.axes, wrench.body)
 
     def _at(
         self, name: str, body: str, point: Sequence[Scalar], force: Vector, moment: Vector
@@ -221,49 +218,35 @@ class Cuts:
         arm = [tidy(algebra.lifted(combination(row, here))) for row in turn]
         return Applied(name, force, moment, arm, kinematics.velocity(body, point))
 
-    def _along_line(self, force: Spring | Damper) -> Iterator[tuple[str, Applied]]:
-        """A spring or a damper on both its ends: it pulls with k (ρ − ρ₀) or c ρ' along the line between them."""
+    def _along_line(self, force: LineLoad) -> Iterator[tuple[str, Applied]]:
+        """A force on both its ends, along the line between them."""
         kinematics, algebra = self.kinematics, self.algebra
-        ends = ((force.body_a, force.point_a), (force.body_b, force.point_b))
-        a, b = (kinematics.point(*end) for end in ends)
-        reach = [tidy(end - start) for start, end in zip(a, b, strict=True)]
-        if isinstance(force, Spring):
-            k, free = algebra.series(force.stiffness), algebra.series(force.free_length)
-            pull = [k * component for component in reach]
-            if free:
-                length = length_of(kinematics, force)
-                self.lengths[force.name] = length.series
-                if length.assumption:
-                    self.assumptions.append(length.assumption)
-                unit = [_ratio(component, length.series) for component in reach]
-                pull = [p - k * free * u for p, u in zip(pull, unit, strict=True)]
-        else:
-            length = length_of(kinematics, force)
-            self.lengths[force.name] = length.series
-            rate = algebra.series(force.damping) * tidy(length.series.ddt())
-            pull = [rate * _ratio(component, length.series) for component in reach]
-        for (body, point), sign in zip(ends, (1, -1), strict=True):
+        span = Span(kinematics, force)
+        laws = laws_of(force, algebra.series)
+        pull = total(algebra, [law.pull(span) for law in laws])
+        if span.length is not None:
+            self.lengths[force.name] = span.length
+        # elsewhere the length enters with its square, so its sign does not matter
+        if span.assumption is not None and force.conservative:
+            self.assumptions.append(span.assumption)
+        for end, sign in zip(force.ends, (1, -1), strict=True):
+            body = end.body
             if kinematics.place[body] >= 0:
                 turned = kinematics.between([sign * p for p in pull], -1, kinematics.carrier(body))
                 yield (
                     body,
-                    self._at(force.name, body, point, [tidy(c) for c in turned], zero(algebra)),
+                    self._at(force.name, body, end.point, [tidy(c) for c in turned], zero(algebra)),
                 )
 
-    def _in_joint(
-        self, force: JointSpring | JointDamper | JointForce
-    ) -> Iterator[tuple[str, Applied]]:
+    def _in_joint(self, force: JointLoad) -> Iterator[tuple[str, Applied]]:
+        """A force in a joint on child and parent, along or about its axis."""
         kinematics, algebra = self.kinematics, self.algebra
         joint = algebra.mechanism.joint(force.joint)
         place = kinematics.place[joint.child]
         link = kinematics.tree[place]
-        x = algebra.lifted(algebra.values[link.coordinates[0]])
-        if isinstance(force, JointSpring):
-            size = -(algebra.series(force.stiffness) * (x - algebra.series(force.reference)))
-        elif isinstance(force, JointDamper):
-            size = -(algebra.series(force.damping) * x.ddt())
-        else:
-            size = algebra.series(force.force)
+        travel = Travel.in_joint(algebra, force.joint)
+        pulls = [law.pull(travel) for law in laws_of(force, algebra.series)]
+        size = -algebra.ring.sum(pulls)
         axis = [algebra.arithmetic(component, {}) for component in link.axis]
         direction = [algebra.lifted(combination(row, axis)) for row in kinematics.turn(place)]
         vector, nothing = [tidy(size * c) for c in direction], zero(algebra)
@@ -281,12 +264,3 @@ class Cuts:
                 ],
             )
             yield joint.parent, Applied(force.name, back[0], back[1], arm, velocity)
-
-
-def _ratio(component: Series, length: Series) -> Series:
-    """Component over length, exact where it is 0 or ±1."""
-    if not component or component == length:
-        return component.ring.number(1 if component else 0)
-    if component == -length:
-        return component.ring.number(-1)
-    return tidy(component / length)

@@ -15,7 +15,7 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.derivation.symbolic.forces import work_of
+from mecanique.derivation.symbolic.forces import works_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.loops import ties
 from mecanique.derivation.symbolic.springs import length_names
@@ -61,7 +61,9 @@ class Lagrange:
         self.algebra = algebra = algebra or Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
         self.ties = ties(self.kinematics)
-        self.works = [work_of(self.kinematics, force) for force in mechanism.forces]
+        self.works = [
+            work for force in mechanism.forces for work in works_of(self.kinematics, force)
+        ]
         self.kinetic = [*self._bodies(), *self._rotors()]
         self.T = tidy(algebra.ring.sum([series for _, series in self.kinetic]))
         self.gravity = tidy(algebra.ring.sum(self._weights()))

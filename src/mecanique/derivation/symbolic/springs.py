@@ -1,18 +1,25 @@
-"""Lengths of springs and dampers as series: a polynomial where the distance is a square, a named root elsewhere."""
+"""What springs, dampers and drives act along, as series: lengths between points, coordinates of joints.
+
+A length is a polynomial where the distance is a square, a named root elsewhere.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, final
 
+from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.model.forces import Damper, Spring
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import Vector, zero
+from mecanique.model.forces import LineLoad
 
-__all__ = ["Assumption", "Length", "length_names", "length_of"]
+__all__ = ["Assumption", "Span", "Travel", "length_names"]
 
 
 @final
@@ -38,48 +45,113 @@ class Assumption:
 
 
 @final
-@dataclass(frozen=True)
-class Length:
-    """The distance between the ends of a spring or damper.
-
-    Args:
-        series: the distance ρ.
-        square: its square.
-        assumption: what ρ takes for granted, if anything.
-    """
-
-    series: Series
-    square: Series
-    assumption: Assumption | None
-
-
-def length_of(kinematics: Kinematics, force: Spring | Damper) -> Length:
-    """Return the distance between the ends of a spring or damper.
+class Span:
+    """The line between the ends of a force, as series.
 
     A distance whose square is the square of a polynomial is that polynomial, with the sign it has
     where all coordinates are zero; any other is adjoined as a root of its own.
 
     Args:
         kinematics: of the mechanism.
-        force: the spring or damper.
+        force: the spring, damper or other force between two points.
     """
-    algebra = kinematics.algebra
-    a, b = (
-        kinematics.point(*end)
-        for end in ((force.body_a, force.point_a), (force.body_b, force.point_b))
-    )
-    reach = [end - start for start, end in zip(a, b, strict=True)]
-    square = algebra.ring.sum([component * component for component in reach])
-    root = algebra.root(square)
-    generators = root.generators()
-    moving = any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in generators)
-    rational = all(
-        algebra.ring.atoms[g.index].argument.is_number
-        for g in generators
-        if g.index in algebra.ring.atoms
-    )
-    assumption = Assumption(f"the length of {force.name}", root) if moving and rational else None
-    return Length(root, square, assumption)
+
+    def __init__(self, kinematics: Kinematics, force: LineLoad) -> None:
+        self._kinematics = kinematics
+        self._subject = f"the length of {force.name}"
+        a, b = (kinematics.point(end.body, end.point) for end in force.ends)
+        self.reach = [tidy(end - start) for start, end in zip(a, b, strict=True)]
+        """From the first end to the other, world axes [m]."""
+        self.length: Series | None = None
+        """The distance, once it was asked for."""
+
+    @cached_property
+    def square(self) -> Series:
+        """The square of the distance."""
+        return self._kinematics.algebra.ring.sum([c * c for c in self.reach])
+
+    @cached_property
+    def x(self) -> Series:
+        """The distance."""
+        self.length = self._kinematics.algebra.root(self.square)
+        return self.length
+
+    @cached_property
+    def rate(self) -> Series:
+        """The rate of the distance."""
+        return tidy(self.x.ddt())
+
+    def directed(self, slope: Series | None, size: Series | None) -> Vector:
+        """Return (slope · x + size) e."""
+        algebra = self._kinematics.algebra
+        pull = zero(algebra) if slope is None else [slope * c for c in self.reach]
+        if size is None:
+            return pull
+        unit = [_ratio(c, self.x) for c in self.reach]
+        return [p + size * u for p, u in zip(pull, unit, strict=True)]
+
+    @property
+    def assumption(self) -> Assumption | None:
+        """What the sign of the distance takes for granted, if it was asked for and can change."""
+        root = self.length
+        if root is None:
+            return None
+        ring, generators = root.ring, root.generators()
+        moves = any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in generators)
+        rational = all(
+            ring.atoms[g.index].argument.is_number for g in generators if g.index in ring.atoms
+        )
+        return Assumption(self._subject, root) if moves and rational else None
+
+
+@final
+class Travel:
+    """A coordinate or a length that a force acts along, as a series.
+
+    Args:
+        x: the coordinate.
+    """
+
+    length: None = None
+    assumption: None = None
+
+    def __init__(self, x: Series) -> None:
+        self.x = x
+
+    @classmethod
+    def in_joint(cls, algebra: Algebra, joint: str) -> Travel:
+        """Return the coordinate of a joint.
+
+        Args:
+            algebra: of the mechanism.
+            joint: name of the joint.
+        """
+        (name,) = algebra.mechanism.joint(joint).coordinates
+        return cls(algebra.lifted(algebra.values[name]))
+
+    @property
+    def square(self) -> Series:
+        """Its square."""
+        return self.x * self.x
+
+    @cached_property
+    def rate(self) -> Series:
+        """Its rate."""
+        return tidy(self.x.ddt())
+
+    def directed(self, slope: Series | None, size: Series | None) -> Series:
+        """Return slope · x + size."""
+        parts = [self.x * slope] if slope is not None else []
+        return self.x.ring.sum(parts + ([size] if size is not None else []))
+
+
+def _ratio(component: Series, length: Series) -> Series:
+    """Component over length, exact where it is 0 or ±1."""
+    if not component or component == length:
+        return component.ring.number(1 if component else 0)
+    if component == -length:
+        return component.ring.number(-1)
+    return tidy(component / length)
 
 
 def length_names(ring: Ring, lengths: Iterable[tuple[str, Series]]) -> dict[str, str]:

@@ -1,0 +1,135 @@
+"""The law of every force, once for all derivations and over any scalar: series, jets or floats.
+
+A force between two ends acts along x, the distance between two points or the coordinate of a joint,
+and pulls the ends together; the virtual work of a pull f is δW = −f δx. Lagrange's equations take
+a spring by its potential V, −∂V/∂q, and a damper by Rayleigh's function D, −∂D/∂q'; bodies cut free
+take the pull. What acts on a single body needs no law: its components are stated.
+
+To add a force: its class in `mecanique.model.forces` and that module's export in the two
+`__init__` files, its laws here and in `mecanique.reference.engine.loads`, its tag in
+`mecanique.urdf.writing.forces` and, if the tag is read back, `mecanique.urdf.reading.extensions`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, Protocol, TypeAlias, final
+
+from mecanique.errors import DerivationError
+from mecanique.model.expression import Scalar
+from mecanique.model.forces import (
+    AnyForce,
+    BodyLoad,
+    Damper,
+    JointDamper,
+    JointForce,
+    JointSpring,
+    Spring,
+)
+
+__all__ = ["Along", "Drive", "Elastic", "Law", "Viscous", "laws_of"]
+
+
+class Along(Protocol):
+    """What a force acts along, with the unit vector e from one end to the other; in a joint e is 1."""
+
+    @property
+    def x(self) -> Any:
+        """The distance, or the coordinate."""
+
+    @property
+    def square(self) -> Any:
+        """x², which needs no root."""
+
+    @property
+    def rate(self) -> Any:
+        """Its rate x'."""
+
+    def directed(self, slope: Any | None, size: Any | None) -> Any:
+        """Return (slope · x + size) e; e is not needed where there is no size."""
+
+
+@final
+@dataclass(frozen=True)
+class Elastic:
+    """A linear spring: V = ½ k (x − x₀)²."""
+
+    stiffness: Any
+    rest: Any
+
+    kind: ClassVar[Literal["potential"]] = "potential"
+
+    def scalar(self, along: Along) -> Any:
+        """Return V; without x₀ it is smooth where the ends meet."""
+        if not self.rest:
+            return along.square * self.stiffness / 2
+        stretch = along.x - self.rest
+        return stretch * stretch * self.stiffness / 2
+
+    def pull(self, along: Along) -> Any:
+        """Return k (x − x₀) e."""
+        k = self.stiffness
+        return along.directed(k, -(k * self.rest) if self.rest else None)
+
+
+@final
+@dataclass(frozen=True)
+class Viscous:
+    """A linear damper: Rayleigh's D = ½ c x'²."""
+
+    damping: Any
+
+    kind: ClassVar[Literal["dissipation"]] = "dissipation"
+
+    def scalar(self, along: Along) -> Any:
+        """Return D."""
+        return along.rate * along.rate * self.damping / 2
+
+    def pull(self, along: Along) -> Any:
+        """Return c x' e."""
+        return along.directed(None, along.rate * self.damping)
+
+
+@final
+@dataclass(frozen=True)
+class Drive:
+    """A given force F that drives x up: δW = F δx."""
+
+    force: Any
+
+    kind: ClassVar[Literal["work"]] = "work"
+
+    def scalar(self, along: Along) -> None:
+        """Return None: it has neither a potential nor a function of Rayleigh's."""
+
+    def pull(self, along: Along) -> Any:
+        """Return −F e."""
+        return along.directed(None, -self.force)
+
+
+Law: TypeAlias = Elastic | Viscous | Drive
+
+
+def laws_of(force: AnyForce, number: Callable[[Scalar], Any]) -> tuple[Law, ...]:
+    """Return the laws by which a force pulls its ends together; none for what acts on one body.
+
+    Args:
+        force: the force.
+        number: turns a scalar of the description into the arithmetic's own.
+
+    Raises:
+        DerivationError: if a force between two ends has no law here.
+    """
+    match force:
+        case Spring():
+            return (Elastic(number(force.stiffness), number(force.free_length)),)
+        case JointSpring():
+            return (Elastic(number(force.stiffness), number(force.reference)),)
+        case Damper() | JointDamper():
+            return (Viscous(number(force.damping)),)
+        case JointForce():
+            return (Drive(number(force.force)),)
+        case BodyLoad():
+            return ()
+    raise DerivationError(f"no law is known of force {force.name!r}, a {type(force).__name__}")
