@@ -64,10 +64,10 @@ ORDER: dict[str, list[str]] = {
         "difference states stencil",
         "causes",
         "verdict",
-        "closed_form facts given",
-        "forms",
+        "closed_form facts given rows",
+        "against forms",
         "compare",
-        "against survey transformation",
+        "survey transformation",
     ],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [
@@ -105,7 +105,6 @@ UPWARD: dict[str, set[str]] = {
     "derivation.symbolic.lagrange": {"derivation.equations"},
     "derivation.symbolic.newton_euler": {"derivation.equations"},
     "derivation.symbolic.virtual_work": {"derivation.equations"},
-    "verification.forms": {"verification.compare"},
     "motion.record.loops": {"motion.simulation.arguments"},
 }
 """The one exception, stated once: results whose methods reach for what works on them."""

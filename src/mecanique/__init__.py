@@ -68,7 +68,6 @@ from mecanique.model import (
     time,
     velocity,
 )
-from mecanique.verification import Verdict, verify
 
 if TYPE_CHECKING:
     from mecanique.derivation.equations import Equations
@@ -98,6 +97,7 @@ if TYPE_CHECKING:
     from mecanique.urdf import read_urdf, write_urdf
     from mecanique.urdf.lint import lint
     from mecanique.urdf.robots import robot, robots
+    from mecanique.verification import Verdict, verify
 
 __all__ = [
     "AnyForce",
@@ -201,6 +201,7 @@ _HOMES = {
     "Motion": "mecanique.motion",
     "Reference": "mecanique.reference",
     "Runs": "mecanique.motion",
+    "Verdict": "mecanique.verification",
     "Wrench": "mecanique.reference",
     "assemble": "mecanique.reference",
     "assembly_branches": "mecanique.reference",
@@ -218,6 +219,7 @@ _HOMES = {
     "robots": "mecanique.urdf.robots",
     "simulate": "mecanique.motion",
     "simulate_many": "mecanique.motion",
+    "verify": "mecanique.verification",
     "view": "mecanique.viewing.show",
     "write_urdf": "mecanique.urdf",
 }

@@ -14,7 +14,7 @@ import mecanique as mq
 from mecanique.cli import app
 from mecanique.verification import forms as sources
 
-IN_HOUSE = sources.in_house
+IN_HOUSE = sources.derive_all
 
 
 @pytest.fixture(autouse=True)
@@ -69,7 +69,7 @@ def test_verify_prints_the_verdict_and_ends_with_zero() -> None:
 def test_verify_ends_with_one_if_the_two_disagree(
     words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sources, "in_house", lambda mechanism: IN_HOUSE(mechanism.replace(l=1.1)))
+    monkeypatch.setattr(sources, "derive_all", lambda mechanism: IN_HOUSE(mechanism.replace(l=1.1)))
     result = call("verify", "cart_pole", "--samples", "5", *words)
     assert result.exit_code == 1
     assert ("DISAGREES" in result.stdout) or json.loads(result.stdout)["agrees"] is False
@@ -161,7 +161,7 @@ def test_run_takes_a_urdf_file_and_ends_with_one_on_disagreement(
     )
     assert "agrees" in fine(*words)
     monkeypatch.setattr(
-        sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
+        sources, "derive_all", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
     )
     result = call(*words)
     assert result.exit_code == 1

@@ -15,7 +15,7 @@ from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.states.random import random_states
 
-IN_HOUSE = sources.in_house
+IN_HOUSE = sources.derive_all
 MODELS = {
     "two_link_arm": lambda: mq.textbook.load("two_link_arm"),
     "panda": lambda: mq.read_urdf(mq.robot("panda")),
@@ -86,7 +86,7 @@ def test_two_equal_links_on_one_axis_cannot_be_told_apart() -> None:
 def test_the_verdict_against_pinocchio_tells_its_causes(monkeypatch: pytest.MonkeyPatch) -> None:
     mechanism = mq.textbook.load("cart_pole")
     assert mq.verify(mechanism, 5).causes == ()
-    monkeypatch.setattr(sources, "in_house", lambda m: IN_HOUSE(m.replace(l=1.1)))
+    monkeypatch.setattr(sources, "derive_all", lambda m: IN_HOUSE(m.replace(l=1.1)))
     verdict = mq.verify(mechanism, 5)
     assert not verdict.agrees
     # the mechanism itself is right, so that no change of it explains what the derivation does

@@ -16,10 +16,11 @@ from mecanique.model import Loop, Mechanism
 from mecanique.reference import Reference
 from mecanique.verification import Verdict, verify
 from mecanique.verification import forms as sources
-from mecanique.verification.compare import Values, rows_of, values_of, versions
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.forms import cut_free, in_house, transmitted
+from mecanique.verification.forms import balances, derive_all, reactions
+from mecanique.verification.rows import Values, evaluate, rows_of
 from mecanique.verification.states.random import random_states
+from mecanique.verification.verdict import versions
 
 TREES = [name for name in textbook.names() if not textbook.load(name).loops]
 
@@ -48,15 +49,14 @@ def pendulum() -> Mechanism:
 @pytest.fixture(scope="module")
 def ours(pendulum: Mechanism) -> Values:
     states = random_states(pendulum, 20, 0)
-    forms = in_house(pendulum)
-    found = cut_free(forms).reactions(states.q, states.v, states.t)
+    forms = derive_all(pendulum)
     return {
-        **values_of(forms.forms["recursion"], states),
-        "reactions": transmitted(pendulum, states, found),
+        **evaluate(forms.forms["recursion"], states),
+        "reactions": reactions(balances(forms), pendulum, states),
     }
 
 
-def compared(pendulum: Mechanism, ours: Values, **changed: Any) -> dict[str, Any]:
+def compare(pendulum: Mechanism, ours: Values, **changed: Any) -> dict[str, Any]:
     """Rows of a comparison in which some values of one source are changed, by quantity."""
     states = random_states(pendulum, 20, 0)
     rows = rows_of(("ours", "theirs"), {**ours, **changed}, ours, states, pendulum)
@@ -71,7 +71,7 @@ def test_a_change_of_one_number_is_seen_and_placed(
 ) -> None:
     changed = ours[quantity].copy()
     changed[7] += size * max(1.0, float(abs(changed[7]).max()))
-    rows = compared(pendulum, ours, **{quantity: changed})
+    rows = compare(pendulum, ours, **{quantity: changed})
     assert [name for name, row in rows.items() if row.worst > 1e-9] == [quantity]
     states = random_states(pendulum, 20, 0)
     assert rows[quantity].q == tuple(states.q[7])
@@ -86,24 +86,24 @@ def test_what_is_not_finite_is_named(
 ) -> None:
     changed = ours[quantity].copy()
     changed[[3, 5]] = bad
-    row = compared(pendulum, ours, **{quantity: changed})[quantity]
+    row = compare(pendulum, ours, **{quantity: changed})[quantity]
     assert row.worst == np.inf
     assert row.remark == "ours is not finite at 2 of 20 states"
 
 
-def test_potential_energies_may_differ_by_a_constant_which_is_told(
+def test_potential_energies_may_differ_by_a_constant_which_is_reported(
     pendulum: Mechanism, ours: Values
 ) -> None:
-    row = compared(pendulum, ours, **{"potential energy": ours["potential energy"] + 12.5})[
+    row = compare(pendulum, ours, **{"potential energy": ours["potential energy"] + 12.5})[
         "potential energy"
     ]
     assert row.worst < 1e-12
     assert row.remark == "up to a constant of 12.5 J, which no equation of motion sees"
-    row = compared(pendulum, ours, **{"potential energy": ours["potential energy"] * 1.01 + 12.5})[
+    row = compare(pendulum, ours, **{"potential energy": ours["potential energy"] * 1.01 + 12.5})[
         "potential energy"
     ]
     assert row.worst > 1e-3
-    row = compared(pendulum, ours, **{"kinetic energy": ours["kinetic energy"] + 12.5})[
+    row = compare(pendulum, ours, **{"kinetic energy": ours["kinetic energy"] + 12.5})[
         "kinetic energy"
     ]
     assert row.worst > 1e-3
@@ -135,9 +135,9 @@ def test_another_mechanism_is_told_apart_by_what_it_changes(
     pendulum: Mechanism, change: Callable[[Mechanism], Mechanism], seen: set[str]
 ) -> None:
     states = random_states(pendulum, 20, 0)
-    theirs = values_of(Reference(change(pendulum)), states)
-    for name, form in in_house(pendulum).forms.items():
-        values = values_of(form, states)
+    theirs = evaluate(Reference(change(pendulum)), states)
+    for name, form in derive_all(pendulum).forms.items():
+        values = evaluate(form, states)
         rows = rows_of((name, "Pinocchio"), values, theirs, states, pendulum)
         assert {row.quantity for row in rows if row.worst > 1e-9} == seen & set(values)
 
@@ -145,7 +145,9 @@ def test_another_mechanism_is_told_apart_by_what_it_changes(
 def test_a_wrong_derivation_gives_a_verdict_that_disagrees(
     pendulum: Mechanism, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(sources, "in_house", lambda mechanism: in_house(mechanism.replace(l=1.1)))
+    monkeypatch.setattr(
+        sources, "derive_all", lambda mechanism: derive_all(mechanism.replace(l=1.1))
+    )
     verdict = verify(pendulum, samples=5)
     assert not verdict.agrees
     assert "DISAGREES" in str(verdict)
@@ -161,7 +163,7 @@ def test_one_seed_gives_one_verdict(pendulum: Mechanism) -> None:
     assert (first.coordinates, first.velocities) == (("x", "q"), ("x'", "q'"))
 
 
-def test_the_versions_are_told(pendulum: Mechanism) -> None:
+def test_the_versions_are_stated(pendulum: Mechanism) -> None:
     found = verify(pendulum, samples=1).versions
     assert found == versions()
     assert set(found) == {"mecanique", "numpy", "pin", "python"}
@@ -217,7 +219,7 @@ def test_bad_numbers_are_refused(pendulum: Mechanism) -> None:
         verify(pendulum, seed=-3)
 
 
-def test_the_jets_are_asked_for_fewer_states_of_a_large_mechanism_which_is_told() -> None:
+def test_the_jets_are_asked_for_fewer_states_of_a_large_mechanism_which_is_reported() -> None:
     chain = textbook.load("n_link_pendulum", n=12)
     verdict = verify(chain, samples=30)
     assert verdict.agrees
@@ -227,7 +229,7 @@ def test_the_jets_are_asked_for_fewer_states_of_a_large_mechanism_which_is_told(
     assert not verify(chain, samples=25).notes
 
 
-def test_a_closed_form_that_nobody_would_read_is_left_out_which_is_told() -> None:
+def test_a_closed_form_that_nobody_would_read_is_left_out_which_is_reported() -> None:
     verdict = verify(textbook.load("n_link_pendulum", n=13), samples=3)
     assert verdict.agrees
     assert verdict.notes == ("left out: the closed form, made for at most 12 velocities",)

@@ -31,7 +31,7 @@ from mecanique.viewing.live.checking import Checking
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
 
-IN_HOUSE = sources.in_house
+IN_HOUSE = sources.derive_all
 
 
 @contextmanager
@@ -365,7 +365,7 @@ def test_a_disagreement_is_told_loudly(
     visit: Callable[..., Visit], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        sources, "in_house", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
+        sources, "derive_all", lambda mechanism: IN_HOUSE(mq.textbook.load("cart_pole", m=1.5))
     )
     source = Moving(mq.textbook.load("cart_pole"), {"q": 1.0}, None, math.inf, 1e-8)
     with shown(source) as live:
@@ -393,7 +393,7 @@ def test_a_check_that_fails_is_told_and_a_cancelled_one_is_silent(
     def broken(mechanism: mq.Mechanism) -> Any:
         raise RuntimeError("no such thing")
 
-    monkeypatch.setattr(sources, "in_house", broken)
+    monkeypatch.setattr(sources, "derive_all", broken)
     check = Checking(
         mq.textbook.load("rigid_bar_pendulum"), lambda _, verdict: told.append(verdict.headline)
     )

@@ -1,4 +1,4 @@
-"""A mechanism against something else than the engine: another description, a user's functions, measured samples."""
+"""Compare a mechanism with another description, with a user's functions or with measured samples."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from mecanique.derivation.states import States as Several
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.compare import rows_of, values_of, versions
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.given import Functions, read_samples
+from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import States, random_states
-from mecanique.verification.verdict import Verdict
+from mecanique.verification.verdict import Verdict, versions
 
-__all__ = ["Other", "compared_with", "explained"]
+__all__ = ["Other", "compare_with"]
 
 Array = npt.NDArray[np.float64]
 Other: TypeAlias = (
@@ -29,23 +29,17 @@ Other: TypeAlias = (
 )
 """Another mechanism, functions, or the path of a URDF file or of a CSV file with samples."""
 
-_UNEXPLAINED = "no single change among those tried removes the difference"
+_BY_VELOCITY = ("mass matrix", "bias", "gravity", "forces", "inverse dynamics", "acceleration")
+"""Quantities with one entry, or row, for each velocity."""
 
 
-def compared_with(
+def compare_with(
     mechanism: Mechanism, other: Other, samples: int, seed: int, tolerance: float
 ) -> Verdict:
-    """Compare a mechanism with another source, and say why they differ if they do.
-
-    Args:
-        mechanism: ours.
-        other: the other source.
-        samples: number of random states.
-        seed: of the random states.
-        tolerance: largest relative difference that counts as agreement.
+    """Compare a mechanism with another source and, where they differ, rank the likely causes.
 
     Raises:
-        InputError: if the other source is none, or is about other coordinates.
+        InputError: if the other source is of no known kind, or has other coordinates.
     """
     notes: tuple[str, ...] = ()
     given, name = "", "other"
@@ -63,7 +57,7 @@ def compared_with(
             functions = other if isinstance(other, Functions) else Functions.of(other)
             name, theirs = "functions", functions.values(mechanism, states)
     equations = derive(mechanism)
-    ours = values_of(equations, states, light="acceleration" not in theirs)
+    ours = evaluate(equations, states, light="acceleration" not in theirs)
     if "mass matrix" not in ours:
         ours["mass matrix"] = equations.mass_matrix(states.q, states.t)
     shared = {
@@ -85,35 +79,7 @@ def compared_with(
         notes,
         given=given,
     )
-    return verdict if verdict.agrees else _with_causes(verdict, mechanism, states, theirs)
-
-
-def explained(verdict: Verdict, mechanism: Mechanism) -> Verdict:
-    """Return a verdict of disagreement with the engine together with its likely causes.
-
-    Args:
-        verdict: what was found.
-        mechanism: what it is about.
-    """
-    from mecanique.reference import Reference
-
-    states = random_states(mechanism, min(verdict.samples, 12), verdict.seed)
-    engine = Reference(mechanism)
-    theirs = {
-        "mass matrix": engine.mass_matrix(states.q, states.t),
-        "bias": engine.bias(states.q, states.v, states.t),
-        "gravity": engine.gravity(states.q, states.t),
-        "forces": engine.forces(states.q, states.v, states.t),
-    }
-    return _with_causes(verdict, mechanism, states, theirs)
-
-
-def _with_causes(
-    verdict: Verdict, mechanism: Mechanism, states: States, theirs: Mapping[str, Array]
-) -> Verdict:
-    causes = causes_of(mechanism, states, theirs)
-    notes = verdict.notes if causes else (*verdict.notes, _UNEXPLAINED)
-    return replace(verdict, causes=causes, notes=notes)
+    return verdict if verdict.agrees else verdict.with_causes(causes_of(mechanism, states, theirs))
 
 
 def _of_mechanism(
@@ -143,18 +109,11 @@ def _of_mechanism(
     moved = States(states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
     some = Several.of(other, moved.q, moved.v, moved.t)
     moved = replace(moved, q=some.q)
-    values = values_of(derive(other), moved, light=bool(mechanism.loops or other.loops))
+    values = evaluate(derive(other), moved, light=bool(mechanism.loops or other.loops))
     if "mass matrix" not in values:
         values["mass matrix"] = derive(other).mass_matrix(moved.q, moved.t)
     back = np.argsort(at_v)
-    for quantity in values.keys() & {
-        "mass matrix",
-        "bias",
-        "gravity",
-        "forces",
-        "inverse dynamics",
-        "acceleration",
-    }:
+    for quantity in values.keys() & set(_BY_VELOCITY):
         values[quantity] = values[quantity][:, back]
     values["mass matrix"] = values["mass matrix"][:, :, back]
     return values, notes

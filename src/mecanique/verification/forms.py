@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
@@ -17,26 +17,27 @@ from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference import Reference
 from mecanique.verification.closed_form import ClosedForm
-from mecanique.verification.compare import Array, Dynamics
+from mecanique.verification.rows import Array, Dynamics
 from mecanique.verification.states.random import States, characteristic_length
 
 __all__ = [
     "InHouse",
     "affordable",
-    "computed",
-    "cut_free",
-    "in_house",
-    "independent",
+    "balances",
+    "derive_all",
+    "derive_quickly",
+    "independent_accelerations",
     "is_light",
-    "transmitted",
+    "reactions",
 ]
 
 _BUDGET = 3_600
 """Number of states times nv² that the jets are asked for."""
 
 _READABLE = 12
-"""Closed forms of mechanisms with more velocities than this are not even tried: they fill books."""
+"""Mechanisms with more velocities than this are not derived in closed form: it would fill books."""
 
 
 @final
@@ -55,86 +56,62 @@ class InHouse:
     notes: tuple[str, ...] = ()
 
 
-def in_house(mechanism: Mechanism) -> InHouse:
-    """Return every form of the in-house derivation that can treat a mechanism.
-
-    Args:
-        mechanism: what to derive.
-    """
+def derive_all(mechanism: Mechanism) -> InHouse:
+    """Derive the equations of a mechanism in every form that can treat it."""
     symbols = derive(mechanism)
-    forms = computed(mechanism, symbols)
+    forms: dict[str, Dynamics] = {
+        "jets": _jets(mechanism),
+        "recursion": symbols,
+        "Newton-Euler": derive(mechanism, "newton_euler"),
+        "virtual work": derive(mechanism, "virtual_work"),
+    }
     if mechanism.nv > _READABLE:
-        return InHouse(
-            forms, notes=(f"left out: the closed form, made for at most {_READABLE} velocities",)
-        )
+        note = f"left out: the closed form, made for at most {_READABLE} velocities"
+        return InHouse(forms, notes=(note,))
     if not symbols.symbolic:
         return InHouse(forms, notes=(f"left out: the closed form ({symbols.why_not})",))
     forms["closed form"] = ClosedForm(mechanism, symbols.derivation)
     return InHouse(forms, symbols.derivation.assumptions)
 
 
-def computed(
-    mechanism: Mechanism, symbols: Equations | None = None, *, quick: bool = False
-) -> dict[str, Dynamics]:
-    """Return the forms that only give numbers, by name.
-
-    Args:
-        mechanism: what to derive.
-        symbols: its equations, if they are there already.
-        quick: whether only the definition, as jets, and the fast recursion are asked for.
-    """
-    jets = Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
-    both: dict[str, Dynamics] = {
-        "jets": jets,
-        "recursion": derive(mechanism) if symbols is None else symbols,
-    }
-    if quick:
-        return both
-    return {
-        **both,
-        "Newton-Euler": derive(mechanism, "newton_euler"),
-        "virtual work": derive(mechanism, "virtual_work"),
-    }
+def derive_quickly(mechanism: Mechanism) -> InHouse:
+    """Derive the equations by the definition, on jets, and by the fast recursion alone."""
+    return InHouse({"jets": _jets(mechanism), "recursion": derive(mechanism)})
 
 
-def cut_free(ours: InHouse) -> Equations:
-    """Return the form that shows the reactions.
-
-    Args:
-        ours: all forms.
-    """
+def balances(ours: InHouse) -> Equations:
+    """Return the form that gives the reactions: Newton and Euler's balances."""
     form = ours.forms["Newton-Euler"]
     assert isinstance(form, Equations)
     return form
 
 
-def transmitted(mechanism: Mechanism, states: States, wrenches: Mapping[str, Any]) -> Array:
-    """Return the reactions of all joints as one vector, shape (n, 6 · joints); moments per characteristic length.
+def reactions(source: Equations | Reference, mechanism: Mechanism, states: States) -> Array:
+    """Return the reactions of all joints as one vector, shape (n, 6 · joints).
 
-    Args:
-        mechanism: whose joints.
-        states: where.
-        wrenches: `force` and `moment` of each joint, each shape (n, 3), by name.
+    Moments are divided by the characteristic length; those of a joint that the source does not know
+    are not numbers.
     """
+    wrenches = source.reactions(states.q, states.v, states.t)
     length = characteristic_length(mechanism)
-    parts: list[Array] = []
+    parts: list[Array] = [np.zeros((len(states), 0))]
     for joint in mechanism.joints:
         wrench = wrenches.get(joint.name)
-        if wrench is None:  # a source that knows another mechanism
+        if wrench is None:
             parts.append(np.full((len(states), 6), np.nan))
         else:
             parts += [np.asarray(wrench.force), np.asarray(wrench.moment) / length]
-    return np.concatenate([np.zeros((len(states), 0)), *parts], axis=1)
+    return np.concatenate(parts, axis=1)
 
 
-def independent(
+def independent_accelerations(
     mechanism: Mechanism, states: States
 ) -> tuple[Mapping[str, Array], tuple[str, ...]]:
-    """Return the accelerations of a closed mechanism in as many coordinates as it has freedoms, and what is left out.
+    """Return the accelerations from equations in independent coordinates, and what was left out.
 
     Args:
         mechanism: a mechanism with loops.
-        states: where; the loops closed.
+        states: states with closed loops.
     """
     try:
         reduced = Reduced(mechanism)
@@ -145,24 +122,18 @@ def independent(
 
 
 def affordable(name: str, states: States) -> States:
-    """Return the states at which a form is evaluated: all, or the first ones if it is slow for a large mechanism.
-
-    Args:
-        name: of the form.
-        states: all states.
-    """
+    """Return the states at which a form is evaluated: only the first ones if it is slow."""
     most = max(3, _BUDGET // max(states.v.shape[1], 1) ** 2) if name == "jets" else len(states)
     return states.at(np.arange(min(most, len(states))))
 
 
 def is_light(name: str, mechanism: Mechanism) -> bool:
-    """Return whether a form is not asked for the mass matrix, because that would take it too long.
-
-    Args:
-        name: of the form.
-        mechanism: what is compared.
-    """
+    """Return whether a form's mass matrix would take too long and is left out."""
     return name == "jets" and mechanism.nv > _READABLE
+
+
+def _jets(mechanism: Mechanism) -> Equations:
+    return Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
 
 
 def _no_symbols() -> Derivation:

@@ -15,6 +15,7 @@ from typing import Literal, TypeAlias, final
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import whole
 
 __all__ = ["Entry", "Progress", "Survey", "survey_robots", "survey_systems"]
@@ -165,7 +166,7 @@ def survey_robots(
     for name in names:
         robot(name)
     tasks = [(name, root) for name in names for root in ("fixed", "floating")]
-    return _surveyed(tasks, samples, seed, processes, progress)
+    return _survey(tasks, samples, seed, processes, progress)
 
 
 def survey_systems(
@@ -184,14 +185,12 @@ def survey_systems(
     """
     from mecanique.textbook import names
 
-    return _surveyed([(name, "") for name in names()], samples, seed, processes, progress)
+    return _survey([(name, "") for name in names()], samples, seed, processes, progress)
 
 
-def _surveyed(
+def _survey(
     tasks: list[tuple[str, str]], samples: int, seed: int, processes: int, progress: Progress | None
 ) -> Survey:
-    from mecanique.verification.compare import TOLERANCE
-
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     processes = whole(processes, "processes", 1)
     start, found = perf_counter(), list[Entry]()
@@ -219,9 +218,9 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
     size, worst, quantity, refused = 0, math.inf, "", ""
     try:
         mechanism = _loaded(name, root)
-        from mecanique.verification.compare import compared
+        from mecanique.verification.compare import compare
 
-        verdict = compared(mechanism, samples, seed, quick=bool(root))
+        verdict = compare(mechanism, samples, seed, quick=bool(root))
         size, worst = mechanism.nv, verdict.worst
         quantity = max(verdict.rows, key=lambda row: row.worst).quantity if verdict.rows else ""
     except MecaniqueError as error:

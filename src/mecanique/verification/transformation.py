@@ -18,8 +18,8 @@ from mecanique.derivation import derive
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.verification.compare import TOLERANCE
 from mecanique.verification.difference import relative_difference, scaled
+from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import random_states
 
 __all__ = ["Transformation", "transformation"]

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import platform
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from html import escape
+from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
 
 from mecanique.verification.causes.cause import Cause
 
-__all__ = ["Row", "Verdict"]
+__all__ = ["Row", "Verdict", "versions"]
+
+_UNEXPLAINED = "no single change among those tried removes the difference"
 
 
 @final
@@ -74,6 +78,11 @@ class Verdict:
     notes: tuple[str, ...] = ()
     causes: tuple[Cause, ...] = ()
     given: str = ""
+
+    def with_causes(self, causes: tuple[Cause, ...]) -> Verdict:
+        """Return this verdict with the likely causes of its differences; without any, a note says so."""
+        notes = self.notes if causes else (*self.notes, _UNEXPLAINED)
+        return replace(self, causes=causes, notes=notes)
 
     @property
     def worst(self) -> float:
@@ -195,3 +204,14 @@ class Verdict:
 
 def _number(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what takes part, by name."""
+    found = {"python": platform.python_version()}
+    for package in ("mecanique", "pin", "numpy"):
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = "unknown"
+    return dict(sorted(found.items()))

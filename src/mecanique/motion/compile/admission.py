@@ -9,7 +9,7 @@ import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
-from mecanique.verification.compare import TOLERANCE, rows_of
+from mecanique.verification.rows import TOLERANCE, rows_of
 from mecanique.verification.states.random import States, random_states
 
 __all__ = ["SAMPLES", "require_agreement"]

@@ -1,0 +1,153 @@
+"""Evaluate two sources at the same states and compare them quantity by quantity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.model.mechanism import Mechanism
+from mecanique.verification.difference import QUANTITIES, relative_difference, scaled
+from mecanique.verification.states.random import States
+from mecanique.verification.verdict import Row
+
+__all__ = ["TOLERANCE", "Dynamics", "Values", "Whole", "evaluate", "moving_mass", "rows_of"]
+
+Array = npt.NDArray[np.float64]
+Values: TypeAlias = Mapping[str, Array]
+"""What one source gives at all states: quantity -> shape (n, …)."""
+
+TOLERANCE = 1e-9
+"""Largest relative difference that counts as agreement."""
+
+_BY_MASS = ("kinetic energy", "potential energy", "momentum", "angular momentum", "reactions")
+"""Quantities whose typical size is the moving mass at 1 m/s or 1 m/s²."""
+
+
+class Dynamics(Protocol):
+    """What a source of equations of motion answers at n states at once."""
+
+    def mass_matrix(self, q: Any, t: Any = 0.0) -> Any:
+        """M."""
+
+    def bias(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Inertia forces that do not depend on accelerations, and gravity."""
+
+    def forces(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Generalized forces."""
+
+    def acceleration(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Generalized accelerations."""
+
+    def energy(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Kinetic energy, then potential energy in one or several parts."""
+
+
+@runtime_checkable
+class Whole(Dynamics, Protocol):
+    """What a source answers that also knows its bodies."""
+
+    def gravity(self, q: Any, t: Any = 0.0) -> Any:
+        """Part of the bias that gravity makes."""
+
+    def inverse_dynamics(self, q: Any, v: Any, a: Any, t: Any = 0.0) -> Any:
+        """M a + bias − forces."""
+
+    def momentum(self, q: Any, v: Any, t: Any = 0.0) -> Any:
+        """Momentum, angular momentum about the origin, the same about the center of mass."""
+
+
+def evaluate(source: Dynamics, states: States, *, light: bool = False) -> dict[str, Array]:
+    """Evaluate a source at all states.
+
+    Args:
+        source: the equations of motion.
+        states: n states.
+        light: whether to leave out the mass matrix, and the accelerations that follow from it.
+    """
+    q, v, t = states.q, states.v, states.t
+    kinetic, *potential = source.energy(q, v, t)
+    values = {
+        "bias": source.bias(q, v, t),
+        "forces": source.forces(q, v, t),
+        "kinetic energy": kinetic,
+        "potential energy": sum(potential[1:], potential[0]),
+    }
+    if not light:
+        values["mass matrix"] = source.mass_matrix(q, t)
+        values["acceleration"] = source.acceleration(q, v, t)
+    if isinstance(source, Whole):
+        momentum, _, about_center = source.momentum(q, v, t)
+        values |= {
+            "gravity": source.gravity(q, t),
+            "inverse dynamics": source.inverse_dynamics(q, v, states.a, t),
+            "momentum": momentum,
+            "angular momentum": about_center,
+        }
+    return {quantity: np.asarray(value, dtype=float) for quantity, value in values.items()}
+
+
+def rows_of(
+    names: tuple[str, str], ours: Values, theirs: Values, states: States, mechanism: Mechanism
+) -> tuple[Row, ...]:
+    """Compare two sources quantity by quantity.
+
+    Args:
+        names: of the two sources.
+        ours: values of the first.
+        theirs: values of the second; its mass matrix sets the scale.
+        states: where they were evaluated.
+        mechanism: whose values they are.
+    """
+    mass = moving_mass(mechanism)
+    rows = []
+    for quantity in (name for name in QUANTITIES if name in ours):
+        x, y = (
+            scaled(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs)
+        )
+        least = _least_size(quantity, mass)
+        difference, remark = relative_difference(x, y, least), ""
+        if quantity == "potential energy" and difference.max() > TOLERANCE:
+            # a potential is known up to a constant only; differences decide
+            offset, middle = float(np.median(x - y)), float(np.median(y))
+            shifted = relative_difference(x - offset - middle, y - middle, least)
+            if shifted.max() <= TOLERANCE:
+                difference = shifted
+                remark = f"up to a constant of {offset:.6g} J, which no equation of motion sees"
+        for name, values in zip(names, (ours, theirs), strict=True):
+            bad = _count_not_finite(values[quantity])
+            if bad:
+                remark = f"{name} is not finite at {bad} of {len(states)} states"
+        worst = int(np.argmax(difference))
+        rows.append(
+            Row(
+                quantity,
+                names,
+                float(difference[worst]),
+                tuple(states.q[worst].tolist()),
+                tuple(states.v[worst].tolist()),
+                float(states.t[worst]),
+                remark,
+            )
+        )
+    return tuple(rows)
+
+
+def moving_mass(mechanism: Mechanism) -> float:
+    """Return the mass of all bodies except the ground, or 1 if they have none [kg]."""
+    moving = (body for body in mechanism.bodies if body.name != mechanism.ground)
+    return sum(max(mechanism.evaluate(body.mass), 0.0) for body in moving) or 1.0
+
+
+def _least_size(quantity: str, mass: float) -> float:
+    """The smallest size to judge a difference of this quantity against."""
+    if quantity == "mass matrix":
+        return 1.0
+    return mass if quantity in _BY_MASS else mass**0.5
+
+
+def _count_not_finite(values: Array) -> int:
+    finite = np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    return int(np.count_nonzero(~finite))
