@@ -12,7 +12,14 @@ import numpy.typing as npt
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
-from mecanique.reference.engine.answers import Array, Energy, Momentum, PointMotion, Wrench
+from mecanique.reference.engine.answers import (
+    AppliedForce,
+    Array,
+    Energy,
+    Momentum,
+    PointMotion,
+    Wrench,
+)
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import COMPONENTS, Closed
@@ -245,6 +252,28 @@ class Reference:
         return {
             name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)
         }
+
+    def applied(
+        self, q: Given, v: Given = None, t: float | Array = 0.0
+    ) -> tuple[AppliedForce, ...]:
+        """Return what springs, dampers, drives and loads do to the bodies, in the order of the forces.
+
+        A force between two bodies comes twice: on body a or the child, then on body b or the
+        parent. A spring or damper whose ends meet does nothing.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        effects = self._tree.loads.effects
+        parts = self._answer(
+            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.applied(q, v, t)
+        )
+        return tuple(
+            AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
+            for k, effect in enumerate(effects)
+        )
 
     def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
         """Return the components of reactions and loop forces that redundant constraints leave undetermined, by name.

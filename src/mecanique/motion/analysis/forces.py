@@ -13,22 +13,13 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.model.bodies import Body
-from mecanique.model.expression import Scalar, Vector, evaluate
-from mecanique.model.forces import (
-    Damper,
-    Force,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-    Torque,
-)
-from mecanique.model.joints import Single
+from mecanique.model.expression import Scalar, Vector
+from mecanique.model.forces import ForceKind
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Action", "Actions", "Kind"]
 
-Kind: TypeAlias = Literal["weight", "spring", "damper", "load", "reaction", "inertia"]
+Kind: TypeAlias = ForceKind | Literal["weight", "reaction", "inertia"]
 
 
 @final
@@ -69,7 +60,7 @@ class Actions:
         self._reference = reference
         self._at = {body.name: k for k, body in enumerate(mechanism.bodies)}
         self._gravity = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
-        self._signals = [(i.symbol, i.function(mechanism.values)) for i in mechanism.inputs]
+        self._kinds: dict[str, Kind] = {force.name: force.kind for force in mechanism.forces}
         self._heavy = [
             body
             for body in mechanism.bodies
@@ -99,28 +90,16 @@ class Actions:
                 weight,
                 zero,
             )
-        values = self._values(t, q, v)
-        for force in self._mechanism.forces:
-            match force:
-                case Spring() | Damper():
-                    yield from self._pair(force, poses, q, v, t)
-                case JointSpring() | JointDamper() | JointForce():
-                    yield from self._in_joint(force, poses, values, q, v, t)
-                case Force():
-                    parts = self._components(force.force, force.axes, poses, values)
-                    point = self._point(poses, force.body, force.point)
-                    yield Action(force.name, "load", force.body, None, point, parts, zero)
-                case Torque():
-                    parts = self._components(force.torque, force.axes, poses, values)
-                    yield Action(
-                        force.name,
-                        "load",
-                        force.body,
-                        None,
-                        self._origin(poses, force.body),
-                        zero,
-                        parts,
-                    )
+        for each in self._reference.applied(q, v, t):
+            yield Action(
+                each.name,
+                self._kinds[each.name],
+                each.body,
+                each.other,
+                each.point,
+                each.force,
+                each.moment,
+            )
 
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
         """Yield what each joint does to its child and to its parent, and each loop to its two bodies.
@@ -179,17 +158,6 @@ class Actions:
         second: np.ndarray = 0.5 * np.trace(tensor) * np.eye(3) - tensor
         return second
 
-    def _values(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> dict[str, Any]:
-        m = self._mechanism
-        values: dict[str, Any] = {**m.values, "t": t}
-        values |= dict(zip(m.coordinates.names, q.T, strict=True))
-        values |= dict(zip(m.velocities, v.T, strict=True))
-        values |= {
-            symbol: np.array([float(signal(s)) for s in t.tolist()])
-            for symbol, signal in self._signals
-        }
-        return values
-
     def _numbers(self, components: Sequence[Scalar]) -> np.ndarray:
         return np.array([self._mechanism.evaluate(component) for component in components])
 
@@ -202,144 +170,3 @@ class Actions:
             :, self._at[body], :3, :3
         ] @ self._numbers(point)
         return at
-
-    def _components(
-        self, vector: Vector, axes: str, poses: np.ndarray, values: dict[str, Any]
-    ) -> np.ndarray:
-        parts: np.ndarray = np.stack(
-            [_column(component, values, len(poses)) for component in vector], axis=1
-        )
-        if axes == "world":
-            return parts
-        turned: np.ndarray = np.einsum("nij,nj->ni", poses[:, self._at[axes], :3, :3], parts)
-        return turned
-
-    def _pair(
-        self, link: Spring | Damper, poses: np.ndarray, q: np.ndarray, v: np.ndarray, t: np.ndarray
-    ) -> Iterator[Action]:
-        """A spring or a damper on both of its ends."""
-        m = self._mechanism
-        a, b = (
-            self._point(poses, link.body_a, link.point_a),
-            self._point(poses, link.body_b, link.point_b),
-        )
-        length = np.linalg.norm(b - a, axis=1)
-        direction = (b - a) / np.where(length > 0, length, 1.0)[:, None]
-        kind: Kind
-        if isinstance(link, Spring):
-            kind, pull = (
-                "spring",
-                m.evaluate(link.stiffness) * (length - m.evaluate(link.free_length)),
-            )
-        else:
-            ends = ((link.body_a, link.point_a), (link.body_b, link.point_b))
-            va, vb = (
-                self._reference.point(body, self._numbers(p), q, v, None, t).velocity
-                for body, p in ends
-            )
-            kind, pull = "damper", m.evaluate(link.damping) * ((vb - va) * direction).sum(axis=1)
-        force = pull[:, None] * direction
-        zero = np.zeros_like(force)
-        yield Action(link.name, kind, link.body_a, link.body_b, a, force, zero)
-        yield Action(link.name, kind, link.body_b, link.body_a, b, -force, zero)
-
-    def _in_joint(
-        self,
-        load: JointSpring | JointDamper | JointForce,
-        poses: np.ndarray,
-        values: dict[str, Any],
-        q: np.ndarray,
-        v: np.ndarray,
-        t: np.ndarray,
-    ) -> Iterator[Action]:
-        """A spring, a damper or a drive in a joint, on child and parent."""
-        m, joint = self._mechanism, self._mechanism.joint(load.joint)
-        if not isinstance(joint, Single):
-            return
-        kind: Kind
-        if isinstance(load, JointForce):
-            kind, size = "load", _column(load.force, values, len(t))
-        elif isinstance(load, JointSpring):
-            driven = m.coordinates.driven.get(joint.coordinate)
-            at = values[joint.coordinate] if driven is None else _column(driven, values, len(t))
-            kind, size = "spring", -m.evaluate(load.stiffness) * (at - m.evaluate(load.reference))
-        else:
-            free = f"{joint.coordinate}'" in values
-            rate = (
-                values[f"{joint.coordinate}'"]
-                if free
-                else self._relative_rate(joint, poses, q, v, t)
-            )
-            kind, size = "damper", -m.evaluate(load.damping) * rate
-        along = size[:, None] * self._axis(joint, poses)
-        zero, at_child = np.zeros_like(along), self._origin(poses, joint.child)
-        force, moment = (zero, along) if joint.turns else (along, zero)
-        yield Action(load.name, kind, joint.child, joint.parent, at_child, force, moment)
-        yield Action(load.name, kind, joint.parent, joint.child, at_child, -force, -moment)
-
-    def _axis(self, joint: Single, poses: np.ndarray) -> np.ndarray:
-        # the axis is the same in parent and child, but for the joint's origin; the child has no
-        # other turn about it
-        axis: np.ndarray = poses[:, self._at[joint.child], :3, :3] @ np.array(joint.axis)
-        return axis
-
-    def _relative_rate(
-        self,
-        joint: Single,
-        poses: np.ndarray,
-        q: np.ndarray,
-        v: np.ndarray,
-        t: np.ndarray,
-    ) -> np.ndarray:
-        """Rate of a joint that follows the map, from how its two bodies move."""
-        axis = self._axis(joint, poses)
-        if not joint.turns:
-            here = poses[:, self._at[joint.child], :3, 3]
-            child = self._velocity(joint.child, here, poses, q, v, t)
-            parent = self._velocity(joint.parent, here, poses, q, v, t)
-            sliding: np.ndarray = ((child - parent) * axis).sum(axis=1)
-            return sliding
-        spins = [self._spin(body, axis, poses, q, v, t) for body in (joint.child, joint.parent)]
-        turning: np.ndarray = spins[0] - spins[1]
-        return turning
-
-    def _spin(
-        self,
-        body: str,
-        axis: np.ndarray,
-        poses: np.ndarray,
-        q: np.ndarray,
-        v: np.ndarray,
-        t: np.ndarray,
-    ) -> np.ndarray:
-        """Component of a body's angular velocity along world axes, ω·n, from ½ Σ e × ė over its own axes."""
-        origin = self._reference.point(body, np.zeros(3), q, v, None, t).velocity
-        omega = np.zeros((len(t), 3))
-        for k, unit in enumerate(np.eye(3)):
-            rate = self._reference.point(body, unit, q, v, None, t).velocity - origin
-            omega += 0.5 * np.cross(poses[:, self._at[body], :3, k], rate)
-        along: np.ndarray = (omega * axis).sum(axis=1)
-        return along
-
-    def _velocity(
-        self,
-        body: str,
-        at: np.ndarray,
-        poses: np.ndarray,
-        q: np.ndarray,
-        v: np.ndarray,
-        t: np.ndarray,
-    ) -> np.ndarray:
-        """Velocity of the points of a body that are at these places now, state by state."""
-        pose = poses[:, self._at[body]]
-        local = np.einsum("nji,nj->ni", pose[:, :3, :3], at - pose[:, :3, 3])
-        origin = self._reference.point(body, np.zeros(3), q, v, None, t).velocity
-        columns = [
-            self._reference.point(body, unit, q, v, None, t).velocity - origin for unit in np.eye(3)
-        ]
-        velocity: np.ndarray = origin + sum(local[:, k, None] * columns[k] for k in range(3))
-        return velocity
-
-
-def _column(scalar: Scalar, values: dict[str, Any], count: int) -> np.ndarray:
-    return np.broadcast_to(np.asarray(evaluate(scalar, values), dtype=float), (count,))

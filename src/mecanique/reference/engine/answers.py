@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Array", "Energy", "Momentum", "Number", "PointMotion", "Wrench"]
+__all__ = ["AppliedForce", "Array", "Energy", "Momentum", "Number", "PointMotion", "Wrench"]
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Number: TypeAlias = Any
@@ -86,3 +86,25 @@ class Wrench:
     force: Array
     moment: Array
     undetermined: tuple[str, ...] = ()
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class AppliedForce:
+    """What a spring, a damper, a drive or a load does to one body, world axes.
+
+    Args:
+        name: of the force.
+        body: name of the body it acts on.
+        other: name of the body that takes the opposite; None if nothing in the mechanism does.
+        point: shape (3,) or (n, 3), where it acts [m].
+        force: shape (3,) or (n, 3) [N].
+        moment: shape (3,) or (n, 3), about that point [N·m].
+    """
+
+    name: str
+    body: str
+    other: str | None
+    point: Array
+    force: Array
+    moment: Array

@@ -7,23 +7,24 @@ Elements of Vibration Analysis, sect. 1-2).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import sqrt
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar, Vector, compiled
 from mecanique.model.forces import (
+    BodyLoad,
     Damper,
-    Force,
     JointDamper,
     JointForce,
+    JointLoad,
     JointSpring,
+    LineLoad,
     Spring,
-    Torque,
 )
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
@@ -32,15 +33,54 @@ from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.sites import Action, Axes, External, Site, Triple
 
-__all__ = ["Loads"]
+__all__ = ["Law", "Loads", "law_of"]
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
 @final
+@dataclass(frozen=True)
+class Law:
+    """What a force between two ends does: it drives x, a length or a coordinate, by −k (x − x₀) − c x' + F.
+
+    Args:
+        stiffness: k.
+        rest: x₀.
+        damping: c.
+        drive: F, which may depend on the state and time; None if there is none.
+    """
+
+    stiffness: Scalar = 0.0
+    rest: Scalar = 0.0
+    damping: Scalar = 0.0
+    drive: Scalar | None = None
+
+
+def law_of(force: LineLoad | JointLoad) -> Law:
+    """Return the law of a spring, a damper or a drive.
+
+    Args:
+        force: between two points or in a joint.
+
+    Raises:
+        EngineError: if the force has no law here.
+    """
+    match force:
+        case Spring():
+            return Law(stiffness=force.stiffness, rest=force.free_length)
+        case JointSpring():
+            return Law(stiffness=force.stiffness, rest=force.reference)
+        case Damper() | JointDamper():
+            return Law(damping=force.damping)
+        case JointForce():
+            return Law(drive=force.force)
+    raise EngineError(f"no law is known of force {force.name!r}, a {type(force).__name__}")
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """A spring or a damper between two points."""
+    """A force between two points."""
 
     name: str
     a: Site
@@ -50,15 +90,54 @@ class _Line:
     damping: float
 
 
+class _Term(NamedTuple):
+    """A force in a joint: the joint's row among the velocities, where its coordinate and F stand."""
+
+    name: str
+    row: int
+    at: int
+    stiffness: float
+    rest: float
+    damping: float
+    drive: int | None
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Hinge:
+    """A joint with one coordinate that a force may act in, with the origins of its bodies."""
+
+    joint: Single
+    child: Site
+    parent: Site
+
+    def actions(self, size: float) -> tuple[Action, Action]:
+        """What a force in the joint does to the child, and the opposite to the parent."""
+        a, b, c = self.child.axes.to_world(self.joint.axis)
+        along = (a * size, b * size, c * size)
+        against = (-a * size, -b * size, -c * size)
+        point = self.child.position()
+        if self.joint.turns:
+            return (
+                Action(self.child, _ZERO, point, along),
+                Action(self.parent, _ZERO, point, against),
+            )
+        return Action(self.child, along, point, _ZERO), Action(self.parent, against, point, _ZERO)
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class _Load:
-    """A Force or a Torque; its components are the expressions from `at` on, in the axes of `turned`, if any."""
+    """A force and a torque on a body, in the axes of `turned`, if any.
 
+    Their components are the expressions from `force` and `torque` on; None if there is no such part.
+    """
+
+    name: str
     site: Site
     turned: tuple[Axes, Array] | None
-    at: int
-    pure: bool
+    force: int | None
+    torque: int | None
 
 
 @final
@@ -88,50 +167,59 @@ class Loads:
         ]
         self._signals = [_signal(mechanism, signal) for signal in mechanism.inputs]
         self._lines: list[_Line] = []
-        self._springs: list[tuple[int, int, float, float]] = []
-        self._dampers: list[tuple[int, float]] = []
-        self._drives: list[tuple[int, int]] = []
+        self._terms: list[_Term] = []
         self._loads: list[_Load] = []
+        self._names = [force.name for force in mechanism.forces]
         scalars: list[Scalar] = []
+
+        def stated(given: Sequence[Scalar] | None) -> int | None:
+            """Note expressions; return where the first one stands."""
+            if given is None:
+                return None
+            scalars.extend(given)
+            return len(scalars) - len(given)
+
         for force in mechanism.forces:
             match force:
-                case Spring() | Damper():
+                case LineLoad():
                     self._lines.append(self._line(mechanism, engine, force))
-                case JointSpring() | JointDamper() | JointForce():
+                case JointLoad():
+                    law = law_of(force)
+                    constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
                     row = engine.seats[force.joint][0].at_v
-                    if isinstance(force, JointSpring):
-                        at = index[mechanism.joint(force.joint).coordinates[0]]
-                        constants = (
-                            mechanism.evaluate(force.stiffness),
-                            mechanism.evaluate(force.reference),
-                        )
-                        self._springs.append((row, at, *constants))
-                    elif isinstance(force, JointDamper):
-                        self._dampers.append((row, mechanism.evaluate(force.damping)))
-                    else:
-                        self._drives.append((row, len(scalars)))
-                        scalars.append(force.force)
-                case Force() | Torque():
-                    self._loads.append(self._load(mechanism, engine, force, len(scalars)))
-                    scalars += force.force if isinstance(force, Force) else force.torque
+                    at = index[mechanism.joint(force.joint).coordinates[0]]
+                    drive = stated(None if law.drive is None else (law.drive,))
+                    self._terms.append(_Term(force.name, row, at, *constants, drive))
+                case BodyLoad():
+                    wrench = force.wrench
+                    turned = None
+                    if wrench.axes != "world":
+                        holder = engine.holders[wrench.axes]
+                        turned = self._axes[holder.joint], holder.placement.rotation.copy()
+                    site = self._seat(engine, wrench.body, _numbers(mechanism, wrench.point))
+                    parts = stated(wrench.force), stated(wrench.torque)
+                    self._loads.append(_Load(force.name, site, turned, *parts))
+        self._varies = bool(scalars)
         symbols = (*(signal.symbol for signal in mechanism.inputs), *mechanism.values)
         self._scalars: Callable[..., tuple[float, ...]] = compiled(
             scalars, (*mechanism.coordinates, *mechanism.velocities, "t", *symbols)
         )
-        self._joints = [
-            (engine.seats[joint.name][0].at_v, self._seat(engine, joint.child), joint, joint.parent)
-            for joint in mechanism.joints
-            if isinstance(joint, Single)
-        ]
         self.sites = {body: self._seat(engine, body) for body in engine.holders}
         """The origin of each body."""
+        self._hinges = {
+            engine.seats[joint.name][0].at_v: _Hinge(
+                joint, self.sites[joint.child], self.sites[joint.parent]
+            )
+            for joint in mechanism.joints
+            if isinstance(joint, Single)
+        }
         self.external = External(engine.model.njoints)
         """What acts on the engine's bodies."""
         self.in_joints: Array = np.zeros(engine.model.nv)
         """Forces in the engine's joints."""
         self.act_on_bodies = bool(self._lines or self._loads)
         """Whether a force acts on a body."""
-        self.act_in_joints = bool(self._springs or self._dampers or self._drives)
+        self.act_in_joints = bool(self._terms)
         """Whether a force acts in a joint."""
 
     def update(self, values: list[float], q: Array, u: Array, v: Array, t: float) -> list[Action]:
@@ -144,48 +232,67 @@ class Loads:
             v: shape (nv,).
             t: time [s].
         """
-        numbers: tuple[float, ...] = ()
-        if self._drives or self._loads:
-            signals = [signal(t) for signal in self._signals]
-            numbers = self._scalars(*q.tolist(), *v.tolist(), t, *signals, *self._values)
+        numbers = self._stated(q, v, t)
         if self.act_in_joints:
             forces = self.in_joints
             forces[:] = 0.0
-            for row, at, stiffness, reference in self._springs:
-                forces[row] -= stiffness * (values[at] - reference)
-            for row, damping in self._dampers:
-                forces[row] -= damping * u.item(row)
-            for row, at in self._drives:
-                forces[row] += numbers[at]
+            for row, size in self._sizes(values, u, numbers):
+                forces[row] += size
         if not self.act_on_bodies:
             return []
-        actions = [*self._from_lines(), *self._from_loads(numbers)]
+        actions = [action for line in self._lines for action in _pulls(line)]
+        actions += [_push(load, numbers) for load in self._loads]
         self.external.set(actions)
         return actions
 
+    def by_force(
+        self, values: list[float], q: Array, u: Array, v: Array, t: float
+    ) -> list[tuple[Triple, Triple, Triple]]:
+        """Return where each force acts, its force and its moment about that point, as `effects` lists them.
+
+        Args:
+            values: q, then the driven joint coordinates.
+            q: shape (nq,).
+            u: the engine's velocities.
+            v: shape (nv,).
+            t: time [s].
+        """
+        numbers = self._stated(q, v, t)
+        found: dict[str, Sequence[Action]] = {line.name: _pulls(line) for line in self._lines}
+        for load in self._loads:
+            found[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
+        for term, (row, size) in zip(self._terms, self._sizes(values, u, numbers), strict=True):
+            found[term.name] = self._hinges[row].actions(size)
+        return [
+            (action.point, action.force, action.torque)
+            for name in self._names
+            for action in found[name]
+        ]
+
+    @property
+    def effects(self) -> list[tuple[str, str, str | None]]:
+        """Name of each force, the body it acts on, and the body that takes the opposite, if any."""
+        pairs = {line.name: (line.a.body, line.b.body) for line in self._lines}
+        hinges = {term.name: self._hinges[term.row] for term in self._terms}
+        pairs |= {name: (hinge.child.body, hinge.parent.body) for name, hinge in hinges.items()}
+        alone = {load.name: load.site.body for load in self._loads}
+        found: list[tuple[str, str, str | None]] = []
+        for name in self._names:
+            if name in alone:
+                found.append((name, alone[name], None))
+            else:
+                a, b = pairs[name]
+                found += [(name, a, b), (name, b, a)]
+        return found
+
     def across_joints(self) -> list[Action]:
         """Return the forces in the joints as what they do to the bodies: on the child, and opposite on the parent."""
-        actions = []
-        for row, child, joint, parent in self._joints:
-            force = float(self.in_joints[row])
-            if force:
-                a, b, c = child.axes.to_world(joint.axis)
-                along, against = (
-                    (a * force, b * force, c * force),
-                    (-a * force, -b * force, -c * force),
-                )
-                point, other = child.position(), self.sites[parent]
-                if joint.turns:
-                    actions += [
-                        Action(child, _ZERO, point, along),
-                        Action(other, _ZERO, point, against),
-                    ]
-                else:
-                    actions += [
-                        Action(child, along, point, _ZERO),
-                        Action(other, against, point, _ZERO),
-                    ]
-        return actions
+        return [
+            action
+            for row, hinge in self._hinges.items()
+            if (size := float(self.in_joints[row]))
+            for action in hinge.actions(size)
+        ]
 
     def energy(self, values: list[float]) -> float:
         """Return the potential energy of all springs, ½ k (elongation)² each [J].
@@ -199,8 +306,8 @@ class Loads:
                 xa, xb = line.a.position(), line.b.position()
                 length = sqrt(sum((b - a) ** 2 for a, b in zip(xa, xb, strict=True)))
                 total += 0.5 * line.stiffness * (length - line.free_length) ** 2
-        for _, at, stiffness, reference in self._springs:
-            total += 0.5 * stiffness * (values[at] - reference) ** 2
+        for term in self._terms:
+            total += 0.5 * term.stiffness * (values[term.at] - term.rest) ** 2
         return total
 
     def check(self) -> None:
@@ -216,60 +323,68 @@ class Loads:
                     f"{line.b.body!r}, are at one place; move the mechanism a little, or its ends"
                 )
 
-    def _from_lines(self) -> Iterator[Action]:
-        for line in self._lines:
-            xa, xb = line.a.position(), line.b.position()
-            dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
-            tension = line.stiffness  # per length
-            if line.free_length or line.damping:
-                square = dx * dx + dy * dy + dz * dz
-                if not square:
-                    continue
-                if line.free_length:
-                    tension *= 1 - line.free_length / sqrt(square)
-                if line.damping:
-                    va, vb = line.a.velocity(), line.b.velocity()
-                    parting = dx * (vb[0] - va[0]) + dy * (vb[1] - va[1]) + dz * (vb[2] - va[2])
-                    tension += line.damping * parting / square
-            fx, fy, fz = tension * dx, tension * dy, tension * dz
-            yield Action(line.a, (fx, fy, fz), xa, _ZERO)
-            yield Action(line.b, (-fx, -fy, -fz), xb, _ZERO)
+    def _stated(self, q: Array, v: Array, t: float) -> tuple[float, ...]:
+        """What the expressions of loads and drives are now."""
+        if not self._varies:
+            return ()
+        signals = [signal(t) for signal in self._signals]
+        return self._scalars(*q.tolist(), *v.tolist(), t, *signals, *self._values)
 
-    def _from_loads(self, numbers: tuple[float, ...]) -> Iterator[Action]:
-        for load in self._loads:
-            at = load.at
-            vector = numbers[at], numbers[at + 1], numbers[at + 2]
-            if load.turned is not None:
-                axes, turn = load.turned
-                x, y, z = (turn @ vector).tolist()
-                vector = axes.to_world((x, y, z))
-            if load.pure:
-                yield Action(load.site, _ZERO, _ZERO, vector)
-            else:
-                yield Action(load.site, vector, load.site.position(), _ZERO)
+    def _sizes(
+        self, values: list[float], u: Array, numbers: tuple[float, ...]
+    ) -> Iterator[tuple[int, float]]:
+        """Each force in a joint, with the joint's row among the velocities."""
+        for _, row, at, stiffness, rest, damping, drive in self._terms:
+            size = -stiffness * (values[at] - rest) - damping * u.item(row)
+            yield row, size if drive is None else size + numbers[drive]
 
     def _seat(self, engine: Engine, body: str, point: Triple = _ZERO) -> Site:
         holder = engine.holders[body]
         x, y, z = holder.placement.act(np.array(point)).tolist()
         return Site(body, self._axes[holder.joint], (x, y, z))
 
-    def _line(self, mechanism: Mechanism, engine: Engine, force: Spring | Damper) -> _Line:
-        a, b = (
-            self._seat(engine, body, _numbers(mechanism, point))
-            for body, point in ((force.body_a, force.point_a), (force.body_b, force.point_b))
-        )
-        if isinstance(force, Damper):
-            return _Line(force.name, a, b, 0.0, 0.0, mechanism.evaluate(force.damping))
-        constants = mechanism.evaluate(force.stiffness), mechanism.evaluate(force.free_length)
-        return _Line(force.name, a, b, *constants, 0.0)
+    def _line(self, mechanism: Mechanism, engine: Engine, force: LineLoad) -> _Line:
+        a, b = (self._seat(engine, end.body, _numbers(mechanism, end.point)) for end in force.ends)
+        law = law_of(force)
+        constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
+        return _Line(force.name, a, b, *constants)
 
-    def _load(self, mechanism: Mechanism, engine: Engine, force: Force | Torque, at: int) -> _Load:
-        point = _numbers(mechanism, force.point) if isinstance(force, Force) else _ZERO
-        turned = None
-        if force.axes != "world":
-            holder = engine.holders[force.axes]
-            turned = self._axes[holder.joint], holder.placement.rotation.copy()
-        return _Load(self._seat(engine, force.body, point), turned, at, isinstance(force, Torque))
+
+def _pulls(line: _Line) -> tuple[Action, Action]:
+    """What a force between two points does to each; nothing where they meet."""
+    xa, xb = line.a.position(), line.b.position()
+    dx, dy, dz = xb[0] - xa[0], xb[1] - xa[1], xb[2] - xa[2]
+    tension = line.stiffness  # per length
+    if line.free_length or line.damping:
+        square = dx * dx + dy * dy + dz * dz
+        if not square:
+            return Action(line.a, _ZERO, xa, _ZERO), Action(line.b, _ZERO, xb, _ZERO)
+        if line.free_length:
+            tension *= 1 - line.free_length / sqrt(square)
+        if line.damping:
+            va, vb = line.a.velocity(), line.b.velocity()
+            parting = dx * (vb[0] - va[0]) + dy * (vb[1] - va[1]) + dz * (vb[2] - va[2])
+            tension += line.damping * parting / square
+    fx, fy, fz = tension * dx, tension * dy, tension * dz
+    return Action(line.a, (fx, fy, fz), xa, _ZERO), Action(line.b, (-fx, -fy, -fz), xb, _ZERO)
+
+
+def _push(load: _Load, numbers: tuple[float, ...]) -> Action:
+    """What acts on one body alone."""
+    force, torque = (_components(load, at, numbers) for at in (load.force, load.torque))
+    point = _ZERO if load.force is None else load.site.position()
+    return Action(load.site, force, point, torque)
+
+
+def _components(load: _Load, at: int | None, numbers: tuple[float, ...]) -> Triple:
+    if at is None:
+        return _ZERO
+    vector = numbers[at], numbers[at + 1], numbers[at + 2]
+    if load.turned is None:
+        return vector
+    axes, turn = load.turned
+    x, y, z = (turn @ vector).tolist()
+    return axes.to_world((x, y, z))
 
 
 def _numbers(mechanism: Mechanism, point: Vector) -> Triple:

@@ -183,6 +183,11 @@ class Tree:
         values, u, rate = self.move(q, v, t, a)
         return self.transmitted(loads.update(values, q, u, v, t) + loads.across_joints(), u, rate)
 
+    def applied(self, q: Array, v: Array, t: float) -> Array:
+        """Return point, force and moment of what the loads do, as their `effects` list it, shape (k, 3, 3)."""
+        values, u, _ = self.move(q, v, t)
+        return np.array(self.loads.by_force(values, q, u, v, t)).reshape(-1, 3, 3)
+
     def transmitted(
         self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
     ) -> Array:
