@@ -17,16 +17,14 @@ def as_text(rows: tuple[Row, ...]) -> str:
     Args:
         rows: of the register.
     """
-    wrong = [row.number for row in rows if not row.finding.holds]
-    sound = (
-        "each with its right form proven" if all(row.sound for row in rows) else "NOT ALL PROVEN"
-    )
-    errors = (
-        f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}"
-        if wrong
-        else "none in error as printed"
-    )
-    head = f"Fundamentals of Dynamics, chapter 1: {len(rows)} rows, {len(rows) - len(wrong)} hold, {errors}"
+    wrong = [row.number for row in rows if not row.holds]
+    errors = "none in error as printed"
+    if wrong:
+        proven = all(row.sound for row in rows)
+        sound = "each with its right form proven" if proven else "NOT ALL PROVEN"
+        errors = f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}"
+    count = f"{len(rows)} rows, {len(rows) - len(wrong)} hold"
+    head = f"Fundamentals of Dynamics, chapter 1: {count}, {errors}"
     return "\n".join([head, "", *map(str, rows)])
 
 

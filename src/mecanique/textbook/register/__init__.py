@@ -1,7 +1,7 @@
-"""The register of the chapter: what each equation states, whether it holds as printed, computed when asked.
+"""The register of the chapter: every equation, what it states and whether it holds as printed.
 
-The chapter is "Fundamentals of Dynamics", ch. 1, of a text on structural dynamics; its numbers are
-used throughout.
+The chapter is "Fundamentals of Dynamics", ch. 1 of a text on structural dynamics. Rows are computed
+when asked for.
 """
 
 from __future__ import annotations
@@ -15,14 +15,13 @@ __all__ = ["register"]
 
 
 def register() -> tuple[Row, ...]:
-    """Check every numbered equation (1.1-1.33) and every displayed result of Examples 1.1 and 1.2; return a row each.
+    """Check the numbered equations (1.1-1.33) and all displayed results of Examples 1.1 and 1.2.
 
     Raises:
         MecaniqueError: if a system cannot be treated.
     """
     from mecanique.textbook.register import energies, example_1, example_2, laws, pendulum
 
-    numbered = sorted(
-        (*laws.CHECKS, *pendulum.CHECKS, *energies.CHECKS), key=lambda check: check.order
-    )
-    return tuple(check.row() for check in (*numbered, *example_1.CHECKS, *example_2.CHECKS))
+    numbered = (*laws.rows(), *pendulum.rows(), *energies.rows())
+    in_order = sorted(numbered, key=lambda row: row.place)
+    return (*in_order, *example_1.rows(), *example_2.rows())

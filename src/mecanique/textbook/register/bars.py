@@ -8,89 +8,70 @@ and C_y against y, on DEF it exerts F_x against x and F_y along y; A and D are s
 
 from __future__ import annotations
 
-from typing import Any, final
+from collections.abc import Sequence
+from typing import Any, TypeAlias, final
 
 __all__ = ["Bars"]
+
+Acting: TypeAlias = tuple[Any, Any]
+"""A point, and the force or momentum there."""
 
 
 @final
 class Bars:
-    """The assembly in sympy, for small vertical motion."""
+    """The assembly."""
 
     def __init__(self) -> None:
         from sympy import Function, Matrix, Symbol, symbols
 
-        self.m, self.k, self.l = symbols("m k l", positive=True)
-        t = Symbol("t")
-        q = Function("q")(t)
-        self.q, self.v, self.a = q, q.diff(t), q.diff(t, 2)
-        length = self.l
-        self.A, self.D = Matrix([0, length]), Matrix([0, 0])
-        C, F = Matrix([4 * length, length - q]), Matrix([4 * length, -q])
-        self.B, self.E = self.A + (C - self.A) * 3 / 4, self.D + (F - self.D) / 2
-        self.Bs, self.C, self.F = self.A + (C - self.A) / 2, C, F
-        self.t = t
+        self.m, self.k, self.l = m, k, l = symbols("m k l", positive=True)
+        self.t = t = Symbol("t")
+        self.q = q = Function("q")(t)
+        self.v, self.a = q.diff(t), q.diff(t, 2)
+        self.dq = Symbol("delta_q")
+        self.A, self.C = Matrix([0, l]), Matrix([4 * l, l - q])
+        self.D, self.F = Matrix([0, 0]), Matrix([4 * l, -q])
+        self.B, self.E = self.A + (self.C - self.A) * 3 / 4, self.D + (self.F - self.D) / 2
+        self.Bs = self.A + (self.C - self.A) / 2
+        """Where the upper spring is held, B'; the lower one is held at F."""
+        self.r_C = (m * self.B + 2 * m * self.E) / (3 * m)
         self.reactions = symbols("A_x A_y C_x C_y D_x D_y F_x F_y")
-        self.delta = Symbol("delta_q")
+        self.springs: tuple[Acting, ...] = (
+            (self.Bs, -k * self._rise(self.Bs)),
+            (self.F, -2 * k * self._rise(self.F)),
+        )
+        self.momenta: tuple[Acting, ...] = (
+            (self.B, m * self.B.diff(t)),
+            (self.E, 2 * m * self.E.diff(t)),
+        )
+        self.pushes: tuple[Acting, ...] = tuple((point, p.diff(t)) for point, p in self.momenta)
 
-    def rate(self, point: Any, order: int = 1) -> Any:
-        """Velocity or acceleration of a point."""
-        return point.diff(self.t, order)
+    def _rise(self, point: Any) -> Any:
+        return point - point.subs(self.q, 0)
 
-    @property
-    def center(self) -> Any:
-        """Center of mass of both particles."""
-        return (self.m * self.B + 2 * self.m * self.E) / (3 * self.m)
-
-    @property
-    def springs(self) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-        """Point and force of each spring: it resists the displacement of its end."""
-        from sympy import Matrix
-
-        lifts = [
-            -stiffness * (point - point.subs(self.q, 0))
-            for stiffness, point in ((self.k, self.Bs), (2 * self.k, self.F))
-        ]
-        return (self.Bs, Matrix(lifts[0])), (self.F, Matrix(lifts[1]))
-
-    @property
-    def pushes(self) -> tuple[tuple[Any, Any], tuple[Any, Any]]:
-        """Point and rate of momentum of each particle."""
-        return (self.B, self.m * self.rate(self.B, 2)), (self.E, 2 * self.m * self.rate(self.E, 2))
-
-    def moment(self, about: Any, pairs: Any, *, undeformed: bool = True) -> Any:
-        """Sum of moments about a point, z component; levers of the undeflected assembly, as motion is small."""
+    def moment(self, about: Any, acting: Sequence[Acting]) -> Any:
+        """Return the sum of moments, z; levers are undeflected, as motion is small."""
         total = 0
-        for point, force in pairs:
-            arm = (point - about).subs(self.q, 0) if undeformed else point - about
+        for point, force in acting:
+            arm = (point - about).subs(self.q, 0)
             total += arm[0] * force[1] - arm[1] * force[0]
         return total
 
-    @property
-    def equation(self) -> Any:
-        """The left side of the equation of motion as it is printed."""
-        return self.m * self.a * 17 / 4 + 9 * self.k * self.q
-
-    @property
-    def solved(self) -> dict[Any, Any]:
-        """All reactions and q'' from the balances of the three bars."""
-        from sympy import Matrix, Symbol, solve
+    def solve(self) -> dict[Any, Any]:
+        """Return all reactions and q'' from the balances of the three bars."""
+        from sympy import Matrix, solve
 
         Ax, Ay, Cx, Cy, Dx, Dy, Fx, Fy = self.reactions
-        acceleration = Symbol("q2")
-        abc = [(self.A, Matrix([Ax, Ay])), (self.C, Matrix([Cx, -Cy])), self.springs[0]]
-        deform = [(self.D, Matrix([Dx, Dy])), (self.F, Matrix([-Fx, Fy])), self.springs[1]]
-        cf = [(self.C, Matrix([-Cx, Cy])), (self.F, Matrix([Fx, -Fy]))]
+        upper, lower = self.springs
+        b_push, e_push = ((point, -push) for point, push in self.pushes)
         middle = (self.C + self.F) / 2
         equations: list[Any] = []
-        for forces, push, point in (
-            (abc, self.pushes[0], self.A),
-            (deform, self.pushes[1], self.D),
-            (cf, None, middle),
+        for about, acting in (
+            (self.A, [(self.A, Matrix([Ax, Ay])), (self.C, Matrix([Cx, -Cy])), upper, b_push]),
+            (self.D, [(self.D, Matrix([Dx, Dy])), (self.F, Matrix([-Fx, Fy])), lower, e_push]),
+            (middle, [(self.C, Matrix([-Cx, Cy])), (self.F, Matrix([Fx, -Fy]))]),
         ):
-            given = [] if push is None else [(push[0], -push[1])]
-            total = sum((force for _, force in [*forces, *given]), Matrix([0, 0]))
-            equations += [*total, self.moment(point, [*forces, *given])]
-        equations = [equation.subs(self.a, acceleration) for equation in equations]
-        (found,) = solve(equations, [*self.reactions, acceleration], dict=True)
-        return {**found, "q''": found[acceleration]}
+            total = sum((force for _, force in acting), Matrix([0, 0]))
+            equations += [*total, self.moment(about, acting)]
+        (found,) = solve(equations, [*self.reactions, self.a], dict=True)
+        return dict(found)

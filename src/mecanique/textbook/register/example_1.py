@@ -2,168 +2,123 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-from typing import Any, final
+from collections.abc import Iterator, Sequence
 
 from mecanique.derivation.matrix_form import linear
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load
-from mecanique.textbook.register.row import Check, Finding, identical
+from mecanique.textbook.register.row import Row, identity
 
-__all__ = ["CHECKS"]
-
-
-@final
-class _Blocks:
-    """The two blocks in the letters of the chapter; along x, away from the wall."""
-
-    def __init__(self) -> None:
-        mechanism = load("two_blocks")
-        algebra = Algebra(mechanism)
-        ring = algebra.ring
-        self.m1, self.m2, self.k1, self.k2, self.F = (
-            ring[name] for name in ("m1", "m2", "k1", "k2", "F")
-        )
-        self.q1, self.q2, self.v1, self.v2, self.a1, self.a2 = (
-            ring[name] for name in ("q1", "q2", "q1'", "q2'", "q1''", "q2''")
-        )
-        self.bodies = NewtonEuler(mechanism, algebra)
-        work = VirtualWork(mechanism, algebra)
-        self.work = work.derivation()
-        self.d1, self.d2 = ring["δq1"], ring["δq2"]
-        self.lagrange = Lagrange(mechanism, algebra)
-        self.rows = self.lagrange.derivation().rows
-        self.balanced = self.bodies.derivation().rows
-        first, second = self.bodies.cuts.bodies
-        self.pushes = [cut.push[0] for cut in (first, second)]
-        self.forces = [self.bodies.resultant(cut)[0] for cut in (first, second)]
-        self.left1 = -self.k1 * self.q1 + self.k2 * (self.q2 - self.q1)
-        self.left2 = -self.k2 * (self.q2 - self.q1) + self.F
-        self.row1 = self.m1 * self.a1 + (self.k1 + self.k2) * self.q1 - self.k2 * self.q2
-        self.row2 = self.m2 * self.a2 - self.k2 * self.q1 + self.k2 * self.q2 - self.F
+__all__ = ["rows"]
 
 
-@cache
-def _blocks() -> _Blocks:
-    return _Blocks()
+def rows() -> Iterator[Row]:
+    """Yield the rows of the example, in the letters of the chapter; x points away from the wall."""
+    mechanism = load("two_blocks")
+    algebra = Algebra(mechanism)
+    ring = algebra.ring
+    m1, m2, k1, k2, F = (ring[name] for name in ("m1", "m2", "k1", "k2", "F"))
+    q1, q2, v1, v2 = (ring[name] for name in ("q1", "q2", "q1'", "q2'"))
+    a1, a2 = ring["q1''"], ring["q2''"]
+    force1, force2 = -k1 * q1 + k2 * (q2 - q1), -k2 * (q2 - q1) + F
+    row1, row2 = m1 * a1 + (k1 + k2) * q1 - k2 * q2, m2 * a2 - k2 * q1 + k2 * q2 - F
 
-
-def _exact(difference: Callable[[_Blocks], Any], how: str) -> Callable[[], Finding]:
-    return lambda: identical(difference(_blocks()), how)
-
-
-def _matrices(b: _Blocks) -> list[Any]:
-    """M q'' + K q = f from the coefficients of the derived equations."""
-    found = linear(b.bodies.derivation())
-    assert found is not None
-    M = ((b.m1, 0), (0, b.m2))
-    K = ((b.k1 + b.k2, -b.k2), (-b.k2, b.k2))
-    pairs = [(found.M, M), (found.K, K)]
-    entries = [
-        x - y
-        for ours, theirs in pairs
-        for a, c in zip(ours, theirs, strict=True)
-        for x, y in zip(a, c, strict=True)
-    ]
-    return [*entries, found.f[0], found.f[1] - b.F]
-
-
-def _summed(b: _Blocks) -> Any:
-    (stage,) = [stage for stage in b.work.stages if stage.title == "Sum of the virtual work"]
-    whole = stage.results[0].right + stage.results[1].right
-    return whole - (b.left1 - b.m1 * b.a1) * b.d1 - (b.left2 - b.m2 * b.a2) * b.d2
-
-
-def _potential(b: _Blocks) -> Any:
-    return b.lagrange.V - b.k1 * b.q1**2 / 2 - b.k2 * (b.q2 - b.q1) ** 2 / 2
-
-
-def _nonconservative(b: _Blocks) -> list[Any]:
-    loads = [work for work in b.lagrange.works if work.kind == "work"]
-    (load_,) = loads
-    return [load_.forces[0], load_.forces[1] - b.F]
-
-
-def _operator(b: _Blocks) -> list[Any]:
-    T, V = b.lagrange.T, b.lagrange.V
-    found = []
-    for q, v, expected in (("q1", b.v1, b.row1), ("q2", b.v2, b.row2 + b.F)):
-        found.append(T.diff(v).ddt() - T.diff(q) + V.diff(q) - expected)
-    return found
-
-
-CHECKS = (
-    Check(
+    bodies = NewtonEuler(mechanism, algebra)
+    first, second = bodies.cuts.bodies
+    yield identity(
         "Ex. 1.1 a",
         "-k1 q1 + k2 (q2 - q1) = m1 q1'', -k2 (q2 - q1) + F = m2 q2''",
-        _exact(
-            lambda b: [
-                b.forces[0] - b.left1,
-                b.forces[1] - b.left2,
-                b.pushes[0] - b.m1 * b.a1,
-                b.pushes[1] - b.m2 * b.a2,
-            ],
-            "both blocks cut free, along x",
-        ),
-    ),
-    Check(
+        "both blocks cut free, along x",
+        bodies.resultant(first)[0] - force1,
+        bodies.resultant(second)[0] - force2,
+        first.push[0] - m1 * a1,
+        second.push[0] - m2 * a2,
+    )
+    derived = bodies.derivation()
+    yield identity(
         "Ex. 1.1 b",
         "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0, m2 q2'' - k2 q1 + k2 q2 = F",
-        _exact(
-            lambda b: [b.balanced[0] - b.row1, b.balanced[1] - b.row2],
-            "the equations derived by Newton and Euler",
-        ),
-    ),
-    Check(
+        "the equations derived by Newton and Euler",
+        derived.rows[0] - row1,
+        derived.rows[1] - row2,
+    )
+    matrices = linear(derived)
+    assert matrices is not None
+    yield identity(
         "Ex. 1.1 c",
         "M q'' + K q = f, M = [[m1, 0], [0, m2]], K = [[k1 + k2, -k2], [-k2, k2]], f = [0, F]",
-        _exact(_matrices, "the matrices of the derived equations"),
-    ),
-    Check(
+        "the matrices of the derived equations",
+        *_entries(matrices.M, ((m1, 0), (0, m2))),
+        *_entries(matrices.K, ((k1 + k2, -k2), (-k2, k2))),
+        *_entries([matrices.f], ((0, F),)),
+    )
+    work = VirtualWork(mechanism, algebra).derivation()
+    d1, d2 = ring["δq1"], ring["δq2"]
+    (total,) = (stage for stage in work.stages if stage.title == "Sum of the virtual work")
+    yield identity(
         "Ex. 1.1 d",
         "[-k1 q1 + k2 (q2 - q1) - m1 q1''] dq1 + [-k2 (q2 - q1) + F - m2 q2''] dq2 = 0",
-        _exact(_summed, "the sum of the ledger of virtual work"),
-    ),
-    Check(
+        "the sum of the ledger of virtual work",
+        total.results[0].right
+        + total.results[1].right
+        - (force1 - m1 * a1) * d1
+        - (force2 - m2 * a2) * d2,
+    )
+    yield identity(
         "Ex. 1.1 e",
         "each bracket is zero by itself; rearranged, the same equations",
-        _exact(
-            lambda b: [b.work.rows[0] - b.row1, b.work.rows[1] - b.row2],
-            "the equations derived by virtual work",
-        ),
-    ),
-    Check(
+        "the equations derived by virtual work",
+        work.rows[0] - row1,
+        work.rows[1] - row2,
+    )
+    lagrange = Lagrange(mechanism, algebra)
+    T, V = lagrange.T, lagrange.V
+    yield identity(
         "Ex. 1.1 f",
         "V = ½ k1 q1² + ½ k2 (q2 - q1)²",
-        _exact(_potential, "the derived potential energy"),
-    ),
-    Check(
+        "the derived potential energy",
+        V - k1 * q1**2 / 2 - k2 * (q2 - q1) ** 2 / 2,
+    )
+    yield identity(
         "Ex. 1.1 g",
         "T = ½ m1 q1'² + ½ m2 q2'²",
-        _exact(
-            lambda b: b.lagrange.T - b.m1 * b.v1**2 / 2 - b.m2 * b.v2**2 / 2,
-            "the derived kinetic energy",
-        ),
-    ),
-    Check(
+        "the derived kinetic energy",
+        T - m1 * v1**2 / 2 - m2 * v2**2 / 2,
+    )
+    (load_,) = (work for work in lagrange.works if work.kind == "work")
+    yield identity(
         "Ex. 1.1 h",
         "dW_nc = 0 dq1 + F dq2: Q1 = 0, Q2 = F",
-        _exact(_nonconservative, "the virtual work of the load"),
-    ),
-    Check(
+        "the virtual work of the load",
+        load_.forces[0],
+        load_.forces[1] - F,
+    )
+    yield identity(
         "Ex. 1.1 i",
         "m1 q1'' - 0 + (k1 q1 - k2 (q2 - q1)) = 0, m2 q2'' - 0 + k2 (q2 - q1) = F",
-        _exact(_operator, "Lagrange's operator on the derived T and V"),
-    ),
-    Check(
+        "Lagrange's operator on the derived T and V",
+        T.diff(v1).ddt() - T.diff("q1") + V.diff("q1") - row1,
+        T.diff(v2).ddt() - T.diff("q2") + V.diff("q2") - (row2 + F),
+    )
+    by_lagrange = lagrange.derivation().rows
+    yield identity(
         "Ex. 1.1 j",
         "the same equations by Lagrange",
-        _exact(
-            lambda b: [b.rows[0] - b.row1, b.rows[1] - b.row2], "the equations derived by Lagrange"
-        ),
-    ),
-)
+        "the equations derived by Lagrange",
+        by_lagrange[0] - row1,
+        by_lagrange[1] - row2,
+    )
+
+
+def _entries(
+    found: Sequence[Sequence[Series]], stated: Sequence[Sequence[Series | int]]
+) -> list[Series]:
+    """Return the differences of two matrices, entry by entry."""
+    differences = []
+    for ours, theirs in zip(found, stated, strict=True):
+        differences += [x - y for x, y in zip(ours, theirs, strict=True)]
+    return differences

@@ -1,243 +1,160 @@
-"""Sections 1.3.1 and 1.3.2: the rod pendulum by Newton and Euler and by d'Alembert's principle, line by line."""
+"""Sections 1.3.1 and 1.3.2: the rod pendulum by Newton and Euler and by d'Alembert's principle."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-from typing import Any, final
+from collections.abc import Iterator
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
-from mecanique.derivation.symbolic.distribution import Distribution, distribution_of
+from mecanique.derivation.symbolic.distribution import distribution_of
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load
-from mecanique.textbook.register.row import Check, Finding, compared, corrected, identical
+from mecanique.textbook.register.row import Row, agreement, identity, misprint
 
-__all__ = ["CHECKS"]
+__all__ = ["rows"]
 
 _BY = "the derivation of the pendulum in the catalogue, term by term"
 
 
-@final
-class _Rod:
-    """The rod pendulum in the letters of the chapter: components along n (from the pin) and t (across)."""
+def rows() -> Iterator[Row]:
+    """Yield the rows of the sections, in components along n (from the pin) and t (across)."""
+    work = VirtualWork(load("rigid_bar_pendulum"))
+    ledger = {stage.title: stage.results for stage in work.derivation().stages}
+    bodies = work.balances
+    (cut,) = bodies.cuts.bodies
+    algebra, axes, turns = bodies.algebra, cut.axes.rows, cut.axes.turns
+    ring = algebra.ring
+    m, l, g, q, v, a = (ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
+    Rn, Rt, dq = ring["R_pin_n"], ring["R_pin_t"], ring["δq"]
+    mu = m / l
+    row = bodies.derivation().rows[0]
+    equation = a + 3 * g * sin(q) / (2 * l)
+    H_rate = along(algebra, turns, bodies.turning(cut))[2]
+    M_o = along(algebra, turns, bodies.moment(cut))[2]
 
-    def __init__(self) -> None:
-        self.work = VirtualWork(load("rigid_bar_pendulum"))
-        self.derivation = self.work.derivation()
-        bodies = self.work.balances
-        (cut,) = bodies.cuts.bodies
-        ring = bodies.algebra.ring
-        self.m, self.l, self.g, self.v, self.a = (
-            ring[name] for name in ("m", "l", "g", "q'", "q''")
-        )
-        self.mu = self.m / self.l
-        self.sin, self.cos = sin(ring["q"]), cos(ring["q"])
-        self.Rn, self.Rt = ring["R_pin_n"], ring["R_pin_t"]
-        self.closed = bodies.reactions
-        self.delta = ring["δq"]
-        algebra = bodies.algebra
-        kinematics = bodies.cuts.kinematics
-        rows = cut.axes.rows
-        self.center = along(algebra, rows, cut.center)
-        self.velocity = along(algebra, rows, cut.center_velocity)
-        self.acceleration = along(
-            algebra, rows, kinematics.change(cut.center_velocity, cut.carrier)
-        )
-        self.push = along(algebra, rows, cut.push)
-        self.resultant = along(algebra, rows, bodies.resultant(cut))
-        self.turning = along(algebra, cut.axes.turns, bodies.turning(cut))[2]
-        self.moment = along(algebra, cut.axes.turns, bodies.moment(cut))[2]
-        self.row = bodies.derivation().rows[0]
-        spread = distribution_of(bodies.cuts, cut)
-        assert spread is not None
-        self.spread: Distribution = spread
-        self.s = ring[spread.coordinate]
-        self.equation = self.a + 3 * self.g * self.sin / (2 * self.l)
-
-
-@cache
-def _rod() -> _Rod:
-    return _Rod()
-
-
-def _exact(difference: Callable[[_Rod], Any], how: str = _BY) -> Callable[[], Finding]:
-    return lambda: identical(difference(_rod()), how)
-
-
-def _kinematics(p: _Rod) -> list[Any]:
-    half = p.l / 2
-    return [
-        p.center[0] - half,
-        p.center[1],
-        p.velocity[0],
-        p.velocity[1] - half * p.v,
-        p.acceleration[0] + half * p.v**2,
-        p.acceleration[1] - half * p.a,
-    ]
-
-
-def _linear(p: _Rod) -> list[Any]:
-    given = [p.m * p.g * p.cos - p.Rn, p.Rt - p.m * p.g * p.sin]
-    left = [-(p.m * p.l / 2) * p.v**2, p.m * p.l / 2 * p.a]
-    return [
-        *(x - y for x, y in zip(p.push, left, strict=False)),
-        *(x - y for x, y in zip(p.resultant, given, strict=False)),
-    ]
-
-
-def _angular_momentum() -> Finding:
-    from sympy import integrate, symbols
-
-    s, mu, length, rate, m = symbols("s mu l q' m", positive=True)
-    whole = integrate(s**2 * rate * mu, (s, 0, length))
-    p = _rod()
-    rate_of = p.turning - p.m * p.l**2 / 3 * p.a
-    return identical(
-        [
-            whole - mu * length**3 / 3 * rate,
-            whole.subs(mu, m / length) - m * length**2 / 3 * rate,
-            rate_of,
-        ],
-        "the integral of s² q' mu over the rod, and the derivation's rate of it",
-    )
-
-
-def _linearized() -> Finding:
-    from mecanique.motion import linearize
-
-    mechanism = load("rigid_bar_pendulum", l=1.7)
-    found = linearize(mechanism)
-    exact = (3 * 9.81 / (2 * 1.7)) ** 0.5
-    return compared(
-        [(found.frequencies, [exact])],
-        "the natural frequency of the linearized pendulum against sqrt(3 g/(2 l))",
-    )
-
-
-def _segments(p: _Rod) -> list[Any]:
-    """The field −μ a along the rod is the distribution found from the poses."""
-    field = [-p.s * p.v**2, p.s * p.a]
-    return [-(p.mu * a) - f for a, f in zip(field, p.spread.density, strict=False)]
-
-
-def _printed_126() -> Finding:
-    p = _rod()
-    printed = p.a - 3 * p.g * p.sin / (2 * p.l)
-    from_125 = -(p.l / 2) * p.m * p.g * p.sin - 2 * p.l / 3 * p.mu * p.l * p.a * p.l / 2
-    # eq. 1.25 times −3/(m l²) is the right form, and the derived equation times 3/(m l²) as well
-    mended = [p.equation + 3 * from_125 / (p.m * p.l**2), p.equation - 3 * p.row / (p.m * p.l**2)]
-    return corrected(
-        tidy(printed - 3 * p.row / (p.m * p.l**2)),
-        mended,
-        "the printed left side against the derived equation of motion",
-        "q'' + (3/2)(g/l) sin(q) = 0",
-        "eq. 1.25 divided by -m l²/3 gives the plus sign, as eqs. 1.18 and 1.19 have it",
-    )
-
-
-def _virtual(p: _Rod) -> list[Any]:
-    weight = -(p.m * p.g * p.sin) * (p.l / 2 * p.delta)
-    inertia = -(p.m * p.l * p.a / 2) * (2 * p.l / 3 * p.delta)
-    (stage,) = [stage for stage in p.derivation.stages if stage.title == "Sum of the virtual work"]
-    total = stage.results[0].right
-    return [
-        weight + inertia - total,
-        total + (p.m * p.g * p.l / 2 * p.sin + p.m * p.l**2 / 3 * p.a) * p.delta,
-    ]
-
-
-def _principle(p: _Rod) -> list[Any]:
-    """No internal work in a rigid body; the reactions do none; what is left vanishes along the motion."""
-    (reactions,) = [
-        stage for stage in p.derivation.stages if stage.title == "Virtual work of the reactions"
-    ]
-    (total,) = [stage for stage in p.derivation.stages if stage.title == "Sum of the virtual work"]
-    along_motion = total.results[0].right + p.row * p.delta
-    return [along_motion, *(result.right for result in reactions.results)]
-
-
-CHECKS = (
-    Check(
+    a_C = bodies.cuts.kinematics.change(cut.center_velocity, cut.carrier)
+    r_n, r_t, *_ = along(algebra, axes, cut.center)
+    v_n, v_t, *_ = along(algebra, axes, cut.center_velocity)
+    a_n, a_t, *_ = along(algebra, axes, a_C)
+    yield identity(
         "1.14 a",
         "r_C = (l/2) n, v_C = (l/2) q' t, a_C = -(l/2) q'² n + (l/2) q'' t",
-        _exact(_kinematics),
-    ),
-    Check("1.14", "m a_C = (m g cos q - R_n) n + (R_t - m g sin q) t", _exact(_linear)),
-    Check("1.15", "H_o = ∫ s² q' mu ds = mu l³ q'/3 = m l² q'/3", _angular_momentum),
-    Check("1.16", "dH_o/dt = (m l²/3) q''", _exact(lambda p: p.turning - p.m * p.l**2 / 3 * p.a)),
-    Check(
+        _BY,
+        *(r_n - l / 2, r_t),
+        *(v_n, v_t - l / 2 * v),
+        *(a_n + l / 2 * v**2, a_t - l / 2 * a),
+    )
+    p_n, p_t, *_ = along(algebra, axes, cut.push)
+    F_n, F_t, *_ = along(algebra, axes, bodies.resultant(cut))
+    yield identity(
+        "1.14",
+        "m a_C = (m g cos q - R_n) n + (R_t - m g sin q) t",
+        _BY,
+        *(p_n + m * l / 2 * v**2, p_t - m * l / 2 * a),
+        *(F_n - (m * g * cos(q) - Rn), F_t - (Rt - m * g * sin(q))),
+    )
+    yield _angular_momentum(H_rate - m * l**2 / 3 * a)
+    yield identity("1.16", "dH_o/dt = (m l²/3) q''", _BY, H_rate - m * l**2 / 3 * a)
+    yield identity(
         "1.17",
         "(m l²/3) q'' = -(l/2) m g sin q",
-        _exact(lambda p: [p.moment + p.l / 2 * p.m * p.g * p.sin, (p.turning - p.moment) - p.row]),
-    ),
-    Check(
-        "1.18",
-        "q'' + (3 g/(2 l)) sin q = 0",
-        _exact(lambda p: p.equation - 3 * p.row / (p.m * p.l**2)),
-    ),
-    Check(
-        "1.19",
-        "the same equation of motion",
-        _exact(lambda p: p.equation - 3 * p.row / (p.m * p.l**2)),
-    ),
-    Check("1.20", "linearized: q'' + (3 g/(2 l)) q = 0", _linearized),
-    Check(
+        _BY,
+        M_o + l / 2 * m * g * sin(q),
+        H_rate - M_o - row,
+    )
+    same = equation - 3 * row / (m * l**2)
+    yield identity("1.18", "q'' + (3 g/(2 l)) sin q = 0", _BY, same)
+    yield identity("1.19", "the same equation of motion", _BY, same)
+    yield _linearized()
+
+    spread = distribution_of(bodies.cuts, cut)
+    assert spread is not None
+    s = ring[spread.coordinate]
+    yield identity(
         "1.23 a",
         "a = -s q'² n + s q'' t along the rod",
-        _exact(_segments, "d'Alembert's distributed forces found from the poses"),
-    ),
-    Check(
+        "d'Alembert's distributed forces found from the poses",
+        mu * s * v**2 - spread.density[0],
+        -mu * s * a - spread.density[1],
+    )
+    yield identity(
         "1.23",
         "R_t - (1/2)(mu l q'') l - m g sin q = 0",
-        _exact(
-            lambda p: p.closed["R_pin_t"] - p.mu * p.l * p.a * p.l / 2 - p.m * p.g * p.sin,
-            "the reaction eliminated from the balances",
-        ),
-    ),
-    Check(
+        "the reaction eliminated from the balances",
+        bodies.reactions["R_pin_t"] - mu * l * a * l / 2 - m * g * sin(q),
+    )
+    yield identity(
         "1.24",
         "R_n - (1/2)(mu l q'²) l - m g cos q = 0",
-        _exact(
-            lambda p: p.closed["R_pin_n"] - p.mu * p.l * p.v**2 * p.l / 2 - p.m * p.g * p.cos,
-            "the reaction eliminated from the balances",
-        ),
-    ),
-    Check(
-        "1.25",
-        "-(l/2) m g sin q - (2 l/3)(1/2)(mu l q'') l = 0",
-        _exact(
-            lambda p: (
-                -(p.l / 2) * p.m * p.g * p.sin - 2 * p.l / 3 * p.mu * p.l * p.a * p.l / 2 + p.row
-            )
-        ),
-    ),
-    Check(
-        "1.26", "printed: q'' - (3/2)(g/l) sin q = 0, said to be identical to 1.19", _printed_126
-    ),
-    Check(
-        "1.27", "virtual work: dW_int = dW_ext, here both zero along the motion", _exact(_principle)
-    ),
-    Check(
+        "the reaction eliminated from the balances",
+        bodies.reactions["R_pin_n"] - mu * l * v**2 * l / 2 - m * g * cos(q),
+    )
+    moments = -(l / 2) * m * g * sin(q) - 2 * l / 3 * mu * l * a * l / 2
+    yield identity("1.25", "-(l/2) m g sin q - (2 l/3)(1/2)(mu l q'') l = 0", _BY, moments + row)
+    # eq. 1.25 times −3/(m l²) is the right form, and the derived equation times 3/(m l²) as well
+    yield misprint(
+        "1.26",
+        "printed: q'' - (3/2)(g/l) sin q = 0, said to be identical to 1.19",
+        "the printed left side against the derived equation of motion",
+        [tidy(a - 3 * g * sin(q) / (2 * l) - 3 * row / (m * l**2))],
+        [equation + 3 * moments / (m * l**2), same],
+        right="q'' + (3/2)(g/l) sin(q) = 0",
+        proof="eq. 1.25 divided by -m l²/3 gives the plus sign, as eqs. 1.18 and 1.19 have it",
+    )
+    dW = ledger["Sum of the virtual work"][0].right
+    yield identity(
+        "1.27",
+        "virtual work: dW_int = dW_ext, here both zero along the motion",
+        _BY,
+        dW + row * dq,
+        *(result.right for result in ledger["Virtual work of the reactions"]),
+    )
+    yield identity(
         "1.27 a",
         "the resultant of the triangular distribution is m l q''/2, at 2 l/3 from o",
-        _exact(
-            lambda p: [
-                p.spread.resultant[1] + p.m * p.l * p.a / 2,
-                p.spread.point[1] - 2 * p.l / 3,
-            ],
-            "the distribution integrated over the rod, and its moment about o",
-        ),
-    ),
-    Check(
+        "the distribution integrated over the rod, and its moment about o",
+        spread.resultant[1] + m * l * a / 2,
+        spread.point[1] - 2 * l / 3,
+    )
+    yield identity(
         "1.27 b",
-        "dW_ext = -(m g sin q)(l/2) dq - (m l q''/2)(2 l/3) dq = -(m g (l/2) sin q + m l² q''/3) dq",
-        _exact(_virtual, "the ledger of virtual work"),
-    ),
-    Check(
+        "dW_ext = -(m g sin q)(l/2) dq - (m l q''/2)(2 l/3) dq "
+        "= -(m g (l/2) sin q + m l² q''/3) dq",
+        "the ledger of virtual work",
+        -(m * g * sin(q)) * (l / 2 * dq) - (m * l * a / 2) * (2 * l / 3 * dq) - dW,
+        dW + (m * g * l / 2 * sin(q) + m * l**2 / 3 * a) * dq,
+    )
+    yield identity(
         "1.27 c",
         "m l² q''/3 + m g (l/2) sin q = 0",
-        _exact(lambda p: p.m * p.l**2 / 3 * p.a + p.m * p.g * p.l / 2 * p.sin - p.row),
-    ),
-)
+        _BY,
+        m * l**2 / 3 * a + m * g * l / 2 * sin(q) - row,
+    )
+
+
+def _angular_momentum(rate: object) -> Row:
+    from sympy import integrate, symbols
+
+    s, mu, l, v, m = symbols("s mu l q' m", positive=True)
+    whole = integrate(s**2 * v * mu, (s, 0, l))
+    return identity(
+        "1.15",
+        "H_o = ∫ s² q' mu ds = mu l³ q'/3 = m l² q'/3",
+        "the integral of s² q' mu over the rod, and the derivation's rate of it",
+        whole - mu * l**3 / 3 * v,
+        whole.subs(mu, m / l) - m * l**2 / 3 * v,
+        rate,
+    )
+
+
+def _linearized() -> Row:
+    from mecanique.motion import linearize
+
+    frequencies = linearize(load("rigid_bar_pendulum", l=1.7)).frequencies
+    return agreement(
+        "1.20",
+        "linearized: q'' + (3 g/(2 l)) q = 0",
+        "the natural frequency of the linearized pendulum against sqrt(3 g/(2 l))",
+        (frequencies, [(3 * 9.81 / (2 * 1.7)) ** 0.5]),
+    )

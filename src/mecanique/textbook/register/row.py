@@ -1,41 +1,16 @@
-"""A row of the register, and how it is found."""
+"""A row of the register: what an equation of the chapter states, and whether it holds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, final
 
 import numpy as np
 
-__all__ = ["Check", "Finding", "Row", "compared", "corrected", "identical", "vanishing"]
+__all__ = ["Row", "agreement", "identity", "misprint"]
 
 TOLERANCE = 1e-9
 """Largest relative residual with which a numeric statement holds."""
-
-
-@final
-@dataclass(frozen=True)
-class Finding:
-    """What a check found.
-
-    Args:
-        how: what was compared with what.
-        kind: "symbolic identity" or "numeric".
-        holds: whether the equation holds as printed.
-        residual: of a numeric check, relative; None for a symbolic one.
-        right: the right form, where the print is in error.
-        proof: why that is right.
-        proven: whether the right form was found to hold.
-    """
-
-    how: str
-    kind: str
-    holds: bool
-    residual: float | None = None
-    right: str = ""
-    proof: str = ""
-    proven: bool = True
 
 
 @final
@@ -46,124 +21,92 @@ class Row:
     Args:
         number: as in the chapter; of a displayed result without a number, where it stands.
         states: what it states.
-        finding: what a check found.
+        how: what was compared with what.
+        kind: "symbolic identity" or "numeric".
+        holds: whether the equation holds as printed.
+        residual: of a numeric check, relative; None for a symbolic one.
+        right: the right form of a misprint.
+        proof: why that is right.
+        proven: whether the right form holds.
     """
 
     number: str
     states: str
-    finding: Finding
+    how: str
+    kind: str
+    holds: bool
+    residual: float | None = None
+    right: str = ""
+    proof: str = ""
+    proven: bool = True
 
     @property
     def sound(self) -> bool:
-        """Whether it holds as printed, or the right form was found and proven."""
-        return self.finding.holds or (bool(self.finding.right) and self.finding.proven)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain data, ready for JSON."""
-        return {
-            "number": self.number,
-            "states": self.states,
-            **asdict(self.finding),
-            "sound": self.sound,
-        }
-
-    def __str__(self) -> str:
-        found = self.finding
-        verdict = (
-            "holds"
-            if found.holds
-            else "DOES NOT HOLD AS PRINTED"
-            if self.sound
-            else "NOT FOUND TO HOLD"
-        )
-        size = "" if found.residual is None else f", residual {found.residual:.1e}"
-        lines = [
-            f"{self.number:<9} {self.states}",
-            f"{'':9} {verdict}: {found.kind}{size}; {found.how}",
-        ]
-        if found.right:
-            lines += [f"{'':9} right: {found.right}", f"{'':9} proof: {found.proof}"]
-        return "\n".join(lines)
-
-
-@final
-@dataclass(frozen=True)
-class Check:
-    """How a row is computed.
-
-    Args:
-        number: as in the chapter.
-        states: what the equation states.
-        check: finds out.
-    """
-
-    number: str
-    states: str
-    check: Callable[[], Finding]
+        """Whether it holds as printed, or its right form is proven."""
+        return self.holds or (bool(self.right) and self.proven)
 
     @property
-    def order(self) -> tuple[int, str]:
-        """Place of a numbered equation in the chapter: a section comes first, "1.14" before "1.14 a"."""
+    def place(self) -> tuple[int, str]:
+        """Place of a numbered equation in the chapter: "1.14" comes before "1.14 a"."""
         number, _, letter = self.number.removeprefix("1.").partition(" ")
         return (int(number), letter) if number.isdigit() else (0, "")
 
-    def row(self) -> Row:
-        """Return the row, computed now."""
-        return Row(self.number, self.states, self.check())
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, ready for JSON."""
+        return {**asdict(self), "sound": self.sound}
+
+    def __str__(self) -> str:
+        verdict = "holds" if self.holds else "DOES NOT HOLD AS PRINTED"
+        if not self.sound:
+            verdict = "IS NOT PROVEN"
+        size = "" if self.residual is None else f", residual {self.residual:.1e}"
+        lines = [f"{self.number:<9} {self.states}", f"{verdict}: {self.kind}{size}; {self.how}"]
+        if self.right:
+            lines += [f"right: {self.right}", f"proof: {self.proof}"]
+        return f"\n{'':10}".join(lines)
 
 
-def vanishing(difference: Any) -> bool:
-    """Return whether an expression, a series or each of several is identically zero.
-
-    Args:
-        difference: a sympy expression, a series, or a sequence of these.
-    """
-    if isinstance(difference, (list, tuple)):
-        return all(vanishing(part) for part in difference)
-    if hasattr(difference, "vanishes"):
-        return bool(difference.vanishes())
-    from sympy import simplify
-
-    return bool(simplify(difference) == 0)
+def identity(number: str, states: str, how: str, *differences: Any) -> Row:
+    """Return the row of an equation whose left sides less their right sides vanish identically."""
+    holds = bool(differences) and all(map(_vanishes, differences))
+    return Row(number, states, how, "symbolic identity", holds)
 
 
-def identical(difference: Any, how: str) -> Finding:
-    """Return the finding that sides are equal identically.
-
-    Args:
-        difference: left side minus right side, or several of these.
-        how: what was compared with what.
-    """
-    return Finding(how, "symbolic identity", vanishing(difference))
-
-
-def corrected(printed: Any, mended: Any, how: str, right: str, proof: str) -> Finding:
-    """Return the finding for a print that may be in error.
-
-    Args:
-        printed: left minus right side as printed, or several of these.
-        mended: the same in the right form.
-        how: what was compared with what.
-        right: the right form.
-        proof: why it is right.
-    """
-    if vanishing(printed):
-        return Finding(how, "symbolic identity", True)
-    return Finding(
-        how, "symbolic identity", False, right=right, proof=proof, proven=vanishing(mended)
-    )
-
-
-def compared(pairs: list[tuple[Any, Any]], how: str) -> Finding:
-    """Return the finding that numbers are equal, each pair relative to its own size.
-
-    Args:
-        pairs: arrays of both sides.
-        how: what was compared with what.
-    """
+def agreement(number: str, states: str, how: str, *pairs: tuple[Any, Any]) -> Row:
+    """Return the row of an equation whose sides are equal numbers, pair by pair."""
     worst = 0.0
     for left, right in pairs:
         a, b = np.asarray(left, dtype=float), np.asarray(right, dtype=float)
         size = max(float(np.abs(a).max()), float(np.abs(b).max()), 1e-300)
         worst = max(worst, float(np.abs(a - b).max()) / size)
-    return Finding(how, "numeric", worst <= TOLERANCE, worst)
+    return Row(number, states, how, "numeric", worst <= TOLERANCE, worst)
+
+
+def misprint(
+    number: str, states: str, how: str, printed: Any, corrected: Any, *, right: str, proof: str
+) -> Row:
+    """Return the row of an equation that may be in error as printed.
+
+    Args:
+        number: as in the chapter.
+        states: what is printed.
+        how: what was compared with what.
+        printed: left sides minus right sides as printed.
+        corrected: the same in the right form.
+        right: the right form.
+        proof: why it is right.
+    """
+    row = identity(number, states, how, *printed)
+    if row.holds:
+        return row
+    proven = all(map(_vanishes, corrected))
+    return Row(number, states, how, row.kind, False, None, right, proof, proven)
+
+
+def _vanishes(difference: Any) -> bool:
+    """Return whether a series or a sympy expression is identically zero."""
+    if hasattr(difference, "vanishes"):
+        return bool(difference.vanishes())
+    from sympy import simplify
+
+    return bool(simplify(difference) == 0)
