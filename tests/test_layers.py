@@ -53,10 +53,10 @@ ORDER: dict[str, list[str]] = {
         "scalars",
         "numeric printing",
         "symbolic",
-        "matrix_form",
-        "equations",
-        "glossary",
+        "matrix_form glossary",
         "document",
+        "equations",
+        "methods",
         "agreement small_motions",
     ],
     "reference": ["engine", "states", "loops", "reference"],
@@ -99,12 +99,6 @@ UPWARD: dict[str, set[str]] = {
         "motion.linear.response",
     },
     # still to be untied
-    "derivation.equations": {"derivation.document"},
-    "derivation.glossary": {"derivation.equations"},
-    "derivation.scalars.cancel": {"derivation.symbolic.symbols"},
-    "derivation.symbolic.lagrange": {"derivation.equations"},
-    "derivation.symbolic.newton_euler": {"derivation.equations"},
-    "derivation.symbolic.virtual_work": {"derivation.equations"},
     "motion.record.loops": {"motion.simulation.arguments"},
 }
 """The one exception, stated once: results whose methods reach for what works on them."""

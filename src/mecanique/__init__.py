@@ -6,7 +6,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mecanique import textbook
-from mecanique.derivation import derive
 from mecanique.errors import (
     ClosureError,
     DerivationError,
@@ -70,6 +69,7 @@ from mecanique.model import (
 )
 
 if TYPE_CHECKING:
+    from mecanique.derivation import derive
     from mecanique.derivation.equations import Equations
     from mecanique.motion import (
         Audit,
@@ -206,6 +206,7 @@ _HOMES = {
     "assemble": "mecanique.reference",
     "assembly_branches": "mecanique.reference",
     "degrees_of_freedom": "mecanique.reference",
+    "derive": "mecanique.derivation",
     "equilibria": "mecanique.motion",
     "export": "mecanique.viewing.show",
     "frequency_response": "mecanique.motion",

@@ -126,6 +126,13 @@ def test_steps_define_every_symbol(name: str) -> None:
     assert not unknown
 
 
+def test_a_named_root_comes_with_its_definition() -> None:
+    equations = derive(textbook.load("coupled_pendulums"))
+    radicand = "d^2 + 2 a^2 - 2 a d sin(q1) - 2 a^2 cos(q1 - q2) + 2 a d sin(q2)"
+    assert f"length of spring [m], rho = sqrt({radicand})" in equations.text(steps=True)
+    assert r"\item[$\rho = \sqrt{d^{2} + 2 a^{2}" in equations.latex(steps=True)
+
+
 def test_steps_in_latex() -> None:
     latex = derive(textbook.load("cart_pole")).latex(steps=True)
     assert "\\item[$c$] damping of the cart" in latex

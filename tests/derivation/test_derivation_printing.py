@@ -15,20 +15,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.derivation.printing.equations import (
-    Definition,
-    Equation,
-    definitions,
-    equations,
-    expression,
-)
+from mecanique.derivation.printing.equations import Equation, equations, expression
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.letters import Letter
+from mecanique.derivation.printing.writers import Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.functions import cos, exp, sin, sqrt, tan
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import Left, Result
 from mecanique.errors import DerivationError
 
 PROPERTY = settings(deadline=None, max_examples=80, derandomize=True)
@@ -496,26 +492,27 @@ def test_steps_are_written_in_three_formats() -> None:
     s = System("q", "m l")
     (v,), m, l = s.v, *s.p.values()
     T = m * l**2 * v**2 / 6
-    assert str(Definition("T", expression(T))) == "T = l^2 m q'^2/6"
-    assert Definition("T", expression(T)).latex() == r"T = \frac{l^{2} m}{6} \dot{q}^{2}"
-    slope = Definition("L", expression(T.diff("q'")), by="q'")
-    assert str(slope) == "∂L/∂q' = l^2 m q'/3"
-    assert slope.latex() == r"\frac{\partial L}{\partial \dot{q}} = \frac{l^{2} m}{3} \dot{q}"
-    rate = Definition("L", expression(T.diff("q'").ddt()), by="q'", rate=True)
-    assert str(rate) == "d/dt ∂L/∂q' = l^2 m q''/3"
-    assert rate.latex().startswith(r"\frac{d}{dt} \frac{\partial L}{\partial \dot{q}} = ")
-    assert ElementTree.fromstring(rate.mathml()).attrib["alttext"] == str(rate)
+    assert Result(Left("T"), T).write(Text()) == "T = l^2 m q'^2/6"
+    assert Result(Left("T"), T).write(Latex()) == r"T = \frac{l^{2} m}{6} \dot{q}^{2}"
+    p = Result(Left("L", "q'"), T.diff("q'"))
+    assert p.write(Text()) == "∂L/∂q' = l^2 m q'/3"
+    assert p.write(Latex()) == r"\frac{\partial L}{\partial \dot{q}} = \frac{l^{2} m}{3} \dot{q}"
+    rate = Result(Left("L", "q'", total=True), T.diff("q'").ddt())
+    assert rate.write(Text()) == "d/dt ∂L/∂q' = l^2 m q''/3"
+    assert rate.write(Latex()).startswith(r"\frac{d}{dt} \frac{\partial L}{\partial \dot{q}} = ")
+    ElementTree.fromstring(rate.write(MathML()))
     assert str(expression(T - T)) == "0"
     assert expression(T - T).latex() == "0"
     assert "<mn>0</mn>" in expression(T - T).mathml()
 
 
-def test_named_atoms_come_with_their_definition() -> None:
-    elements = plane_spring()
-    (definition,) = definitions(elements)
-    assert str(definition) == "rho = sqrt(h^2 + x^2)"
-    assert definition.latex() == r"\rho = \sqrt{h^{2} + x^{2}}"
-    assert definitions(rod_pendulum()) == ()
+def test_terms_of_euler_and_kirchhoff_are_written_in_three_formats() -> None:
+    turning = Left("T", "x'", turning=True)
+    assert turning.write(Text()) == "(ω × ∂T/∂v)_x'"
+    assert turning.write(Latex()) == (
+        r"\left(\omega \times \frac{\partial T}{\partial v}\right)_{\dot{x}}"
+    )
+    assert ElementTree.fromstring(turning.write(MathML())).tag == "msub"
 
 
 def test_functions_and_roots_are_written_out() -> None:

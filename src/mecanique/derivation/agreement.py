@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
+from mecanique.derivation.methods import METHODS
 from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["agreement", "derivations"]
@@ -22,11 +20,7 @@ def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
         DerivationError: if it has loops, or no closed form of reasonable length.
     """
     algebra = Algebra(mechanism)
-    return {
-        "newton_euler": NewtonEuler(mechanism, algebra).derivation(),
-        "virtual_work": VirtualWork(mechanism, algebra).derivation(),
-        "lagrange": Lagrange(mechanism, algebra).derivation(),
-    }
+    return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 
 
 def agreement(mechanism: Mechanism) -> str:

@@ -3,115 +3,25 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from html import escape
-from typing import TYPE_CHECKING, final
+from typing import final
 
 from mecanique.derivation.glossary import Meaning, meanings
-from mecanique.derivation.printing.equations import Equation, expression
+from mecanique.derivation.matrix_form import Linear, linear
+from mecanique.derivation.printing.equations import Equation, equations, expression
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
-from mecanique.derivation.symbolic.derivation import Left, Result
+from mecanique.derivation.scalars.cancel import without_common_divisor
+from mecanique.derivation.symbolic.derivation import Derivation
 
-if TYPE_CHECKING:
-    from mecanique.derivation.equations import Equations
-
-__all__ = ["TITLES", "Section", "latex", "mathml", "sections", "text", "title"]
-
-TITLES = {
-    "newton_euler": "Newton and Euler's equations of every body cut free",
-    "virtual_work": "d'Alembert's principle and virtual work",
-    "lagrange": "Lagrange's equations of the second kind",
-}
-"""What each method is called."""
+__all__ = ["Document", "Section"]
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
-
-
-def text(equations: Equations, steps: bool) -> str:
-    """Return a derivation as text.
-
-    Args:
-        equations: derived symbolically.
-        steps: whether to show more than the equations of motion.
-    """
-    lines = [equation.text() for equation in equations.equations]
-    if not steps:
-        return "\n".join(lines)
-    writer = Text()
-    out = [_heading(equations), "", "Symbols"]
-    listed = meanings(equations)
-    width = max(len(m.name) for m in listed)
-    out += [f"  {m.name:<{width}}  {_sentence(m, _symbol(m, writer))}" for m in listed]
-    for number, stage in enumerate(equations.steps, 1):
-        out += ["", f"{number}. {stage.title}", *_wrapped(stage.explanation)]
-        out += [f"     {_line(result, writer)}" for result in stage.results]
-    out += ["", f"{len(equations.steps) + 1}. Equations of motion", *_wrapped(_closing(equations))]
-    out += [f"     {line}" for line in lines]
-    if equations.linear is not None:
-        out += [
-            "",
-            "   They are linear:",
-            *(f"     {line}" for line in equations.linear.text().splitlines()),
-        ]
-    out += [
-        line for sentence in _assumptions(equations, writer) for line in ("", *_wrapped(sentence))
-    ]
-    return "\n".join(out)
-
-
-def latex(equations: Equations, steps: bool) -> str:
-    """Return a derivation in LaTeX.
-
-    Args:
-        equations: derived symbolically.
-        steps: whether to show more than the equations of motion; the result is then a fragment of a
-            document.
-    """
-    rows = [_aligned(equation) for equation in equations.equations]
-    whole = "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-    if not steps:
-        return whole
-    writer = Latex()
-    out = [f"\\section*{{{_tex(_heading(equations))}}}", "\\begin{description}"]
-    out += [f"\\item[${_symbol(m, writer)}$] {_tex(m.sentence)}" for m in meanings(equations)]
-    out.append("\\end{description}")
-    for stage in equations.steps:
-        out += [f"\\subsection*{{{_tex(stage.title)}}}", _tex(stage.explanation)]
-        out += [f"\\[ {_line(result, writer)} \\]" for result in stage.results]
-    out += ["\\subsection*{Equations of motion}", _tex(_closing(equations)), f"\\[ {whole} \\]"]
-    if equations.linear is not None:
-        out += ["They are linear:", f"\\[ {equations.linear.latex()} \\]"]
-    out += [_tex(sentence) for sentence in _assumptions(equations, Text())]
-    return "\n".join(out)
-
-
-def mathml(equations: Equations, steps: bool) -> str:
-    """Return a derivation in MathML.
-
-    Args:
-        equations: derived, symbolically or not.
-        steps: whether to show more than the equations of motion; the result is then a fragment of
-            an HTML page.
-    """
-    if not equations.symbolic:
-        return f"<p>{escape(equations.text())}</p>"
-    if not steps:
-        return "\n".join(equation.mathml() for equation in equations.equations)
-    writer = MathML()
-    out = [f"<h3>{escape(_heading(equations))}</h3>", "<dl>"]
-    for m in meanings(equations):
-        out.append(
-            f"<dt>{_MATH.format('inline', _symbol(m, writer))}</dt><dd>{escape(m.sentence)}</dd>"
-        )
-    out.append("</dl>")
-    for section in sections(equations):
-        out += [
-            f"<h4>{escape(section.title)}</h4>",
-            f"<p>{escape(section.explanation)}</p>",
-            *section.formulas,
-        ]
-    return "\n".join(out)
+_DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
+_LINEAR = " The last line is the same in matrices: the equations are linear."
+_WIDTH = 100
 
 
 @final
@@ -130,121 +40,153 @@ class Section:
     formulas: tuple[str, ...]
 
 
-def sections(equations: Equations) -> tuple[Section, ...]:
-    """Return the steps of a derivation in MathML; the last holds the equations of motion.
+@final
+@dataclass(frozen=True)
+class Document:
+    """A symbolic derivation in print.
 
     Args:
-        equations: derived symbolically.
+        derivation: what to write out.
+        method: what its method is called.
     """
-    writer = MathML()
-    out = [
-        Section(
-            stage.title,
-            stage.explanation,
-            tuple(_MATH.format("block", _line(result, writer)) for result in stage.results),
-        )
-        for stage in equations.steps
-    ]
-    formulas = tuple(equation.mathml() for equation in equations.equations)
-    closing = " ".join([_closing(equations), *_assumptions(equations, Text())])
-    if equations.linear is not None:
-        formulas += (equations.linear.mathml(),)
-        closing += " The last line is the same in matrices: the equations are linear."
-    return (*out, Section("Equations of motion", closing, formulas))
+
+    derivation: Derivation
+    method: str
+
+    @property
+    def title(self) -> str:
+        """What the method is called for this mechanism."""
+        return "Lagrange's equations with multipliers" if self.derivation.ties else self.method
+
+    @cached_property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations of motion, one for each velocity, then those of the loops."""
+        rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
+        return equations([without_common_divisor(row) for row in rows])
+
+    @cached_property
+    def linear(self) -> Linear | None:
+        """The matrices of M q'' + C q' + K q = f if the equations are linear, else None."""
+        return linear(self.derivation)
+
+    def text(self, steps: bool) -> str:
+        """Return it as text.
+
+        Args:
+            steps: whether to show more than the equations of motion.
+        """
+        lines = [equation.text() for equation in self.equations]
+        if not steps:
+            return "\n".join(lines)
+        writer = Text()
+        out = [self._heading, "", "Symbols", *self._symbols_as_text(writer)]
+        stages = self.derivation.stages
+        for number, stage in enumerate(stages, 1):
+            out += ["", f"{number}. {stage.title}", *_wrap(stage.explanation)]
+            out += [f"     {result.write(writer)}" for result in stage.results]
+        out += ["", f"{len(stages) + 1}. Equations of motion", *_wrap(self._closing)]
+        out += [f"     {line}" for line in lines]
+        if self.linear is not None:
+            out += ["", "   They are linear:"]
+            out += [f"     {line}" for line in self.linear.text().splitlines()]
+        for sentence in self._assumptions(writer):
+            out += ["", *_wrap(sentence)]
+        return "\n".join(out)
+
+    def latex(self, steps: bool) -> str:
+        """Return it in LaTeX; with steps, a fragment of a document.
+
+        Args:
+            steps: whether to show more than the equations of motion.
+        """
+        rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
+        whole = "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        if not steps:
+            return whole
+        writer = Latex()
+        out = [f"\\section*{{{_tex(self._heading)}}}", "\\begin{description}"]
+        for meaning in meanings(self.derivation):
+            out.append(f"\\item[${_symbol(meaning, writer)}$] {_tex(meaning.sentence)}")
+        out.append("\\end{description}")
+        for stage in self.derivation.stages:
+            out += [f"\\subsection*{{{_tex(stage.title)}}}", _tex(stage.explanation)]
+            out += [f"\\[ {result.write(writer)} \\]" for result in stage.results]
+        out += ["\\subsection*{Equations of motion}", _tex(self._closing), f"\\[ {whole} \\]"]
+        if self.linear is not None:
+            out += ["They are linear:", f"\\[ {self.linear.latex()} \\]"]
+        out += [_tex(sentence) for sentence in self._assumptions(Text())]
+        return "\n".join(out)
+
+    def mathml(self, steps: bool) -> str:
+        """Return it in MathML; with steps, a fragment of an HTML page.
+
+        Args:
+            steps: whether to show more than the equations of motion.
+        """
+        if not steps:
+            return "\n".join(equation.mathml() for equation in self.equations)
+        writer = MathML()
+        out = [f"<h3>{escape(self._heading)}</h3>", "<dl>"]
+        for meaning in meanings(self.derivation):
+            symbol = _MATH.format("inline", _symbol(meaning, writer))
+            out.append(f"<dt>{symbol}</dt><dd>{escape(meaning.sentence)}</dd>")
+        out.append("</dl>")
+        for section in self.sections():
+            out += [f"<h4>{escape(section.title)}</h4>", f"<p>{escape(section.explanation)}</p>"]
+            out += section.formulas
+        return "\n".join(out)
+
+    def sections(self) -> tuple[Section, ...]:
+        """Return the steps in MathML; the last holds the equations of motion."""
+        writer = MathML()
+        out = []
+        for stage in self.derivation.stages:
+            lines = [_MATH.format("block", result.write(writer)) for result in stage.results]
+            out.append(Section(stage.title, stage.explanation, tuple(lines)))
+        formulas = tuple(equation.mathml() for equation in self.equations)
+        closing = " ".join([self._closing, *self._assumptions(Text())])
+        if self.linear is not None:
+            formulas += (self.linear.mathml(),)
+            closing += _LINEAR
+        return (*out, Section("Equations of motion", closing, formulas))
+
+    @property
+    def _heading(self) -> str:
+        name = self.derivation.algebra.mechanism.name.replace("_", " ")
+        return f"{name[:1].upper()}{name[1:]}: {self.title}"
+
+    @property
+    def _closing(self) -> str:
+        if self.derivation.stages and self.derivation.closing:
+            return f"{self.derivation.closing} {_DIVIDED.format('')}"
+        return _DIVIDED.format("that ")
+
+    def _symbols_as_text(self, writer: Writer) -> Iterator[str]:
+        listed = meanings(self.derivation)
+        width = max(len(meaning.name) for meaning in listed)
+        for meaning in listed:
+            root = "" if meaning.radicand is None else f", {_symbol(meaning, writer)}"
+            yield f"  {meaning.name:<{width}}  {meaning.sentence}{root}"
+
+    def _assumptions(self, writer: Writer) -> Iterator[str]:
+        for assumption in self.derivation.assumptions:
+            positive = expression(assumption.positive).write(writer)
+            yield (
+                f"Taken for granted: {assumption.subject} is {positive}, which must stay positive."
+            )
 
 
-def _closing(equations: Equations) -> str:
-    if equations.steps and equations.derivation.closing:
-        return f"{equations.derivation.closing} Each line is divided by the numbers and parameters all its terms share."
-    return "Each line is divided by the numbers and parameters that all its terms share."
-
-
-def title(equations: Equations) -> str:
-    """Return what the method of a derivation is called.
-
-    Args:
-        equations: derived, symbolically or not.
-    """
-    if equations.symbolic and equations.derivation.ties:
-        return "Lagrange's equations with multipliers"
-    name = equations.method.replace("_", " ")
-    return TITLES.get(equations.method, f"{name[:1].upper()}{name[1:]}")
-
-
-def _heading(equations: Equations) -> str:
-    name = equations.mechanism.name.replace("_", " ")
-    return f"{name[:1].upper()}{name[1:]}: {title(equations)}"
-
-
-def _wrapped(sentence: str) -> Iterator[str]:
-    yield from textwrap.wrap(sentence, 100, initial_indent="   ", subsequent_indent="   ")
+def _wrap(sentence: str) -> list[str]:
+    return textwrap.wrap(sentence, _WIDTH, initial_indent="   ", subsequent_indent="   ")
 
 
 def _symbol(meaning: Meaning, writer: Writer) -> str:
+    """A symbol, and what a root is the root of."""
     symbol = writer.letter(meaning.name, False, "")
     if meaning.radicand is None:
         return symbol
-    return writer.equation(
-        symbol, writer.call("sqrt", expression(meaning.radicand).write(writer), "")
-    )
-
-
-def _sentence(meaning: Meaning, symbol: str) -> str:
-    """The meaning in text, and the definition of a root after it."""
-    return meaning.sentence if meaning.radicand is None else f"{meaning.sentence}, {symbol}"
-
-
-def _line(result: Result, writer: Writer) -> str:
-    left = result.left
-    written = _left(left, writer) if isinstance(left, Left) else expression(left).write(writer)
-    return writer.equation(written, expression(result.right).write(writer))
-
-
-def _left(left: Left, writer: Writer) -> str:
-    quantity = writer.letter(left.quantity, False, "")
-    if not left.by:
-        return quantity
-    by = writer.letter(left.by, False, "")
-    if left.component:
-        return writer.letter(f"{left.quantity}_{left.by}", False, "")
-    match writer:
-        case Latex():
-            slope = f"\\frac{{\\partial {quantity}}}{{\\partial {by}}}"
-            before, after = "\\frac{d}{dt} ", ""
-            turned = f"\\left(\\omega \\times \\frac{{\\partial {quantity}}}{{\\partial v}}\\right)_{{{by}}}"
-        case MathML():
-            d = "<mo>∂</mo>"
-            slope = f"<mfrac><mrow>{d}{quantity}</mrow><mrow>{d}{by}</mrow></mfrac>"
-            before, after = (
-                "<mrow><mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>",
-                "</mrow>",
-            )
-            gradient = f"<mfrac><mrow>{d}{quantity}</mrow><mrow>{d}<mi>v</mi></mrow></mfrac>"
-            turned = (
-                f"<msub><mrow><mo>(</mo><mi>ω</mi><mo>×</mo>{gradient}<mo>)</mo></mrow>{by}</msub>"
-            )
-        case _:
-            slope, before, after, turned = (
-                f"∂{quantity}/∂{by}",
-                "d/dt ",
-                "",
-                f"(ω × ∂{quantity}/∂v)_{by}",
-            )
-    if left.turning:
-        return turned
-    return f"{before}{slope}{after}" if left.total else slope
-
-
-def _aligned(equation: Equation) -> str:
-    return equation.latex().replace(" = ", " &= ", 1)
-
-
-def _assumptions(equations: Equations, writer: Writer) -> Iterable[str]:
-    for assumption in equations.derivation.assumptions:
-        yield (
-            f"Taken for granted: {assumption.subject} is {expression(assumption.positive).write(writer)}, "
-            "which must stay positive."
-        )
+    root = writer.call("sqrt", expression(meaning.radicand).write(writer), "")
+    return writer.equation(symbol, root)
 
 
 def _tex(sentence: str) -> str:

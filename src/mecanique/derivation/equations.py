@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, final
+from html import escape
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.derivation.document import Document
+from mecanique.derivation.matrix_form import Linear
+from mecanique.derivation.numeric.dynamics import BatchDynamics
+from mecanique.derivation.numeric.multipliers import Constrained
+from mecanique.derivation.numeric.newton_euler import Balances, Reaction
+from mecanique.derivation.printing.equations import Equation
+from mecanique.derivation.printing.expressions import to_sympy
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.states import Given, States
+from mecanique.derivation.symbolic.derivation import Derivation, Stage
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:
-    from mecanique.derivation.matrix_form import Linear
-    from mecanique.derivation.numeric.dynamics import BatchDynamics
-    from mecanique.derivation.numeric.multipliers import Constrained
-    from mecanique.derivation.numeric.newton_euler import Reaction
-    from mecanique.derivation.printing.equations import Equation
-    from mecanique.derivation.symbolic.derivation import Derivation, Stage
+    from sympy import Matrix
 
 __all__ = ["Equations"]
 
@@ -35,7 +40,8 @@ class Equations:
 
     Args:
         mechanism: what they describe.
-        method: how they were derived.
+        method: how they were derived, e.g. "lagrange".
+        title: what that is called.
         numeric: computes them.
         derive_symbols: derives them symbolically; raises a DerivationError if they have no closed
             form of reasonable length.
@@ -43,6 +49,7 @@ class Equations:
 
     mechanism: Mechanism
     method: str
+    title: str
     numeric: BatchDynamics
     derive_symbols: Callable[[], Derivation]
 
@@ -75,20 +82,25 @@ class Equations:
         return self._outcome
 
     @cached_property
-    def equations(self) -> tuple[Equation, ...]:
-        """The equations of motion as a textbook prints them, one for each velocity, then those of the loops.
+    def document(self) -> Document:
+        """The derivation written out.
 
         Raises:
             DerivationError: if there is no symbolic form.
         """
-        from mecanique.derivation.printing.equations import equations
-        from mecanique.derivation.scalars.cancel import without_common_divisor
+        return Document(self.derivation, self.title)
 
-        rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
-        return equations([without_common_divisor(row) for row in rows])
+    @property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations of motion as a textbook prints them: of each velocity, then of the loops.
+
+        Raises:
+            DerivationError: if there is no symbolic form.
+        """
+        return self.document.equations
 
     @cached_property
-    def M(self) -> Any:
+    def M(self) -> Matrix:
         """The mass matrix, a sympy Matrix of shape (nv, nv).
 
         Raises:
@@ -97,7 +109,7 @@ class Equations:
         return _matrix(self.derivation.M)
 
     @cached_property
-    def h(self) -> Any:
+    def h(self) -> Matrix:
         """Coriolis, centrifugal and rheonomic inertia terms and gravity, a sympy Matrix of shape (nv, 1).
 
         Raises:
@@ -106,7 +118,7 @@ class Equations:
         return _matrix([[entry] for entry in self.derivation.h])
 
     @cached_property
-    def Q(self) -> Any:
+    def Q(self) -> Matrix:
         """Generalized forces of springs, dampers, drives and loads, a sympy Matrix of shape (nv, 1).
 
         Raises:
@@ -123,16 +135,14 @@ class Equations:
         """
         return self.derivation.stages
 
-    @cached_property
+    @property
     def linear(self) -> Linear | None:
-        """The matrices of M q'' + C q' + K q = f if the equations are linear with constant coefficients, else None.
+        """M q'' + C q' + K q = f if the equations are linear with constant coefficients, else None.
 
         Raises:
             DerivationError: if there is no symbolic form.
         """
-        from mecanique.derivation.matrix_form import linear
-
-        return linear(self.derivation)
+        return self.document.linear
 
     def matrix_form(self) -> str:
         """Return linear equations of motion as M q'' + C q' + K q = f with all matrices, as text.
@@ -168,9 +178,7 @@ class Equations:
         Args:
             steps: whether to show how they came about.
         """
-        from mecanique.derivation.document import text
-
-        return text(self, steps) if self.symbolic else self._absent()
+        return self.document.text(steps) if self.symbolic else self._absent()
 
     def latex(self, steps: bool = False) -> str:
         """Return the equations of motion in LaTeX, for mathematics mode; with steps, a fragment of a document.
@@ -178,9 +186,7 @@ class Equations:
         Args:
             steps: whether to show how they came about.
         """
-        from mecanique.derivation.document import latex
-
-        return latex(self, steps) if self.symbolic else f"\\text{{{self._absent()}}}"
+        return self.document.latex(steps) if self.symbolic else f"\\text{{{self._absent()}}}"
 
     def mathml(self, steps: bool = False) -> str:
         """Return the equations of motion in MathML, an element each; with steps, a fragment of an HTML page.
@@ -188,9 +194,7 @@ class Equations:
         Args:
             steps: whether to show how they came about.
         """
-        from mecanique.derivation.document import mathml
-
-        return mathml(self, steps)
+        return self.document.mathml(steps) if self.symbolic else f"<p>{escape(self._absent())}</p>"
 
     def __str__(self) -> str:
         return self.text()
@@ -289,8 +293,6 @@ class Equations:
 
     @cached_property
     def _constrained(self) -> Constrained:
-        from mecanique.derivation.numeric.multipliers import Constrained
-
         return Constrained(self.mechanism, self.numeric)
 
     def reactions(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, Reaction]:
@@ -309,8 +311,6 @@ class Equations:
             DerivationError: if the method shows no reactions, if a motion meets no inertia, or if
                 there are loops.
         """
-        from mecanique.derivation.numeric.newton_euler import Balances, Reaction
-
         if not isinstance(self.numeric, Balances):
             raise DerivationError(
                 f'the method {self.method!r} shows no reactions, which do no virtual work; use method="newton_euler"'
@@ -405,9 +405,7 @@ class Equations:
         return states.shaped(T), states.shaped(V)
 
 
-def _matrix(rows: Any) -> Any:
+def _matrix(rows: Iterable[Sequence[Series]]) -> Matrix:
     from sympy import Matrix
-
-    from mecanique.derivation.printing.expressions import to_sympy
 
     return Matrix([[to_sympy(entry) for entry in row] for row in rows])

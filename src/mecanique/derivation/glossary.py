@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.model.joints import Joint, Planar, Single, Universal
 from mecanique.model.mechanism import Mechanism
-
-if TYPE_CHECKING:
-    from mecanique.derivation.equations import Equations
 
 __all__ = ["Meaning", "meanings"]
 
@@ -34,41 +32,41 @@ class Meaning:
     radicand: Series | None = None
 
 
-def meanings(equations: Equations) -> tuple[Meaning, ...]:
-    """Return the meaning of every symbol in the steps and the equations: coordinates, parameters, inputs, lengths, t.
+def meanings(derivation: Derivation) -> tuple[Meaning, ...]:
+    """Return what every symbol in the steps and the equations means, in the order of a list.
 
     Args:
-        equations: derived symbolically.
+        derivation: what shows the symbols.
     """
-    derivation, mechanism = equations.derivation, equations.mechanism
-    ring = derivation.algebra.ring
-    results = [result for stage in derivation.stages for result in stage.results]
-    shown = [*derivation.rows, *(result.right for result in results)]
-    shown += [result.left for result in results if isinstance(result.left, Series)]
-    used = {generator.name: generator.kind for series in shown for generator in series.generators()}
+    ring, mechanism = derivation.algebra.ring, derivation.algebra.mechanism
+    used = _kinds_shown(derivation)
     found = [*_coordinates(mechanism)]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
-            found.append(
-                Meaning(
-                    parameter.symbol, _sentence(parameter.meaning or "parameter", parameter.unit)
-                )
-            )
+            sentence = _sentence(parameter.meaning or "parameter", parameter.unit)
+            found.append(Meaning(parameter.symbol, sentence))
     for signal in mechanism.inputs:
         if signal.symbol in used:
             found.append(Meaning(signal.symbol, _sentence(signal.meaning or "input", signal.unit)))
     for index, atom in ring.atoms.items():
-        generator = ring.generators[index]
-        if atom.named and used.get(generator.name) is Kind.ATOM:
-            found.append(
-                Meaning(
-                    generator.name, derivation.lengths.get(generator.name, "root"), atom.argument
-                )
-            )
+        name = ring.generators[index].name
+        if atom.named and used.get(name) is Kind.ATOM:
+            found.append(Meaning(name, derivation.lengths.get(name, "root"), atom.argument))
     found += [Meaning(name, sentence) for name, sentence in derivation.unknowns.items()]
     if used.get("t") is Kind.TIME:
         found.append(Meaning("t", "time [s]"))
     return tuple(found)
+
+
+def _kinds_shown(derivation: Derivation) -> dict[str, Kind]:
+    """The kind of every symbol in print, by its name."""
+    shown = list(derivation.rows)
+    for stage in derivation.stages:
+        for result in stage.results:
+            shown.append(result.right)
+            if isinstance(result.left, Series):
+                shown.append(result.left)
+    return {g.name: g.kind for series in shown for g in series.generators()}
 
 
 def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:

@@ -133,7 +133,8 @@ def is_light(name: str, mechanism: Mechanism) -> bool:
 
 
 def _jets(mechanism: Mechanism) -> Equations:
-    return Equations(mechanism, "definition", Definition(mechanism), _no_symbols)
+    title = "Lagrange's operator on jets"
+    return Equations(mechanism, "definition", title, Definition(mechanism), _no_symbols)
 
 
 def _no_symbols() -> Derivation:

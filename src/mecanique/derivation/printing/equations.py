@@ -11,7 +11,6 @@ from typing import final
 from mecanique.derivation.printing.expressions import (
     Expr,
     collected_terms,
-    definition,
     factored,
     letters,
 )
@@ -30,7 +29,7 @@ from mecanique.derivation.scalars.polynomials import Parts
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 from mecanique.errors import DerivationError
 
-__all__ = ["Definition", "Equation", "Expression", "Term", "definitions", "equations", "expression"]
+__all__ = ["Equation", "Expression", "Term", "equations", "expression"]
 
 _PLACES = {
     Kind.CONSTANT: -1,
@@ -150,48 +149,6 @@ class Equation:
         return f"$\\displaystyle {self.latex()}$"
 
 
-@final
-@dataclass(frozen=True)
-class Definition:
-    """A line name = expression, e.g. T = …, ρ = √(h² + x²) or ∂L/∂q' = ….
-
-    Args:
-        name: what is defined, e.g. "T", "rho".
-        value: what it is.
-        by: what the name is differentiated by, e.g. "q'"; "" for the name itself.
-        rate: whether the total time derivative of that is meant.
-    """
-
-    name: str
-    value: Expression
-    by: str = ""
-    rate: bool = False
-
-    def text(self) -> str:
-        """Return it as one line of text."""
-        return self._write(Text())
-
-    def latex(self) -> str:
-        """Return it in LaTeX, without dollar signs."""
-        return self._write(Latex())
-
-    def mathml(self) -> str:
-        """Return it as one MathML element."""
-        return _math_element(self._write(MathML()), self.text())
-
-    def _write(self, writer: Writer) -> str:
-        left = writer.letter(self.name, False, "")
-        if self.by:
-            left = writer.partial(left, writer.letter(self.by, False, ""), self.rate)
-        return writer.equation(left, self.value.write(writer))
-
-    def __str__(self) -> str:
-        return self.text()
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-
 def equations(elements: Sequence[Series], *, monic: bool | None = None) -> tuple[Equation, ...]:
     """Return equations of motion element = 0 in textbook form.
 
@@ -221,24 +178,6 @@ def expression(series: Series) -> Expression:
     return _expression(
         series.ring, [(key, shortest(part, products=True)) for (_, key), part in groups]
     )
-
-
-def definitions(elements: Sequence[Series]) -> tuple[Definition, ...]:
-    """Return what the named atoms in series stand for, e.g. rho = sqrt(h^2 + x^2).
-
-    Args:
-        elements: series of one ring.
-    """
-    from sympy import Integer
-
-    found: dict[int, Definition] = {}
-    for element in elements:
-        for generator in element.generators():
-            atom = element.ring.atoms.get(generator.index)
-            if atom is not None and atom.named:
-                value = Expression((Term(definition(atom), Integer(1)),), _notation(element.ring))
-                found[generator.index] = Definition(generator.name, value)
-    return tuple(found[index] for index in sorted(found))
 
 
 def _equation(element: Series, divide: bool) -> Equation:

@@ -49,6 +49,10 @@ class Writer(ABC):
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative of two written letters, or the time derivative of that."""
 
+    @abstractmethod
+    def turning(self, gradient: str, component: str) -> str:
+        """Write a component of ω × a gradient, as in Euler and Kirchhoff's equations."""
+
 
 @final
 class Text(Writer):
@@ -94,6 +98,10 @@ class Text(Writer):
     def partial(self, function: str, variable: str, rate: bool) -> str:
         """Write a partial derivative, or the time derivative of that."""
         return f"{'d/dt ' if rate else ''}∂{function}/∂{variable}"
+
+    def turning(self, gradient: str, component: str) -> str:
+        """Write a component of ω × a gradient."""
+        return f"(ω × {gradient})_{component}"
 
 
 @final
@@ -152,6 +160,10 @@ class Latex(Writer):
         """Write a partial derivative, or the time derivative of that."""
         slope = f"\\frac{{\\partial {function}}}{{\\partial {variable}}}"
         return f"\\frac{{d}}{{dt}} {slope}" if rate else slope
+
+    def turning(self, gradient: str, component: str) -> str:
+        """Write a component of ω × a gradient."""
+        return f"\\left(\\omega \\times {gradient}\\right)_{{{component}}}"
 
     def _word(self, word: str) -> str:
         if word in GREEK:
@@ -231,6 +243,11 @@ class MathML(Writer):
         slope = f"<mfrac><mrow><mo>∂</mo>{function}</mrow><mrow><mo>∂</mo>{variable}</mrow></mfrac>"
         operator = "<mfrac><mi>d</mi><mrow><mi>d</mi><mi>t</mi></mrow></mfrac>"
         return f"<mrow>{operator}{slope}</mrow>" if rate else slope
+
+    def turning(self, gradient: str, component: str) -> str:
+        """Write a component of ω × a gradient."""
+        product = f"<mrow><mo>(</mo><mi>ω</mi><mo>×</mo>{gradient}<mo>)</mo></mrow>"
+        return f"<msub>{product}{component}</msub>"
 
     def _row(self, factors: Sequence[str]) -> str:
         if len(factors) <= 1:

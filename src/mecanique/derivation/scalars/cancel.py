@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mecanique.derivation.scalars.monomials import Polynomial, exponent, power
 from mecanique.derivation.scalars.series import Kind, Series, canonical
-from mecanique.derivation.symbolic.symbols import Algebra
 
 __all__ = ["by_velocity", "tidy", "without_common_divisor"]
 
@@ -38,20 +39,21 @@ def tidy(series: Series) -> Series:
     return series
 
 
-def by_velocity(algebra: Algebra, series: Series) -> Series:
+def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
     """Return a series tidied velocity by velocity, so that roots cancel where they belong together.
 
     Args:
-        algebra: of the mechanism.
         series: a polynomial in the velocities.
+        velocities: their names.
     """
+    v = [series.ring[name] for name in velocities]
     terms = []
-    for powers, coefficient in series.coefficients(algebra.velocities).items():
+    for powers, coefficient in series.coefficients(velocities).items():
         term = tidy(coefficient)
-        for name, power_of_it in zip(algebra.velocities, powers, strict=True):
-            term = term * algebra.ring[name] ** power_of_it
+        for x, k in zip(v, powers, strict=True):
+            term = term * x**k
         terms.append(term)
-    return algebra.ring.sum(terms)
+    return series.ring.sum(terms)
 
 
 def without_common_divisor(series: Series) -> Series:

@@ -76,6 +76,8 @@ class Basis(Protocol):
     def number(self, value: object) -> Series:
         """Return a number as a series."""
 
+    def __getitem__(self, name: str) -> Series: ...
+
     def index(self, generator: str | Series) -> int:
         """Return the place of a generator."""
 

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from typing import Any, final
+from typing import Protocol, TypeAlias, final
 
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.printing.writers import Writer
+from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.loops import Tie
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.derivation.symbolic.symbols import Algebra
 
-__all__ = ["Derivation", "Left", "Result", "Stage"]
+__all__ = ["Derivation", "Left", "Matrix", "Result", "Stage", "SymbolicMethod", "mass_and_bias"]
+
+Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
+"""Rows of series."""
 
 
 @final
@@ -33,6 +39,19 @@ class Left:
     turning: bool = False
     component: bool = False
 
+    def write(self, writer: Writer) -> str:
+        """Return it in the format of a writer."""
+        if self.component:
+            return writer.letter(f"{self.quantity}_{self.by}", False, "")
+        quantity = writer.letter(self.quantity, False, "")
+        if not self.by:
+            return quantity
+        by = writer.letter(self.by, False, "")
+        if self.turning:
+            gradient = writer.partial(quantity, writer.letter("v", False, ""), False)
+            return writer.turning(gradient, by)
+        return writer.partial(quantity, by, self.total)
+
 
 @final
 @dataclass(frozen=True)
@@ -46,6 +65,11 @@ class Result:
 
     left: Left | Series
     right: Series
+
+    def write(self, writer: Writer) -> str:
+        """Return the line in the format of a writer."""
+        left = self.left if isinstance(self.left, Left) else expression(self.left)
+        return writer.equation(left.write(writer), expression(self.right).write(writer))
 
 
 @final
@@ -85,7 +109,7 @@ class Derivation:
     """
 
     algebra: Algebra
-    M: tuple[tuple[Series, ...], ...]
+    M: Matrix
     h: tuple[Series, ...]
     Q: tuple[Series, ...]
     stages: tuple[Stage, ...]
@@ -99,13 +123,34 @@ class Derivation:
     @property
     def rows(self) -> tuple[Series, ...]:
         """M a + h − Q − Σ λ ∂Φ/∂q, one series for each velocity."""
-        algebra = self.algebra
-        a: list[Any] = [algebra.ring[name] for name in algebra.accelerations]
-        slopes = [(tie.multiplier, algebra.along(tie.demand)) for tie in self.ties]
-        terms = [
-            [m * x for m, x in zip(row, a, strict=True)]
-            + [h, -q]
-            + [-multiplier * by[k] for multiplier, by in slopes]
-            for k, (row, h, q) in enumerate(zip(self.M, self.h, self.Q, strict=True))
-        ]
-        return tuple(algebra.ring.sum(parts) for parts in terms)
+        ring = self.algebra.ring
+        a = [ring[name] for name in self.algebra.accelerations]
+        slopes = [(tie.multiplier, self.algebra.along(tie.demand)) for tie in self.ties]
+        rows = []
+        for k, (row, h, Q) in enumerate(zip(self.M, self.h, self.Q, strict=True)):
+            inertia = [m * x for m, x in zip(row, a, strict=True)]
+            held = [-multiplier * slope[k] for multiplier, slope in slopes]
+            rows.append(ring.sum([*inertia, h, -Q, *held]))
+        return tuple(rows)
+
+
+class SymbolicMethod(Protocol):
+    """A method that derives a mechanism's equations of motion as series."""
+
+    def derivation(self) -> Derivation:
+        """Return the equations of motion with their steps."""
+
+
+def mass_and_bias(algebra: Algebra, rows: Iterable[Series]) -> tuple[Matrix, tuple[Series, ...]]:
+    """Return M and h of rows M a + h, one for each velocity.
+
+    Args:
+        algebra: the mechanism's symbols.
+        rows: the inertia forces and weights that each velocity meets.
+    """
+    M, h = [], []
+    for row in rows:
+        coefficients, rest = row.linear(algebra.accelerations)
+        M.append(tuple(tidy(entry) for entry in coefficients))
+        h.append(by_velocity(rest, algebra.velocities))
+    return tuple(M), tuple(h)

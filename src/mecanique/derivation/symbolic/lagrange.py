@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import final
 
-from mecanique.derivation.equations import Equations
-from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, mass_and_bias
 from mecanique.derivation.symbolic.forces import works_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.loops import ties
@@ -31,18 +29,7 @@ from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Lagrange", "derive_equations"]
-
-
-def derive_equations(mechanism: Mechanism) -> Equations:
-    """Derive the equations of motion by Lagrange's method.
-
-    Args:
-        mechanism: any mechanism.
-    """
-    return Equations(
-        mechanism, "lagrange", Recursion(mechanism), lambda: Lagrange(mechanism).derivation()
-    )
+__all__ = ["Lagrange"]
 
 
 @final
@@ -78,18 +65,14 @@ class Lagrange:
         rates = [p.ddt() for p in momenta]
         turning = self._turning(momenta)
         slopes, falls = algebra.along(self.T), algebra.along(self.gravity)
-        M, h, Q = [], [], []
-        for k in range(len(names)):
-            inertia = rates[k] + turning[k] - slopes[k] + falls[k]
-            row, rest = inertia.linear(algebra.accelerations)
-            M.append(tuple(tidy(entry) for entry in row))
-            h.append(by_velocity(algebra, rest))
-            Q.append(by_velocity(algebra, ring.sum([work.forces[k] for work in self.works])))
+        inertia = [rates[k] + turning[k] - slopes[k] + falls[k] for k in range(len(names))]
+        M, h = mass_and_bias(algebra, inertia)
+        loads = [ring.sum([work.forces[k] for work in self.works]) for k in range(len(names))]
         return Derivation(
             algebra=algebra,
-            M=tuple(M),
-            h=tuple(h),
-            Q=tuple(Q),
+            M=M,
+            h=h,
+            Q=tuple(by_velocity(load, names) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
                 *energy_stages(self.kinetic, self.T, self.gravity, self.works, self.V),

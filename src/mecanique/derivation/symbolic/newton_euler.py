@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, final
 
-from mecanique.derivation.equations import Equations
-from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage
+from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.elimination import JointRate, demands, joint_rates, project
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.kinematics import Kinematics
@@ -25,18 +23,7 @@ from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["NewtonEuler", "derive_equations", "listed"]
-
-
-def derive_equations(mechanism: Mechanism) -> Equations:
-    """Derive the equations of motion by Newton and Euler's method.
-
-    Args:
-        mechanism: any mechanism.
-    """
-    return Equations(
-        mechanism, "newton_euler", Balances(mechanism), lambda: NewtonEuler(mechanism).derivation()
-    )
+__all__ = ["NewtonEuler", "listed"]
 
 
 @final
@@ -78,21 +65,13 @@ class NewtonEuler:
     def derivation(self) -> Derivation:
         """Return the equations of motion with their steps."""
         algebra = self.algebra
-        rows = project(self.cuts, self.rates, self._inertia, rotors=True)
-        M, h = [], []
-        for row in rows:
-            coefficients, rest = row.linear(algebra.accelerations)
-            M.append(tuple(tidy(entry) for entry in coefficients))
-            h.append(by_velocity(algebra, rest))
-        Q = [
-            by_velocity(algebra, q)
-            for q in project(self.cuts, self.rates, self._loads, rotors=False)
-        ]
+        M, h = mass_and_bias(algebra, project(self.cuts, self.rates, self._inertia, rotors=True))
+        loads = project(self.cuts, self.rates, self._loads, rotors=False)
         return Derivation(
             algebra=algebra,
-            M=tuple(M),
-            h=tuple(h),
-            Q=tuple(Q),
+            M=M,
+            h=h,
+            Q=tuple(by_velocity(load, algebra.velocities) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
                 *(stage for cut in self.cuts.bodies for stage in self._free_body(cut)),

@@ -10,11 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import final
 
-from mecanique.derivation.equations import Equations
-from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage
+from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.distribution import distribution_of
 from mecanique.derivation.symbolic.free_bodies import Cut
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler, listed
@@ -24,18 +22,7 @@ from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["VirtualWork", "derive_equations"]
-
-
-def derive_equations(mechanism: Mechanism) -> Equations:
-    """Derive the equations of motion by d'Alembert's principle and virtual work.
-
-    Args:
-        mechanism: any mechanism.
-    """
-    return Equations(
-        mechanism, "virtual_work", Works(mechanism), lambda: VirtualWork(mechanism).derivation()
-    )
+__all__ = ["VirtualWork"]
 
 
 @final
@@ -78,11 +65,7 @@ class VirtualWork:
         rotors = self._rotors()
         rows = [-c for c in self._coefficients([*self._inertia, *self._weights, *rotors])]
         loads = self._coefficients(self._loads)
-        M, h = [], []
-        for row in rows:
-            coefficients, rest = row.linear(algebra.accelerations)
-            M.append(tuple(tidy(entry) for entry in coefficients))
-            h.append(by_velocity(algebra, rest))
+        M, h = mass_and_bias(algebra, rows)
         whole = ring.sum([*self._inertia, *self._weights, *rotors, *self._loads])
         stages += self._reactions()
         factors = self._coefficients([whole])
@@ -93,16 +76,19 @@ class VirtualWork:
                 f"{listed(self._names)} {'is' if len(self._names) == 1 else 'are'} arbitrary, what stands "
                 "before each is zero by itself.",
                 tuple(
-                    Result(Left("δW", name[1:], component=True), by_velocity(algebra, c) * delta)
+                    Result(
+                        Left("δW", name[1:], component=True),
+                        by_velocity(c, algebra.velocities) * delta,
+                    )
                     for name, c, delta in zip(self._names, factors, self._deltas, strict=True)
                 ),
             )
         )
         return Derivation(
             algebra=algebra,
-            M=tuple(M),
-            h=tuple(h),
-            Q=tuple(by_velocity(algebra, q) for q in loads),
+            M=M,
+            h=h,
+            Q=tuple(by_velocity(load, algebra.velocities) for load in loads),
             stages=(*quaternion_stages(algebra), *stages),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(ring, self.cuts.lengths.items()),

@@ -71,21 +71,19 @@ def derivation_of(equations: Any) -> Derivation:
     Args:
         equations: derived `Equations`.
     """
-    from mecanique.derivation.document import sections, title
-
     if not equations.symbolic:
         return Derivation(
-            title(equations), (Block("Equations of motion", equations.text(), final=True),)
+            equations.title, (Block("Equations of motion", equations.text(), final=True),)
         )
     blocks = []
-    parts = sections(equations)
+    parts = equations.document.sections()
     for number, part in enumerate(parts, 1):
         last = number == len(parts)
         formulas = part.formulas or ("",)
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(Block(heading, formula, final=last, lead=lead))
-    return Derivation(title(equations), tuple(blocks))
+    return Derivation(equations.document.title, tuple(blocks))
 
 
 def table_of(verdict: Any) -> VerdictTable:

@@ -1,0 +1,82 @@
+"""The methods of derivation: how each is called, derives in symbols, and computes in numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.derivation.equations import Equations
+from mecanique.derivation.numeric.dynamics import BatchDynamics
+from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.numeric.virtual_work import Works
+from mecanique.derivation.symbolic.derivation import SymbolicMethod
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.symbolic.newton_euler import NewtonEuler
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.virtual_work import VirtualWork
+from mecanique.errors import UnknownNameError
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["METHODS", "Method", "derive", "readable"]
+
+
+@final
+@dataclass(frozen=True)
+class Method:
+    """A way to derive equations of motion.
+
+    Args:
+        title: its name in print.
+        symbolic: derives closed forms in a mechanism's symbols.
+        numeric: computes the same numbers for any mechanism.
+    """
+
+    title: str
+    symbolic: Callable[[Mechanism, Algebra | None], SymbolicMethod]
+    numeric: Callable[[Mechanism], BatchDynamics]
+
+
+METHODS = {
+    "newton_euler": Method(
+        "Newton and Euler's equations of every body cut free", NewtonEuler, Balances
+    ),
+    "virtual_work": Method("d'Alembert's principle and virtual work", VirtualWork, Works),
+    "lagrange": Method("Lagrange's equations of the second kind", Lagrange, Recursion),
+}
+"""Each method by its name, in textbook order."""
+
+
+def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
+    """Derive the equations of motion of a mechanism.
+
+    Args:
+        mechanism: any mechanism.
+        method: "lagrange" (Lagrange's equations, with multipliers where there are loops),
+            "newton_euler" (every body cut free, with its reactions) or "virtual_work" (d'Alembert's
+            inertia forces and a ledger of virtual work).
+
+    Raises:
+        UnknownNameError: if there is no such method.
+        DerivationError: if the method cannot treat the mechanism.
+    """
+    if method not in METHODS:
+        raise UnknownNameError("method", method, METHODS)
+    chosen = METHODS[method]
+    return Equations(
+        mechanism=mechanism,
+        method=method,
+        title=chosen.title,
+        numeric=chosen.numeric(mechanism),
+        derive_symbols=lambda: chosen.symbolic(mechanism, None).derivation(),
+    )
+
+
+def readable(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the methods whose derivations can be written out, if short enough, in textbook order.
+
+    Args:
+        mechanism: any mechanism.
+    """
+    return ("lagrange",) if mechanism.loops else tuple(METHODS)
