@@ -12,9 +12,8 @@ from typing import final
 import numpy as np
 
 from mecanique.derivation.numeric.chart import Motions
-from mecanique.derivation.numeric.recursion import stacked
 from mecanique.derivation.tree.links import Link
-from mecanique.derivation.tree.poses import Arithmetic, local
+from mecanique.derivation.tree.poses import Arithmetic, local, stack
 
 __all__ = ["Frame", "frames"]
 
@@ -92,7 +91,7 @@ def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> l
 
 def _carried(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: slice) -> Frame:
     n = len(move.u)
-    here = place @ stacked(local(link, move.r, Arithmetic()), n)
+    here = place @ stack(local(link, move.r, Arithmetic()), n)
     turn = parent.turn @ here[:, :3, :3]
     r = np.einsum("nij,nj->ni", parent.turn, here[:, :3, 3])
     axes = _axes(link, turn)

@@ -11,10 +11,9 @@ import numpy as np
 from mecanique.derivation.numeric.chart import Chart, Motions
 from mecanique.derivation.numeric.frames import Frame, frames
 from mecanique.derivation.numeric.loads import Loads
-from mecanique.derivation.numeric.recursion import stacked
 from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import links, moving, place_of
-from mecanique.derivation.tree.poses import Arithmetic, origin
+from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 
@@ -116,10 +115,7 @@ class FreeBodies:
         self._loads = Loads(mechanism, self._tree)
         self._place = place_of(self._tree, mechanism)
         self.gravity = self._numbers(mechanism.gravity)
-        floats, constants = Arithmetic(), mechanism.values
-        self._origins = [
-            stacked(origin(link.origin, constants, floats), 1)[0] for link in self._tree
-        ]
+        self._origins = [placement_matrix(link.origin, mechanism.values) for link in self._tree]
         self._joints = mechanism.tree
         order = {joint.child: k for k, joint in enumerate(self._joints)}
         self._parents = [order.get(joint.parent, -1) for joint in self._joints]

@@ -102,11 +102,11 @@ class Reduced:
             fit[0] = True
             at = waiting[fit]
             some = States(self._mechanism, states.q[at], states.v[at], states.t[at], single=False)
-            result[at] = self._solved(some, forces[at], rows, dependent, np.linalg.inv(block[fit]))
+            result[at] = self._solve(some, forces[at], rows, dependent, np.linalg.inv(block[fit]))
             waiting = waiting[~fit]
         return result
 
-    def _solved(
+    def _solve(
         self,
         states: States,
         forces: np.ndarray,

@@ -24,11 +24,11 @@ from mecanique.derivation.laws import laws_of
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.numeric.paths import JETS, joint_paths
-from mecanique.derivation.numeric.recursion import solved, stacked
+from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
-from mecanique.derivation.tree.poses import Arithmetic, local, moments, origin
+from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
 from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.forces import BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
@@ -137,7 +137,7 @@ class Definition(BatchDynamics):
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a from M a + bias = forces, shape (n, nv)."""
-        return solved(
+        return solve(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 
@@ -180,7 +180,7 @@ class Definition(BatchDynamics):
         r = joint_paths(states, self._tree, a)
         H: list[Jet] = []
         for link in self._tree:
-            X = stacked(origin(link.origin, self._mechanism.values, Arithmetic()), 1)[0]
+            X = placement_matrix(link.origin, self._mechanism.values)
             A = (
                 self._free(link, states, a)
                 if link.kind in ("ball", "free")
@@ -203,7 +203,7 @@ class Definition(BatchDynamics):
 
     def _free(self, link: Link, states: States, a: np.ndarray) -> Jet:
         """A (1 + V ε + ½ (V² + V') ε²), varied as A S η."""
-        A = stacked(local(link, states.values, Arithmetic()), len(states))
+        A = stack(local(link, states.values, Arithmetic()), len(states))
         at = [self._mechanism.velocities.index(name) for name in link.velocities]
         S = np.stack(motions(link))
         V, Vd = (np.einsum("nk,kij->nij", rates[:, at], S) for rates in (states.v, a))

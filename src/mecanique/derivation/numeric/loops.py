@@ -13,10 +13,9 @@ from typing import final
 
 import numpy as np
 
-from mecanique.derivation.numeric.recursion import stacked
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
-from mecanique.derivation.tree.poses import Arithmetic, origin
+from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
@@ -63,7 +62,7 @@ class Closure:
         place = place_of(links(mechanism), mechanism)
         self._ends = [
             [
-                (place[body], stacked(origin(frame, mechanism.values, Arithmetic()), 1)[0])
+                (place[body], placement_matrix(frame, mechanism.values))
                 for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
             ]
             for loop in mechanism.loops

@@ -20,7 +20,7 @@ import numpy as np
 
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
-from mecanique.derivation.numeric.recursion import solved
+from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.states import States
 from mecanique.model.mechanism import Mechanism
 
@@ -53,7 +53,7 @@ class Balances(BatchDynamics):
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv), solved for together with all reactions."""
-        return self._solved(states)[:, : self._mechanism.nv]
+        return self._solve(states)[:, : self._mechanism.nv]
 
     def reactions(self, states: States) -> dict[str, Reaction]:
         """Return the reaction in each joint, by joint name; springs, dampers, drives and loads are no part of it.
@@ -64,7 +64,7 @@ class Balances(BatchDynamics):
         Raises:
             DerivationError: if a motion meets no inertia.
         """
-        found = self._solved(states)[:, self._mechanism.nv :].reshape(len(states), -1, 2, 3)
+        found = self._solve(states)[:, self._mechanism.nv :].reshape(len(states), -1, 2, 3)
         names = [joint.name for joint in self._mechanism.tree]
         by_name = {name: Reaction(found[:, k, 0], found[:, k, 1]) for k, name in enumerate(names)}
         return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
@@ -153,13 +153,13 @@ class Balances(BatchDynamics):
             out[:, u] = np.einsum("ni,nik->nk", at.axes[:, :, u], wrenches[k])
         return out
 
-    def _solved(self, states: States) -> np.ndarray:
+    def _solve(self, states: States) -> np.ndarray:
         """Accelerations and reactions, shape (n, nv + 6 nb)."""
         at = self._bodies.at(states)
         if self._mechanism.nv + 6 * len(at.bodies) <= _DENSE:
             A, known = self._system(at)
-            return solved(self._mechanism, A, known)
-        a = solved(
+            return solve(self._mechanism, A, known)
+        a = solve(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
         needs = []

@@ -20,11 +20,11 @@ from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
-from mecanique.derivation.tree.poses import Arithmetic, local, moments, origin
+from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Recursion", "solved", "stacked"]
+__all__ = ["Recursion", "solve"]
 
 
 @final
@@ -41,9 +41,7 @@ class Recursion(BatchDynamics):
         self._chart = Chart(mechanism, self._tree)
         self._loads = Loads(mechanism, self._tree)
         floats, constants = Arithmetic(), mechanism.values
-        self._origin = [
-            stacked(origin(link.origin, constants, floats), 1)[0] for link in self._tree
-        ]
+        self._origin = [placement_matrix(link.origin, mechanism.values) for link in self._tree]
         self._S = [motions(link) for link in self._tree]
         columns = np.cumsum([0, *(len(S) for S in self._S)])
         self._first = columns[:-1].tolist()
@@ -174,7 +172,7 @@ class Recursion(BatchDynamics):
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a from M a + bias = forces, shape (n, nv)."""
-        return solved(
+        return solve(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 
@@ -202,7 +200,7 @@ class Recursion(BatchDynamics):
         """Pose of each link in the link that carries it."""
         floats = Arithmetic()
         return [
-            X @ stacked(local(link, move.r, floats), n)
+            X @ stack(local(link, move.r, floats), n)
             for link, X in zip(self._tree, self._origin, strict=True)
         ]
 
@@ -300,7 +298,7 @@ class Recursion(BatchDynamics):
         return M
 
 
-def solved(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
+def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
     """Return a from M a = rest, shape (n, nv).
 
     Args:
@@ -318,18 +316,3 @@ def solved(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
             f"mechanism {mechanism.name!r}: its mass matrix is singular, a motion of massless bodies "
             "has no inertia; give them mass, or leave that coordinate out"
         ) from None
-
-
-def stacked(rows: list[list[Any]], n: int) -> np.ndarray:
-    """Return a pose of scalars as arrays, shape (n, 4, 4).
-
-    Args:
-        rows: three rows of four scalars, each shape () or (n,).
-        n: number of states.
-    """
-    out = np.zeros((n, 4, 4))
-    out[:, 3, 3] = 1.0
-    for i, row in enumerate(rows):
-        for k, entry in enumerate(row):
-            out[:, i, k] = entry
-    return out

@@ -18,7 +18,7 @@ import numpy as np
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
-from mecanique.derivation.numeric.recursion import solved
+from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.states import States
 from mecanique.model.mechanism import Mechanism
 
@@ -78,7 +78,7 @@ class Works(BatchDynamics):
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv)."""
-        return solved(
+        return solve(
             self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
         )
 

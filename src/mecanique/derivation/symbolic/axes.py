@@ -8,9 +8,8 @@ from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.recursion import stacked
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.tree.poses import Arithmetic, local, origin
+from mecanique.derivation.tree.poses import Arithmetic, local, placement_matrix, stack
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 
@@ -109,8 +108,8 @@ def normal_of(kinematics: Kinematics) -> np.ndarray | None:
     frames: list[np.ndarray] = []
     for link in kinematics.tree:
         parent = frames[link.parent] if link.parent >= 0 else np.eye(4)
-        place = stacked(origin(link.origin, mechanism.values, Arithmetic()), 1)[0]
-        frames.append(parent @ place @ stacked(local(link, values, Arithmetic()), 1)[0])
+        place = placement_matrix(link.origin, mechanism.values)
+        frames.append(parent @ place @ stack(local(link, values, Arithmetic()), 1)[0])
         if link.kind in ("turn", "slide"):
             (turns if link.kind == "turn" else slides).append(
                 frames[-1][:3, :3] @ np.array(link.axis)

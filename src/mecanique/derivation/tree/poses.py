@@ -11,6 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
+import numpy as np
+
 from mecanique.derivation.tree.links import Link
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, evaluate, plain
@@ -25,9 +27,11 @@ __all__ = [
     "local",
     "moments",
     "origin",
+    "placement_matrix",
     "poses",
     "product",
     "quaternion_rotation",
+    "stack",
     "times_point",
 ]
 
@@ -65,8 +69,6 @@ class Arithmetic:
     def sine_cosine(self, angle: Any) -> tuple[Any, Any]:
         """Return the sine and the cosine of an angle [rad]."""
         if self.function is None:
-            import numpy as np
-
             return np.sin(angle), np.cos(angle)
         return self.function("sin")(angle), self.function("cos")(angle)
 
@@ -112,6 +114,22 @@ def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmet
     """
     rows = zip(placement.rotation, placement.xyz, strict=True)
     return [[arithmetic(entry, values) for entry in (*row, offset)] for row, offset in rows]
+
+
+def placement_matrix(placement: Placement, values: Mapping[str, float]) -> np.ndarray:
+    """Return a placement as a homogeneous matrix of numbers, shape (4, 4)."""
+    matrix: np.ndarray = stack(origin(placement, values, Arithmetic()), 1)[0]
+    return matrix
+
+
+def stack(rows: Matrix, n: int) -> np.ndarray:
+    """Return a pose over n states as homogeneous matrices, shape (n, 4, 4)."""
+    out = np.zeros((n, 4, 4))
+    out[:, 3, 3] = 1.0
+    for i, row in enumerate(rows):
+        for k, entry in enumerate(row):
+            out[:, i, k] = entry
+    return out
 
 
 def local(link: Link, values: Mapping[str, Any], arithmetic: Arithmetic) -> Matrix:
