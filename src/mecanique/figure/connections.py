@@ -10,7 +10,7 @@ from mecanique.figure.marks import Mark, Point, Stroke
 from mecanique.figure.setting import Setting
 from mecanique.figure.signs import across, dashpot, hatched, label, spiral, spring, unit
 from mecanique.figure.supports import stands_on_columns, wall
-from mecanique.model.forces import Damper, JointDamper, JointSpring, Spring
+from mecanique.model.forces import End, JointLoad, LineLoad
 from mecanique.model.joints import Prismatic, Revolute
 
 __all__ = ["connections"]
@@ -22,14 +22,12 @@ def connections(setting: Setting) -> Iterator[Mark]:
     Args:
         setting: what is drawn.
     """
-    pairs: dict[tuple[object, ...], list[Spring | Damper]] = {}
-    inside: dict[str, list[JointSpring | JointDamper]] = {}
+    pairs: dict[tuple[End, End], list[LineLoad]] = {}
+    inside: dict[str, list[JointLoad]] = {}
     for force in setting.mechanism.forces:
-        if isinstance(force, (Spring, Damper)):
-            pairs.setdefault((force.body_a, force.point_a, force.body_b, force.point_b), []).append(
-                force
-            )
-        elif isinstance(force, (JointSpring, JointDamper)):
+        if isinstance(force, LineLoad):
+            pairs.setdefault(force.ends, []).append(force)
+        elif isinstance(force, JointLoad) and force.kind != "load":
             inside.setdefault(force.joint, []).append(force)
     for links in pairs.values():
         yield from _between(setting, links)
@@ -41,12 +39,11 @@ def connections(setting: Setting) -> Iterator[Mark]:
             yield from _in_hinge(setting, joint, loads)
 
 
-def _between(setting: Setting, links: Sequence[Spring | Damper]) -> Iterator[Mark]:
+def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     first, camera = links[0], setting.camera
-    ends = ((first.body_a, first.point_a), (first.body_b, first.point_b))
-    a, b = (camera.at(setting.point(body, point)) for body, point in ends)
+    a, b = (camera.at(setting.point(end.body, end.point)) for end in first.ends)
     along = unit(b - a)
-    ground = [body == setting.mechanism.ground for body, _ in ends]
+    ground = [end.body == setting.mechanism.ground for end in first.ends]
     # a spring ends at the surface of what it holds
     a = _surface(setting, first.body_a, a, along)
     b = _surface(setting, first.body_b, b, -along)
@@ -71,28 +68,22 @@ def _surface(setting: Setting, body: str, at: Point, outward: Point) -> Point:
     return at
 
 
-def _bundle(setting: Setting, a: Point, b: Point, links: Sequence[object]) -> Iterator[Mark]:
+def _bundle(
+    setting: Setting, a: Point, b: Point, links: Sequence[LineLoad | JointLoad]
+) -> Iterator[Mark]:
     """Springs and dampers side by side."""
     side = across(unit(b - a))
     side = -side if side[1] > 1e-9 else side
     for k, link in enumerate(links):
         shift = (k - (len(links) - 1) / 2) * -20.0 * side
-        sprung = isinstance(link, (Spring, JointSpring))
-        yield from (spring if sprung else dashpot)(a + shift, b + shift)
-        scalar = (
-            link.stiffness
-            if isinstance(link, (Spring, JointSpring))
-            else getattr(link, "damping", 0.0)
-        )
-        name = setting.name(scalar)
+        yield from (spring if link.kind == "spring" else dashpot)(a + shift, b + shift)
+        name = setting.name(link.coefficient)
         if name:
             outward = side if k == 0 else -side
             yield label((a + b) / 2 + shift, name, outward, 10.0)
 
 
-def _in_slide(
-    setting: Setting, joint: Prismatic, loads: Sequence[JointSpring | JointDamper]
-) -> Iterator[Mark]:
+def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
     camera = setting.camera
     a, b = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
     along = unit(camera.at(setting.axis(joint)))
@@ -114,12 +105,10 @@ def _in_slide(
     yield from _bundle(setting, foot, tip, loads)
 
 
-def _columns(
-    setting: Setting, joint: Prismatic, loads: Sequence[JointSpring | JointDamper]
-) -> Iterator[Mark]:
+def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
     """Two elastic columns that hold a floor above another, or above the ground."""
     camera = setting.camera
-    low, high = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
+    high = camera.at(setting.point(joint.child))
     parent = camera.at(setting.point(joint.parent))
     along = unit(camera.at(setting.axis(joint)))
     up = -np.array([0.0, 1.0])
@@ -135,21 +124,10 @@ def _columns(
         foot, head = bottom + sign * half * along, top + sign * half * along
         straight, drift = (head - foot) @ up * up, (head - foot) - (head - foot) @ up * up
         yield Stroke(foot + bend[:, None] * straight + smooth[:, None] * drift, "spring")
-    del low
-    named = [
-        setting.name(load.stiffness if isinstance(load, JointSpring) else load.damping)
-        for load in loads
-    ]
-    springs = [
-        name
-        for load, name in zip(loads, named, strict=True)
-        if name and isinstance(load, JointSpring)
-    ]
-    dampers = [
-        name
-        for load, name in zip(loads, named, strict=True)
-        if name and isinstance(load, JointDamper)
-    ]
+    springs, dampers = (
+        [name for load in loads if load.kind == kind and (name := setting.name(load.coefficient))]
+        for kind in ("spring", "damper")
+    )
     if springs:
         yield label((bottom + top) / 2 + half * along, springs[0], along, 8.0)
     if dampers:
@@ -158,13 +136,11 @@ def _columns(
         yield label((a + b) / 2, dampers[0], along, 10.0)
 
 
-def _in_hinge(
-    setting: Setting, joint: Revolute, loads: Sequence[JointSpring | JointDamper]
-) -> Iterator[Mark]:
+def _in_hinge(setting: Setting, joint: Revolute, loads: Sequence[JointLoad]) -> Iterator[Mark]:
     at = setting.camera.at(setting.point(joint.child))
     for load in loads:
-        sprung = isinstance(load, JointSpring)
-        name = setting.name(load.stiffness if isinstance(load, JointSpring) else load.damping)
+        sprung = load.kind == "spring"
+        name = setting.name(load.coefficient)
         if sprung:
             yield from spiral(at, 0.0)
         if name:

@@ -17,7 +17,7 @@ from mecanique.figure.signs import across, arc, arrow, dimension, label, pin, un
 from mecanique.figure.solids import Solid, outline, radius_of
 from mecanique.figure.supports import supports
 from mecanique.model.bodies import Body
-from mecanique.model.forces import Damper, Force, JointForce, Spring, Torque
+from mecanique.model.forces import BodyLoad, JointLoad, LineLoad, WrenchOnBody, loads_in
 from mecanique.model.joints import (
     Fixed,
     Floating,
@@ -81,20 +81,14 @@ def _links(setting: Setting) -> Iterator[Mark]:
         - {mechanism.ground}
     )
     seats = {joint.child: setting.point(joint.child) for joint in mechanism.joints}
+    lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
+    sprung = {body for line in lines for body in line.bodies}
     for joint in mechanism.joints:
         a, b = camera.at(setting.seat(joint)), camera.at(setting.point(joint.child))
         if joint.parent in bare and math.hypot(*(a - camera.at(seats[joint.parent]))) > 3:
             yield Stroke(np.array([camera.at(seats[joint.parent]), a]), "cable")
-        if not isinstance(joint, Prismatic) or any(
-            getattr(f, "joint", "") == joint.name for f in mechanism.forces
-        ):
+        if not isinstance(joint, Prismatic) or loads_in(mechanism.forces, joint.name):
             continue
-        sprung = {
-            body
-            for f in mechanism.forces
-            if isinstance(f, (Spring, Damper))
-            for body in (f.body_a, f.body_b)
-        }
         if camera.flat and abs(float(setting.axis(joint)[2])) > 0.9:
             yield from _cord(setting, joint)
         elif joint.parent in bare and joint.child not in sprung and math.hypot(*(b - a)) > 3:
@@ -264,68 +258,63 @@ def _loads(setting: Setting) -> Iterator[Mark]:
     acting = Actions(mechanism, setting.reference).applied(
         np.array([setting.t]), setting.q[None], setting.v[None]
     )
-    # in the axes of the force
     now = {
-        action.name: action.force[0] @ _axes(setting, action.name)
+        action.name: action.force[0]
         for action in acting
         if action.kind == "load" and np.abs(action.force).max() > 0
     }
     for force in mechanism.forces:
-        if isinstance(force, Force):
-            present = np.array([0.0 if _nought(c) else 1.0 for c in force.force])
-            name = next((setting.name(c) for c in force.force if not _nought(c)), "")
-            if not name:
-                name, present = force.name, now.get(force.name, present)
-            elif name.startswith("-"):
-                name, present = name[1:], -present
-            turn = (
-                np.eye(3)
-                if force.axes == "world"
-                else setting.poses[setting.index(force.axes), :3, :3]
-            )
-            at = camera.at(setting.point(force.body, force.point))
-            along = camera.at(turn @ present)
-            if math.hypot(*along) < 1e-9:
-                continue
-            along = unit(along)
-            tail = (
-                at
-                + max(setting.reach(force.body, along) - float(at @ along), 0.0) * along
-                + 3 * along
-            )
-            yield from arrow(tail, tail + 42 * along, "force")
-            if len(name) > 3 and abs(along[0]) < 0.95:
-                yield label(
-                    tail + 21 * along,
-                    name,
-                    np.array([-abs(along[1]), -abs(along[0])]),
-                    7.0,
-                    "force-letter",
-                )
-            else:
-                yield label(tail + 42 * along, name, along, 5.0, "force-letter")
-        elif isinstance(force, JointForce):
-            joint = mechanism.joint(force.joint)
-            at = camera.at(setting.point(joint.child))
-            name = (setting.name(force.force) or force.name).lstrip("-")
-            if isinstance(joint, Prismatic):
-                along = unit(camera.at(setting.axis(joint)))
-                tail = (
-                    at + (setting.reach(joint.child, along) - float(at @ along)) * along + 3 * along
-                )
-                yield from arrow(tail, tail + 42 * along, "force")
-                yield label(tail + 42 * along, name, along, 5.0, "force-letter")
-            elif isinstance(joint, Revolute):
-                yield from _bent(
-                    at,
-                    20.0,
-                    float(setting.axis(joint) @ camera.toward),
-                    name,
-                    setting.clear_side(at),
-                )
-        elif isinstance(force, Torque):
-            at = camera.at(setting.point(force.body))
-            yield from _bent(at, 20.0, 1.0, force.name, setting.clear_side(at))
+        if isinstance(force, BodyLoad):
+            wrench = force.wrench
+            if wrench.force is not None:
+                yield from _push(setting, force.name, wrench, now.get(force.name))
+            if wrench.torque is not None:
+                at = camera.at(setting.point(wrench.body))
+                yield from _bent(at, 20.0, 1.0, force.name, setting.clear_side(at))
+        elif isinstance(force, JointLoad) and force.kind == "load":
+            yield from _drive(setting, force)
+
+
+def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None) -> Iterator[Mark]:
+    """A force on a body; without a symbol of its own, as it is now."""
+    given = wrench.force or ()
+    present = np.array([0.0 if _nought(c) else 1.0 for c in given])
+    turn = np.eye(3)
+    if wrench.axes != "world":
+        turn = setting.poses[setting.index(wrench.axes), :3, :3]
+    name = next((setting.name(c) for c in given if not _nought(c)), "")
+    if not name:
+        name, present = force, present if now is None else now @ turn
+    elif name.startswith("-"):
+        name, present = name[1:], -present
+    along = setting.camera.at(turn @ present)
+    if math.hypot(*along) < 1e-9:
+        return
+    along = unit(along)
+    at = setting.camera.at(setting.point(wrench.body, wrench.point))
+    beyond = max(setting.reach(wrench.body, along) - float(at @ along), 0.0)
+    tail = at + beyond * along + 3 * along
+    yield from arrow(tail, tail + 42 * along, "force")
+    if len(name) > 3 and abs(along[0]) < 0.95:
+        side = np.array([-abs(along[1]), -abs(along[0])])
+        yield label(tail + 21 * along, name, side, 7.0, "force-letter")
+    else:
+        yield label(tail + 42 * along, name, along, 5.0, "force-letter")
+
+
+def _drive(setting: Setting, force: JointLoad) -> Iterator[Mark]:
+    """A drive in a hinge or a slide, on the child."""
+    joint, camera = setting.mechanism.joint(force.joint), setting.camera
+    at = camera.at(setting.point(joint.child))
+    name = (setting.name(force.coefficient) or force.name).lstrip("-")
+    if isinstance(joint, Prismatic):
+        along = unit(camera.at(setting.axis(joint)))
+        tail = at + (setting.reach(joint.child, along) - float(at @ along)) * along + 3 * along
+        yield from arrow(tail, tail + 42 * along, "force")
+        yield label(tail + 42 * along, name, along, 5.0, "force-letter")
+    elif isinstance(joint, Revolute):
+        toward = float(setting.axis(joint) @ camera.toward)
+        yield from _bent(at, 20.0, toward, name, setting.clear_side(at))
 
 
 def _bent(at: Point, radius: float, sign: float, name: str, side: Point) -> Iterator[Mark]:
@@ -334,15 +323,6 @@ def _bent(at: Point, radius: float, sign: float, name: str, side: Point) -> Iter
     points = at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     yield from arc(points, "force")
     yield label(at, name, side, radius + 3.0, "force-letter")
-
-
-def _axes(setting: Setting, name: str) -> Floats:
-    """The axes in which a force's components are given, as columns."""
-    for force in setting.mechanism.forces:
-        if isinstance(force, Force) and force.name == name and force.axes != "world":
-            turn: Floats = setting.poses[setting.index(force.axes), :3, :3]
-            return turn
-    return np.eye(3)
 
 
 def _nought(scalar: object) -> bool:

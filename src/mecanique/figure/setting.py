@@ -11,7 +11,7 @@ from mecanique.figure.camera import Camera, Floats, side_of
 from mecanique.figure.marks import Point
 from mecanique.figure.solids import Solid, solids
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import Damper, Spring
+from mecanique.model.forces import LineLoad
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 
@@ -164,9 +164,7 @@ def setting(mechanism: Mechanism, reference: Any, q: Floats, v: Floats, t: float
         else []
     )
     spots += [
-        _ends(mechanism, poses, force)
-        for force in mechanism.forces
-        if isinstance(force, (Damper, Spring))
+        _ends(mechanism, poses, force) for force in mechanism.forces if isinstance(force, LineLoad)
     ]
     seen = (np.concatenate(spots) if any(map(len, spots)) else np.zeros((1, 3))) @ axes[:2].T
     room = {"ball": 14.0, "rod": 0.0}
@@ -178,11 +176,11 @@ def setting(mechanism: Mechanism, reference: Any, q: Floats, v: Floats, t: float
     )
 
 
-def _ends(mechanism: Mechanism, poses: Floats, link: Damper | Spring) -> Floats:
+def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
     """Both ends of a spring or damper in the world, shape (2, 3)."""
     names = [each.name for each in mechanism.bodies]
     found = []
-    for body, point in ((link.body_a, link.point_a), (link.body_b, link.point_b)):
-        pose = poses[names.index(body)]
-        found.append(pose[:3, 3] + pose[:3, :3] @ np.array([mechanism.evaluate(c) for c in point]))
+    for end in link.ends:
+        pose, point = poses[names.index(end.body)], [mechanism.evaluate(c) for c in end.point]
+        found.append(pose[:3, 3] + pose[:3, :3] @ np.array(point))
     return np.array(found)

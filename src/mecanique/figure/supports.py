@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.figure.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.setting import Setting
 from mecanique.figure.signs import across, hatched, pin, unit
-from mecanique.model.forces import JointSpring
+from mecanique.model.forces import loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 
 __all__ = ["stands_on_columns", "supports", "wall"]
@@ -164,10 +164,8 @@ def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
     """
     offset, axis = setting.seat(joint) - setting.point(joint.parent), setting.axis(joint)
     raised = float(np.linalg.norm(offset - (offset @ axis) * axis)) * setting.camera.scale
-    sprung = any(
-        isinstance(f, JointSpring) and f.joint == joint.name for f in setting.mechanism.forces
-    )
-    return sprung and raised > 24
+    sprung = loads_in(setting.mechanism.forces, joint.name, "spring")
+    return bool(sprung) and raised > 24
 
 
 def wall(at: Point, outward: Point) -> Iterator[Mark]:

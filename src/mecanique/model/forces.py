@@ -12,7 +12,7 @@ expressions; what it does, its law, is written twice, in `mecanique.derivation.l
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Literal, TypeAlias, final
 
@@ -35,6 +35,7 @@ __all__ = [
     "Stated",
     "Torque",
     "WrenchOnBody",
+    "loads_in",
 ]
 
 Point: TypeAlias = "tuple[Scalar, Scalar, Scalar]"
@@ -53,22 +54,25 @@ class Stated:
         scalars: one, or three components.
         varies: whether it may depend on the state, time and inputs, not on parameters alone.
         positive: whether it must not be negative.
+        length: whether it is a length or a point [m].
     """
 
     name: str
     scalars: tuple[Scalar, ...]
     varies: bool
     positive: bool
+    length: bool
 
 
 _Trait: TypeAlias = Mapping[str, bool]
 """Metadata of a field that states scalars."""
 
-_CONSTANT: _Trait = {"vector": False, "varies": False, "positive": False}
-_POSITIVE: _Trait = {"vector": False, "varies": False, "positive": True}
-_POINT: _Trait = {"vector": True, "varies": False, "positive": False}
-_VARIABLE: _Trait = {"vector": False, "varies": True, "positive": False}
-_VECTOR: _Trait = {"vector": True, "varies": True, "positive": False}
+_CONSTANT: _Trait = {"vector": False, "varies": False, "positive": False, "length": False}
+_POSITIVE = {**_CONSTANT, "positive": True}
+_LENGTH = {**_POSITIVE, "length": True}
+_POINT = {**_CONSTANT, "vector": True, "length": True}
+_VARIABLE = {**_CONSTANT, "varies": True}
+_VECTOR = {**_VARIABLE, "vector": True}
 
 
 @dataclass(frozen=True)
@@ -114,6 +118,7 @@ class _Force(ABC):
                 _as_tuple(getattr(self, each.name)),
                 each.metadata["varies"],
                 each.metadata["positive"],
+                each.metadata["length"],
             )
             for each in fields(self)
             if each.metadata
@@ -249,7 +254,7 @@ class Spring(LineLoad):
     letter = "stiffness"
 
     stiffness: Scalar = field(metadata=_POSITIVE)
-    free_length: Scalar = field(default=0.0, metadata=_POSITIVE)
+    free_length: Scalar = field(default=0.0, metadata=_LENGTH)
 
 
 @final
@@ -377,6 +382,23 @@ class Torque(BodyLoad):
 
 
 AnyForce: TypeAlias = LineLoad | JointLoad | BodyLoad
+
+
+def loads_in(
+    forces: Iterable[AnyForce], joint: str, kind: ForceKind | None = None
+) -> tuple[JointLoad, ...]:
+    """Return the forces that act in a joint.
+
+    Args:
+        forces: of the mechanism.
+        joint: name of the joint.
+        kind: which of them; all by default.
+    """
+    return tuple(
+        force
+        for force in forces
+        if isinstance(force, JointLoad) and force.joint == joint and kind in (None, force.kind)
+    )
 
 
 def _as_tuple(given: Any) -> tuple[Scalar, ...]:

@@ -10,8 +10,7 @@ from typing import Literal
 from mecanique.errors import UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
-from mecanique.model.expression import Scalar, plain, symbols_in
-from mecanique.model.forces import Force, JointDamper, JointForce, Torque
+from mecanique.model.expression import plain, symbols_in
 from mecanique.model.joints import Joint, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
@@ -27,7 +26,13 @@ from mecanique.urdf.dialect import (
 )
 from mecanique.urdf.reading.loops import has_own_loops
 from mecanique.urdf.writing.chains import SimpleJoint, chains, unused
-from mecanique.urdf.writing.forces import ends_of_tags, forces_and_loops
+from mecanique.urdf.writing.forces import (
+    dynamics,
+    ends_of_tags,
+    forces_and_loops,
+    load_lines,
+    shown,
+)
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers, text
 
 __all__ = ["write_urdf"]
@@ -141,27 +146,15 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
         yield from (
             f"{name} = {expression}" for name, expression in mechanism.coordinates.driven.items()
         )
-    loads = [force for force in mechanism.forces if isinstance(force, (Force, Torque, JointForce))]
+    loads = [*load_lines(mechanism)]
     if loads:
         yield "loads (not part of URDF):"
-    for force in loads:
-        match force:
-            case Force():
-                at = f"{force.body} at ({_shown(*force.point)})"
-                yield f"{force.name}: force ({_shown(*force.force)}) N on {at}, axes of {force.axes}"
-            case Torque():
-                yield f"{force.name}: torque ({_shown(*force.torque)}) N·m on {force.body}, axes of {force.axes}"
-            case JointForce():
-                yield f"{force.name}: {_shown(force.force)} on the child of joint {force.joint}"
+    yield from loads
     for signal in mechanism.inputs:
-        shown = "a function of t" if callable(signal.signal) else _shown(signal.signal)
+        given = "a function of t" if callable(signal.signal) else shown(signal.signal)
         unit = "" if signal.unit == "1" else f" [{signal.unit}]"
         meaning = f": {signal.meaning}" if signal.meaning else ""
-        yield f"{signal.symbol} = {shown}{unit}{meaning}"
-
-
-def _shown(*scalars: Scalar) -> str:
-    return ", ".join(number(s, "a load") if isinstance(s, float) else str(s) for s in scalars)
+        yield f"{signal.symbol} = {given}{unit}{meaning}"
 
 
 def _link(mechanism: Mechanism, body: Body, colors: dict[Rgba, str]) -> Tag:
@@ -218,15 +211,7 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
         children.append(Tag("axis", xyz=numbers(step.axis, where)))
     children += _limit(step, where)
     if isinstance(joint, Single):
-        damping = [
-            f.damping
-            for f in mechanism.forces
-            if isinstance(f, JointDamper) and f.joint == joint.name
-        ]
-        if damping:
-            children.append(
-                Tag("dynamics", damping=number(sum(map(mechanism.evaluate, damping)), where))
-            )
+        children += dynamics(mechanism, joint.name, where)
         children += _mimic(mechanism, joint)
     if step.kind == "ball":
         return Tag(DRAKE_JOINT, *children, name=step.name, type="ball")

@@ -19,7 +19,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import finite, time
-from mecanique.model.forces import AnyForce, Force, Torque
+from mecanique.model.forces import AnyForce, BodyLoad, Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
@@ -274,11 +274,10 @@ def _free(name: str, taken: set[str]) -> str:
 
 def _turned(force: AnyForce, place: str) -> AnyForce:
     """A force in world axes is one in the ground's axes now."""
-    return (
-        replace(force, axes=place)
-        if isinstance(force, (Force, Torque)) and force.axes == "world"
-        else force
-    )
+    if isinstance(force, BodyLoad) and force.wrench.axes == "world":
+        fixed = {"axes": place}
+        return replace(force, **fixed)
+    return force
 
 
 def _coordinate_rows(still: Motion, turning: Motion, count: int) -> list[InertialRow]:

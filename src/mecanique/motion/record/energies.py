@@ -9,7 +9,6 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.model.expression import symbols_in
-from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
@@ -114,9 +113,7 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
 
 
 def _work(mechanism: Mechanism, reference: Any, curve: Curve, times: np.ndarray) -> np.ndarray:
-    free = tuple(
-        force for force in mechanism.forces if not isinstance(force, (Spring, JointSpring))
-    )
+    free = tuple(force for force in mechanism.forces if not force.conservative)
     rheonomic = is_rheonomic(mechanism)
     work: np.ndarray = np.zeros(len(times))
     if free:

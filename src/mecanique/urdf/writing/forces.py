@@ -5,7 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 
-from mecanique.model.forces import Damper, JointSpring, Spring
+from mecanique.model.expression import Scalar
+from mecanique.model.forces import (
+    BodyLoad,
+    Damper,
+    JointDamper,
+    JointForce,
+    JointLoad,
+    JointSpring,
+    LineLoad,
+    Spring,
+    loads_in,
+)
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotation
@@ -13,7 +24,7 @@ from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
 from mecanique.urdf.reading.loops import loop_nodes
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
-__all__ = ["ends_of_tags", "forces_and_loops"]
+__all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "load_lines", "shown"]
 
 
 def ends_of_tags(mechanism: Mechanism) -> set[str]:
@@ -24,12 +35,11 @@ def ends_of_tags(mechanism: Mechanism) -> set[str]:
     """
     ends: set[str] = set()
     for force in mechanism.forces:
-        match force:
-            case Spring() | Damper():
-                ends |= {force.body_a, force.body_b}
-            case JointSpring():
-                joint = mechanism.joint(force.joint)
-                ends |= {joint.parent, joint.child}
+        if isinstance(force, LineLoad):
+            ends.update(force.bodies)
+        elif isinstance(force, JointSpring):
+            joint = mechanism.joint(force.joint)
+            ends |= {joint.parent, joint.child}
     for loop in mechanism.loops:
         ends |= {loop.body_a, loop.body_b}
     return ends
@@ -56,8 +66,55 @@ def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterat
                 yield _between(mechanism, force, anchors, constants)
             case JointSpring():
                 yield from _joint_spring(mechanism, force, anchors)
+            case JointDamper() | BodyLoad() | JointForce():
+                pass  # said by `dynamics` and `load_lines`
+            case _:
+                yield Comment(f"{force.kind} {force.name}: URDF has no tag for it")
     for loop in mechanism.loops:
         yield from loop_nodes(mechanism, loop, anchors)
+
+
+def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
+    """Give the element that holds a joint's damping, if it has some.
+
+    Args:
+        mechanism: whose joint it is.
+        joint: its name.
+        where: what is written, for messages.
+    """
+    dampers = loads_in(mechanism.forces, joint, "damper")
+    if dampers:
+        damping = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
+        yield Tag("dynamics", damping=number(damping, where))
+
+
+def load_lines(mechanism: Mechanism) -> Iterator[str]:
+    """Say in a line each what acts on bodies and drives joints, for which URDF has no words.
+
+    Args:
+        mechanism: whose loads they are.
+    """
+    for force in mechanism.forces:
+        if isinstance(force, BodyLoad):
+            wrench = force.wrench
+            body, axes = wrench.body, f"axes of {wrench.axes}"
+            if wrench.force is not None:
+                at = f"{body} at ({shown(*wrench.point)})"
+                yield f"{force.name}: force ({shown(*wrench.force)}) N on {at}, {axes}"
+            if wrench.torque is not None:
+                yield f"{force.name}: torque ({shown(*wrench.torque)}) N·m on {body}, {axes}"
+        elif isinstance(force, JointLoad) and force.kind == "load":
+            drive = shown(force.coefficient)
+            yield f"{force.name}: {drive} on the child of joint {force.joint}"
+
+
+def shown(*scalars: Scalar) -> str:
+    """Return scalars as text, numbers so that they are read back exactly.
+
+    Args:
+        scalars: numbers or expressions.
+    """
+    return ", ".join(number(s, "a load") if isinstance(s, float) else str(s) for s in scalars)
 
 
 def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) -> Iterator[Node]:
@@ -69,9 +126,10 @@ def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) ->
         constants = {"free_length": free, "stiffness": stiffness, "damping": 0.0}
         yield _between(mechanism, spring, anchors, constants)
         return
+    where = f"spring {spring.name!r}"
     ends = (
-        f"{body} ({numbers((mechanism.evaluate(c) for c in point), f'spring {spring.name!r}')})"
-        for body, point in ((spring.body_a, spring.point_a), (spring.body_b, spring.point_b))
+        f"{end.body} ({numbers((mechanism.evaluate(c) for c in end.point), where)})"
+        for end in spring.ends
     )
     yield Comment(
         f"spring {spring.name}: {number(stiffness, spring.name)} N/m, free length 0, from {' to '.join(ends)};",
@@ -81,7 +139,7 @@ def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) ->
 
 def _between(
     mechanism: Mechanism,
-    force: Spring | Damper,
+    force: LineLoad,
     anchors: Mapping[str, str],
     constants: Mapping[str, float],
 ) -> Tag:

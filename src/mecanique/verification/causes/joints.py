@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.model.forces import JointDamper
+from mecanique.model.forces import loads_in
 from mecanique.model.joints import Single
 from mecanique.verification.causes.change import Change, fitted
 from mecanique.verification.causes.evidence import Evidence
@@ -55,12 +55,8 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
             if kind == "armature":
                 own[k] = mechanism.evaluate(joint.armature)
             if kind == "damping":
-                dampers = [
-                    f
-                    for f in mechanism.forces
-                    if isinstance(f, JointDamper) and f.joint == joint.name
-                ]
-                own[k] = sum(mechanism.evaluate(damper.damping) for damper in dampers)
+                dampers = loads_in(mechanism.forces, joint.name, "damper")
+                own[k] = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
             amounts, answers = fitted(evidence, columns[k : k + 1])
             where, unit = f"joint {joint.name!r}", _UNITS[kind, joint.turns]
             # less than nothing of it is no likely mistake

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, plain, symbols_in
-from mecanique.model.forces import Damper, Spring
+from mecanique.model.forces import LineLoad
 from mecanique.model.mechanism import Mechanism
 from mecanique.verification.states.loops import closed_states
 from mecanique.verification.states.validity import is_possible
@@ -154,10 +154,8 @@ def characteristic_length(mechanism: Mechanism) -> float:
     vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
     vectors += [body.center for body in mechanism.bodies]
     for force in mechanism.forces:
-        if isinstance(force, (Spring, Damper)):
-            vectors += [force.point_a, force.point_b]
-        if isinstance(force, Spring):
-            vectors.append((force.free_length,))
+        if isinstance(force, LineLoad):
+            vectors += [stated.scalars for stated in force.stated if stated.length]
     lengths = np.array(
         [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
     )
@@ -217,9 +215,5 @@ def _inside(expression: Any, functions: set[str]) -> set[str]:
 def _depends_on_time(mechanism: Mechanism) -> bool:
     if mechanism.inputs:
         return True
-    scalars = list(mechanism.coordinates.driven.values())
-    for force in mechanism.forces:
-        for field in ("force", "torque"):
-            given = getattr(force, field, ())
-            scalars.extend(given if isinstance(given, tuple) else (given,))
-    return any("t" in symbols_in(scalar) for scalar in scalars)
+    maps = [symbols_in(scalar) for scalar in mechanism.coordinates.driven.values()]
+    return any("t" in names for names in (*maps, *(force.symbols for force in mechanism.forces)))

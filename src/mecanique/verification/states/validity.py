@@ -21,7 +21,7 @@ from mecanique.derivation.states import States
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses, times_point
-from mecanique.model.forces import Damper, Spring
+from mecanique.model.forces import LineLoad
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Sampled", "is_possible"]
@@ -65,7 +65,7 @@ def is_possible(
         for name in mechanism.coordinates.driven:
             possible &= np.isfinite(values[name])
         for force in mechanism.forces:
-            if isinstance(force, (Spring, Damper)):
+            if isinstance(force, LineLoad):
                 possible &= _has_length(_span(mechanism, force, values, len(states.t)))
         for assumption in assumptions:
             possible &= evaluate(assumption.positive, values) > 0
@@ -102,17 +102,17 @@ def _values(mechanism: Mechanism, q: Array, t: Array) -> dict[str, Any]:
     return joint_values(mechanism, values, Arithmetic())
 
 
-def _span(mechanism: Mechanism, force: Spring | Damper, values: dict[str, Any], n: int) -> Array:
+def _span(mechanism: Mechanism, force: LineLoad, values: dict[str, Any], n: int) -> Array:
     """From one end to the other in world axes, shape (n, 3) [m]."""
     tree = links(mechanism)
     carried = dict(
         zip((link.body for link in tree), poses(tree, values, Arithmetic()), strict=True)
     )
     ends = []
-    for body, point in ((force.body_a, force.point_a), (force.body_b, force.point_b)):
-        here: Sequence[Any] = [mechanism.evaluate(component) for component in point]
-        if body in carried:
-            here = times_point(carried[body], here)
+    for end in force.ends:
+        here: Sequence[Any] = [mechanism.evaluate(component) for component in end.point]
+        if end.body in carried:
+            here = times_point(carried[end.body], here)
         ends.append(
             np.stack([np.broadcast_to(np.asarray(c, dtype=float), (n,)) for c in here], axis=-1)
         )

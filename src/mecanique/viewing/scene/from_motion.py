@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from mecanique.model.forces import Damper, JointSpring, Spring
+from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Planar, Prismatic, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
@@ -21,6 +21,7 @@ from mecanique.viewing.scene.scene import (
     Floats,
     JointMark,
     Line,
+    LineKind,
     Scene,
     SceneBody,
     Series,
@@ -175,15 +176,14 @@ def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[
             pose[:, :3, 3] + pose[:, :3, :3] @ np.array([mechanism.evaluate(c) for c in xyz])
         )
 
-    sprung = {force.joint for force in mechanism.forces if isinstance(force, JointSpring)}
+    sprung = {
+        joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
+    }
     for force in mechanism.forces:
-        if isinstance(force, (Spring, Damper)):
-            ends = (point(force.body_a, force.point_a), point(force.body_b, force.point_b))
-            yield Line(
-                force.name,
-                "spring" if isinstance(force, Spring) else "damper",
-                np.stack(ends, axis=1),
-            )
+        if isinstance(force, LineLoad):
+            points = [point(end.body, end.point) for end in force.ends]
+            kind: LineKind = "spring" if force.kind == "spring" else "damper"
+            yield Line(force.name, kind, np.stack(points, axis=1))
     for loop in mechanism.loops:
         if loop.kind == "distance":
             ends = (point(loop.body_a, loop.frame_a.xyz), point(loop.body_b, loop.frame_b.xyz))
