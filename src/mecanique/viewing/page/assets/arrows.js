@@ -30,8 +30,12 @@ export class Arrows {
   }
 
   build(arrow, column) {
-    const { Group, Mesh, MeshLambertMaterial, CylinderGeometry, ConeGeometry, TorusGeometry } = this.stage.three;
-    const paint = new MeshLambertMaterial({ color: KINDS[arrow.kind].color, emissive: KINDS[arrow.kind].color });
+    const { Group, Mesh, MeshLambertMaterial, CylinderGeometry, ConeGeometry, TorusGeometry } =
+      this.stage.three;
+    const paint = new MeshLambertMaterial({
+      color: KINDS[arrow.kind].color,
+      emissive: KINDS[arrow.kind].color,
+    });
     Object.assign(paint, { emissiveIntensity: 0.35, depthTest: false, transparent: true });
     const r = 0.0055 * this.stage.size;
     const group = new Group();
@@ -40,9 +44,13 @@ export class Arrows {
     const shaft = new Mesh(bent ? ring(0.09) : new CylinderGeometry(r, r, 1, 16), paint);
     const head = new Mesh(new ConeGeometry(2.7 * r, 8 * r, 20), paint);
     group.add(shaft, head);
-    for (const part of [shaft, head]) Object.assign(part, { renderOrder: 10, userData: { arrow: column } });
+    for (const part of [shaft, head])
+      Object.assign(part, { renderOrder: 10, userData: { arrow: column } });
     // a rim around it tells an arrow from a body of its color
-    const rims = [new Mesh(bent ? ring(0.15) : shaft.geometry, this.stage.rimPaint), new Mesh(head.geometry, this.stage.rimPaint)];
+    const rims = [
+      new Mesh(bent ? ring(0.15) : shaft.geometry, this.stage.rimPaint),
+      new Mesh(head.geometry, this.stage.rimPaint),
+    ];
     if (!bent) rims[0].scale.set(...HALO.shaft);
     rims[1].scale.set(...HALO.head);
     shaft.add(rims[0]);
@@ -51,7 +59,18 @@ export class Arrows {
     const cut = this.buildCut(r);
     group.add(cut);
     this.stage.root.add(group);
-    return { ...arrow, column, group, shaft, head, cut, bent, headLength: 8 * r, parts: [shaft, head], vector: [0, 0, 0] };
+    return {
+      ...arrow,
+      column,
+      group,
+      shaft,
+      head,
+      cut,
+      bent,
+      headLength: 8 * r,
+      parts: [shaft, head],
+      vector: [0, 0, 0],
+    };
   }
 
   // Two strokes across a shaft: it is not drawn at full length.
@@ -59,7 +78,10 @@ export class Arrows {
     const { Group, Mesh, CylinderGeometry } = this.stage.three;
     const cut = new Group();
     for (const side of [-1, 1]) {
-      const stroke = new Mesh(new CylinderGeometry(2.2 * r, 2.2 * r, 0.9 * r, 16), this.stage.rimPaint);
+      const stroke = new Mesh(
+        new CylinderGeometry(2.2 * r, 2.2 * r, 0.9 * r, 16),
+        this.stage.rimPaint,
+      );
       stroke.position.y = 1.3 * r * side;
       stroke.renderOrder = 11;
       cut.add(stroke);
@@ -76,7 +98,9 @@ export class Arrows {
   }
 
   visible(item) {
-    return this.body === null ? this.kinds.has(item.kind) : item.body === this.body && item.kind !== "inertia";
+    return this.body === null
+      ? this.kinds.has(item.kind)
+      : item.body === this.body && item.kind !== "inertia";
   }
 
   pose(row) {

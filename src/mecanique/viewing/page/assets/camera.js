@@ -38,7 +38,9 @@ export class Camera {
   leaveRoom() {
     const { clientWidth: w, clientHeight: h } = this.stage.pane.parentElement;
     if (!w || !h) return;
-    const [above, below] = ["tools", "forces"].map((id) => 14 + document.getElementById(id).offsetHeight);
+    const [above, below] = ["tools", "forces"].map(
+      (id) => 14 + document.getElementById(id).offsetHeight,
+    );
     const most = Math.min(1, (0.5 * h) / (above + below));
     this.share = 1 - (most * (above + below)) / h;
     this.stage.viewer.camera.setViewOffset(w, h, 0, (most * (below - above)) / 2, w, h);
@@ -99,7 +101,10 @@ export class Camera {
 
   // Whether a hand has moved the picture aside since the camera was last placed.
   panned() {
-    return this.followed < 0 && this.placed.distanceTo(this.stage.viewer.controls.target) > 1e-6 * this.stage.size;
+    return (
+      this.followed < 0 &&
+      this.placed.distanceTo(this.stage.viewer.controls.target) > 1e-6 * this.stage.size
+    );
   }
 
   follow(body) {

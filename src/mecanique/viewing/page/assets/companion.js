@@ -25,7 +25,10 @@ export function startBox(stage, rows, layout) {
 // Whether a motion goes so far that the mechanism would be small in a picture of all of it.
 export function travelsFar(stage, rows, layout) {
   const size = (box) => box.getSize(new stage.three.Vector3()).length();
-  return size(stage.bounds(rows, layout)) > FAR * Math.max(...rows.map((row) => size(stage.bounds([row], layout))));
+  return (
+    size(stage.bounds(rows, layout)) >
+    FAR * Math.max(...rows.map((row) => size(stage.bounds([row], layout))))
+  );
 }
 
 export class Companion {
@@ -55,7 +58,8 @@ export class Companion {
     this.track = [];
     this.camera.box = this.home.clone();
     if (this.on && this.camera.preset) this.camera.look(this.camera.preset);
-    else if (this.on && this.camera.placed) this.camera.shift(this.middle.clone().sub(this.camera.center()));
+    else if (this.on && this.camera.placed)
+      this.camera.shift(this.middle.clone().sub(this.camera.center()));
   }
 
   // Offers itself among the bodies one can follow; the hand that moves the picture aside switches it off.
@@ -84,13 +88,18 @@ export class Companion {
     const mean = new Vector3();
     let count = 0;
     const moved = (b) => {
-      for (let j = 7 * b; j < 7 * b + 7; j++) if (Math.abs(row[j] - this.first[j]) > 1e-7) return true;
+      for (let j = 7 * b; j < 7 * b + 7; j++)
+        if (Math.abs(row[j] - this.first[j]) > 1e-7) return true;
       return false;
     };
     this.stage.boxes.forEach((own, b) => {
       if (!own || !moved(b)) return;
       const [x, y, z, qx, qy, qz, qw] = row.subarray(7 * b, 7 * b + 7);
-      const pose = new Matrix4().compose(new Vector3(x, y, z), new Quaternion(qx, qy, qz, qw), new Vector3(1, 1, 1));
+      const pose = new Matrix4().compose(
+        new Vector3(x, y, z),
+        new Quaternion(qx, qy, qz, qw),
+        new Vector3(1, 1, 1),
+      );
       const box = own.clone().applyMatrix4(pose);
       now.union(box);
       mean.add(box.getCenter(new Vector3()));
@@ -116,23 +125,34 @@ export class Companion {
     const shown = this.frame.clone().translate(this.travel);
     const away = mean.clone().sub(shown.getCenter(new Vector3()));
     const lost = away.length() > 1.5 * this.size;
-    if (!this.riding && !shown.clone().expandByScalar(0.03 * this.size).containsBox(now)) {
+    if (
+      !this.riding &&
+      !shown
+        .clone()
+        .expandByScalar(0.03 * this.size)
+        .containsBox(now)
+    ) {
       const wider = this.frame.clone().union(now.clone().translate(this.travel.clone().negate()));
-      if (wider.getSize(new Vector3()).length() <= WIDEST * this.size) this.frame = wider.expandByScalar(0.04 * this.size);
+      if (wider.getSize(new Vector3()).length() <= WIDEST * this.size)
+        this.frame = wider.expandByScalar(0.04 * this.size);
       else Object.assign(this, { riding: true, blend: 0, track: [] });
     }
     if (this.riding) {
       this.blend = lost || this.fresh ? 1 : Math.min(1, this.blend + dt / RAMP);
       if (this.last) this.travel.addScaledVector(mean.clone().sub(this.last), this.blend);
       const middle = this.frame.getCenter(new Vector3()).add(this.travel);
-      this.travel.addScaledVector(mean.clone().sub(middle), lost || this.fresh ? 1 : 1 - Math.exp(-dt / CENTERING));
+      this.travel.addScaledVector(
+        mean.clone().sub(middle),
+        lost || this.fresh ? 1 : 1 - Math.exp(-dt / CENTERING),
+      );
       this.rest(mean);
     }
     this.last = mean;
     this.camera.box = this.frame.clone().translate(this.travel);
     if (this.on && !this.fresh) this.camera.shift(this.travel.clone().sub(before));
     else if (this.on && this.camera.preset) this.camera.look(this.camera.preset);
-    else if (this.on) this.camera.shift(this.camera.box.getCenter(new Vector3()).sub(this.camera.center()));
+    else if (this.on)
+      this.camera.shift(this.camera.box.getCenter(new Vector3()).sub(this.camera.center()));
     this.fresh = false;
   }
 
@@ -143,7 +163,8 @@ export class Companion {
     while (now - this.track[0][0] > CALM) this.track.shift();
     if (now - this.track[0][0] < 0.8 * CALM) return;
     const reach = new this.stage.three.Box3().setFromPoints(this.track.map(([, point]) => point));
-    if (reach.getSize(new this.stage.three.Vector3()).length() < 0.3 * this.size) this.riding = false;
+    if (reach.getSize(new this.stage.three.Vector3()).length() < 0.3 * this.size)
+      this.riding = false;
   }
 
   // Moves the camera towards where its preset has it look from, when the box it frames has grown.
@@ -154,7 +175,10 @@ export class Companion {
     const [toTarget, toEye] = [target.clone().sub(camera.center()), eye.clone().sub(camera.eye())];
     if (Math.max(toTarget.length(), toEye.length()) < 1e-4 * this.size) return false;
     const part = 1 - Math.exp(-dt / 0.35);
-    camera.place(camera.center().addScaledVector(toTarget, part), camera.eye().addScaledVector(toEye, part));
+    camera.place(
+      camera.center().addScaledVector(toTarget, part),
+      camera.eye().addScaledVector(toEye, part),
+    );
     return true;
   }
 
@@ -170,7 +194,11 @@ export class Companion {
     const planar = stage.scene.planar;
     for (const part of this.floorLines) {
       part.visible = !this.afloat;
-      part.position.set(snapped(away.x), planar ? 0 : snapped(away.y), planar && away.z > 0 ? snapped(away.z) : 0);
+      part.position.set(
+        snapped(away.x),
+        planar ? 0 : snapped(away.y),
+        planar && away.z > 0 ? snapped(away.z) : 0,
+      );
     }
     sun.position.copy(this.sunAt[0]).add(away);
     sun.target.position.copy(this.sunAt[1]).add(away);
@@ -184,14 +212,20 @@ export class Companion {
     const along = center.x * Math.cos(turn) + center.y * Math.sin(turn);
     const across = -center.x * Math.sin(turn) + center.y * Math.cos(turn) + this.behind;
     const u = snapped(along);
-    this.wall.position.set(u * Math.cos(turn) - across * Math.sin(turn), u * Math.sin(turn) + across * Math.cos(turn), snapped(center.z));
+    this.wall.position.set(
+      u * Math.cos(turn) - across * Math.sin(turn),
+      u * Math.sin(turn) + across * Math.cos(turn),
+      snapped(center.z),
+    );
   }
 
   buildWall() {
     const { Group, LineSegments, BufferGeometry, Float32BufferAttribute } = this.stage.three;
     const { spacing, gridPaints, scene } = this.stage;
     const half = 5 * Math.ceil((0.6 * this.size) / spacing);
-    this.behind = scene.planar ? this.home.max.y - this.middle.y + 0.04 * this.size : 0.9 * this.size;
+    this.behind = scene.planar
+      ? this.home.max.y - this.middle.y + 0.04 * this.size
+      : 0.9 * this.size;
     this.wall = new Group();
     const lists = [[], []];
     for (let i = -half; i <= half; i++) {
@@ -199,7 +233,10 @@ export class Companion {
       lists[i % 5 ? 0 : 1].push(x, 0, -end, x, 0, end, -end, 0, x, end, 0, x);
     }
     lists.forEach((list, i) => {
-      const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(list, 3));
+      const geometry = new BufferGeometry().setAttribute(
+        "position",
+        new Float32BufferAttribute(list, 3),
+      );
       const lines = new LineSegments(geometry, gridPaints[i]);
       lines.renderOrder = -3;
       this.wall.add(lines);

@@ -15,7 +15,8 @@ export function wireCameras(camera, scene) {
   const buttons = [...document.querySelectorAll("[data-camera]")];
   for (const button of buttons) button.onclick = () => camera.look(button.dataset.camera);
   camera.onchoice = (preset) => {
-    for (const button of buttons) button.setAttribute("aria-pressed", button.dataset.camera === preset);
+    for (const button of buttons)
+      button.setAttribute("aria-pressed", button.dataset.camera === preset);
   };
   const select = document.getElementById("follow");
   scene.bodies.forEach((body, b) => select.append(new Option(body.name, b)));
@@ -34,7 +35,9 @@ export function wireShow(entries) {
 
 export function wireForces(arrows, scene, changed) {
   const chips = document.getElementById("kinds");
-  const present = Object.keys(KINDS).filter((kind) => scene.arrows.some((arrow) => arrow.kind === kind));
+  const present = Object.keys(KINDS).filter((kind) =>
+    scene.arrows.some((arrow) => arrow.kind === kind),
+  );
   for (const kind of present) {
     const set = (on) => {
       if (on) arrows.kinds.add(kind);
@@ -99,7 +102,9 @@ export function wirePrint(stage, plots, clock) {
     still.height = source.height;
     still.getContext("2d").drawImage(source, 0, 0);
     const told = document.getElementById("arrow-told").textContent;
-    document.getElementById("instant").textContent = [`At t = ${clock.time.toFixed(3)} s`, told].filter(Boolean).join("; ");
+    document.getElementById("instant").textContent = [`At t = ${clock.time.toFixed(3)} s`, told]
+      .filter(Boolean)
+      .join("; ");
     plots.draw();
   };
   addEventListener("beforeprint", take);

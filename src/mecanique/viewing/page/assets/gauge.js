@@ -19,7 +19,8 @@ export class Gauge {
     const sizes = new Float64Array(table.n);
     for (const item of this.items) {
       const columns = [3, 4, 5].map((i) => item.column + i);
-      for (let k = 0; k < table.n; k++) sizes[k] = Math.hypot(...columns.map((j) => table.value(k, j)));
+      for (let k = 0; k < table.n; k++)
+        sizes[k] = Math.hypot(...columns.map((j) => table.value(k, j)));
       sizes.sort();
       item.greatest = sizes[table.n - 1];
       item.usual = sizes[Math.floor(USUAL * (table.n - 1))];
@@ -61,11 +62,13 @@ export class Gauge {
 
   // The scale in words.
   told(size, kinds) {
-    const parts = [...this.reaches].filter(([, reach]) => reach > 0).map(([key, reach]) => {
-      const unit = key.split(" ").pop();
-      const whose = this.common ? "" : `${kinds[key.split(" ")[0]].label}: `;
-      return `${whose}${unit === "N" ? "" : "radius "}1 m ≙ ${measure(reach / (LONGEST[unit] * size * this.factor), 3)} ${unit}`;
-    });
+    const parts = [...this.reaches]
+      .filter(([, reach]) => reach > 0)
+      .map(([key, reach]) => {
+        const unit = key.split(" ").pop();
+        const whose = this.common ? "" : `${kinds[key.split(" ")[0]].label}: `;
+        return `${whose}${unit === "N" ? "" : "radius "}1 m ≙ ${measure(reach / (LONGEST[unit] * size * this.factor), 3)} ${unit}`;
+      });
     return parts.join(" · ");
   }
 }

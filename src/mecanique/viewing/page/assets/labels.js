@@ -15,7 +15,11 @@ export class Labels {
       const half = box.getSize(new stage.three.Vector3()).multiplyScalar(0.5).toArray();
       return { b, at, half, mark: this.mark(body.name, "body") };
     });
-    this.joints = scene.joints.map((joint) => ({ b: joint.body, at: joint.point, mark: this.mark(joint.name, "joint") }));
+    this.joints = scene.joints.map((joint) => ({
+      b: joint.body,
+      at: joint.point,
+      mark: this.mark(joint.name, "joint"),
+    }));
     this.forces = arrows.items.map((item) => ({ item, mark: this.mark("", "force") }));
     this.compass = document.getElementById("compass");
     this.shown = { bodies: false, joints: false, values: false };
@@ -43,7 +47,8 @@ export class Labels {
 
   // The next height at which a label covers none that was put before it.
   free(left, top, wide) {
-    const covers = (other) => Math.abs(other.top - top) < 19 && left < other.left + other.wide && other.left < left + wide;
+    const covers = (other) =>
+      Math.abs(other.top - top) < 19 && left < other.left + other.wide && other.left < left + wide;
     for (let tries = 0; tries < 8 && this.taken.some(covers); tries++) top += 19;
     this.taken.push({ left, top, wide });
     return top;
@@ -53,7 +58,11 @@ export class Labels {
   above(row, { b, half }, middle) {
     const o = 7 * b;
     const q = row.subarray(o + 3, o + 7);
-    const axes = [[half[0], 0, 0], [0, half[1], 0], [0, 0, half[2]]];
+    const axes = [
+      [half[0], 0, 0],
+      [0, half[1], 0],
+      [0, 0, half[2]],
+    ];
     const height = axes.reduce((sum, axis) => sum + Math.abs(turn(q, axis)[2]), 0);
     return [middle[0], middle[1], middle[2] + Math.min(height, 0.06 * this.stage.size)];
   }

@@ -13,7 +13,11 @@ export class Lines {
       const column = layout.lines + 6 * i;
       const rest = Math.max(this.ends(row, column).length, 2 * r);
       const paint = new MeshPhongMaterial({ color: PAINT[line.kind], shininess: 30, side: 2 });
-      const group = { spring: this.coil, damper: this.dashpot, rod: this.rod }[line.kind].call(this, paint, rest);
+      const group = { spring: this.coil, damper: this.dashpot, rod: this.rod }[line.kind].call(
+        this,
+        paint,
+        rest,
+      );
       group.traverse((part) => (part.castShadow = true));
       stage.root.add(group);
       return { ...line, column, group, rest, shift: this.shift[i] };
@@ -31,7 +35,9 @@ export class Lines {
   beside(lines, layout, row) {
     const keys = lines.map((_, i) => {
       const o = layout.lines + 6 * i;
-      return [...row.subarray(o, o + 6)].map((x) => Math.round(x / (0.01 * this.stage.size))).join();
+      return [...row.subarray(o, o + 6)]
+        .map((x) => Math.round(x / (0.01 * this.stage.size)))
+        .join();
     });
     return keys.map((key, i) => {
       const count = keys.filter((other) => other === key).length;
@@ -63,8 +69,15 @@ export class Lines {
   dashpot(paint, rest) {
     const { Group, Mesh, CylinderGeometry } = this.stage.three;
     const r = this.radius;
-    const unit = (radius, open) => new Mesh(new CylinderGeometry(radius, radius, 1, 24, 1, open), paint);
-    const [foot, cup, base, piston, rod] = [unit(0.2 * r), unit(r, true), unit(r), unit(0.85 * r), unit(0.2 * r)];
+    const unit = (radius, open) =>
+      new Mesh(new CylinderGeometry(radius, radius, 1, 24, 1, open), paint);
+    const [foot, cup, base, piston, rod] = [
+      unit(0.2 * r),
+      unit(r, true),
+      unit(r),
+      unit(0.85 * r),
+      unit(0.2 * r),
+    ];
     const group = new Group();
     group.add(foot, cup, base, piston, rod);
     const set = (part, from, to) => {
@@ -88,7 +101,10 @@ export class Lines {
   rod(paint) {
     const { Group, Mesh, CylinderGeometry } = this.stage.three;
     const group = new Group();
-    const bar = new Mesh(new CylinderGeometry(0.25 * this.radius, 0.25 * this.radius, 1, 16), paint);
+    const bar = new Mesh(
+      new CylinderGeometry(0.25 * this.radius, 0.25 * this.radius, 1, 16),
+      paint,
+    );
     group.add(bar);
     group.userData.pose = (length) => {
       bar.scale.y = Math.max(length, 1e-9);
@@ -130,7 +146,12 @@ export class Traces {
           index.set([a, b, a + 4, b, b + 4, a + 4], 24 * k + 6 * s);
         }
       geometry.setIndex(new BufferAttribute(index, 1));
-      const paint = new MeshBasicMaterial({ color: TRACES[i % TRACES.length], transparent: true, opacity: 0.75, side: 2 });
+      const paint = new MeshBasicMaterial({
+        color: TRACES[i % TRACES.length],
+        transparent: true,
+        opacity: 0.75,
+        side: 2,
+      });
       const mesh = new Mesh(geometry, paint);
       mesh.frustumCulled = false;
       stage.root.add(mesh);
@@ -170,7 +191,16 @@ export class Traces {
 
 export class JointMarks {
   constructor(stage, scene) {
-    const { Group, Mesh, CylinderGeometry, SphereGeometry, BoxGeometry, MeshPhongMaterial, Vector3, Quaternion } = stage.three;
+    const {
+      Group,
+      Mesh,
+      CylinderGeometry,
+      SphereGeometry,
+      BoxGeometry,
+      MeshPhongMaterial,
+      Vector3,
+      Quaternion,
+    } = stage.three;
     const r = 0.014 * stage.size;
     const dark = new MeshPhongMaterial({ color: 0x2f3640, shininess: 40 });
     const light = new MeshPhongMaterial({ color: 0xf2f2f0, shininess: 40 });
@@ -180,11 +210,15 @@ export class JointMarks {
       if (joint.kind === "revolute") {
         group.add(new Mesh(new CylinderGeometry(r, r, 3.4 * r, 28), dark));
         group.add(new Mesh(new CylinderGeometry(0.55 * r, 0.55 * r, 3.7 * r, 24), light));
-      } else if (joint.kind === "prismatic") group.add(new Mesh(new BoxGeometry(0.7 * r, 3.4 * r, 0.7 * r), dark));
-      else group.add(new Mesh(new SphereGeometry(joint.kind === "fixed" ? 0.5 * r : r, 20, 14), dark));
+      } else if (joint.kind === "prismatic")
+        group.add(new Mesh(new BoxGeometry(0.7 * r, 3.4 * r, 0.7 * r), dark));
+      else
+        group.add(new Mesh(new SphereGeometry(joint.kind === "fixed" ? 0.5 * r : r, 20, 14), dark));
       group.position.set(...joint.point);
       if (axis.length() > 0)
-        group.quaternion.copy(new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), axis.normalize()));
+        group.quaternion.copy(
+          new Quaternion().setFromUnitVectors(new Vector3(0, 1, 0), axis.normalize()),
+        );
       stage.nodes[joint.body].add(group);
       return { ...joint, group };
     });

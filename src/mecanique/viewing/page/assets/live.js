@@ -52,7 +52,9 @@ export class History {
       else high = middle;
     }
     const gap = this.times[high] - this.times[low];
-    return gap > 0 ? low + Math.min(1, Math.max(0, (t - this.times[low]) / gap)) : Math.max(high, 0);
+    return gap > 0
+      ? low + Math.min(1, Math.max(0, (t - this.times[low]) / gap))
+      : Math.max(high, 0);
   }
 }
 
@@ -175,7 +177,8 @@ export function wireNotes(live) {
     for (const key of ["equations", "verdict"]) {
       const panel = document.getElementById(`panel-${key}`);
       // the texts come from the page's maker, which lets MathML through and nothing else
-      if (panel && notes[key] !== undefined) panel.innerHTML = panel.querySelector("h2").outerHTML + notes[key];
+      if (panel && notes[key] !== undefined)
+        panel.innerHTML = panel.querySelector("h2").outerHTML + notes[key];
     }
     if (notes.badge !== undefined) {
       document.querySelector("header .badge")?.remove();
@@ -184,7 +187,11 @@ export function wireNotes(live) {
     for (const key of Object.keys(wrong)) wrong[key] = notes[key] ?? wrong[key];
     const texts = Object.values(wrong).filter(Boolean);
     banner.hidden = !texts.length;
-    banner.replaceChildren(...texts.map((text) => Object.assign(document.createElement("p"), { textContent: text, dir: "auto" })));
+    banner.replaceChildren(
+      ...texts.map((text) =>
+        Object.assign(document.createElement("p"), { textContent: text, dir: "auto" }),
+      ),
+    );
   };
 }
 
@@ -223,6 +230,11 @@ export function wireSliders(clock) {
     slider.oninput = () => {
       slider.closest("tr").querySelector("output").textContent = written(slider.value);
     };
-    slider.onchange = () => clock.send({ do: slider.dataset.kind, name: slider.dataset.name, value: Number(slider.value) });
+    slider.onchange = () =>
+      clock.send({
+        do: slider.dataset.kind,
+        name: slider.dataset.name,
+        value: Number(slider.value),
+      });
   }
 }

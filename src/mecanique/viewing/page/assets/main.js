@@ -12,7 +12,14 @@ import { wireTabs, save } from "./tabs.js";
 import { ForceTable, LedgerTable } from "./tables.js";
 import { Companion, startBox, travelsFar } from "./companion.js";
 import { findPlace, History, LiveClock, wireNotes, wireSliders } from "./live.js";
-import { wireCameras, wireForces, wireFreeBody, wirePrint, wireShow, wireTooltip } from "./controls.js";
+import {
+  wireCameras,
+  wireForces,
+  wireFreeBody,
+  wirePrint,
+  wireShow,
+  wireTooltip,
+} from "./controls.js";
 
 // How much of a path a stream leaves behind [frames]: longer ones are no longer read, and slow to draw.
 const RECENT = 1500;
@@ -61,7 +68,13 @@ async function start() {
   const camera = new Camera(stage, box);
   const transport = new Transport(clock);
   const data = recorded ? table : live.history;
-  const plots = new Plots(document.getElementById("charts"), data, clock, quantities(scene, layout), scene.fileName);
+  const plots = new Plots(
+    document.getElementById("charts"),
+    data,
+    clock,
+    quantities(scene, layout),
+    scene.fileName,
+  );
   plots.peaks.set("m", stage.size);
   const ledger = new LedgerTable(scene, layout);
   const forces = new ForceTable(scene, layout);
@@ -71,14 +84,70 @@ async function start() {
   const keys = wireCameras(camera, scene);
   const fewBodies = scene.bodies.length <= 8;
   wireShow([
-    ["Grid", true, (on) => { stage.grid.visible = on; redraw(); }],
-    ["Ground", !scene.planar || scene.ground !== null, (on) => { stage.ground.visible = on; redraw(); }],
-    ["Axes", true, (on) => { labels.compass.hidden = !on; redraw(); }],
-    ["Body names", fewBodies && scene.bodies.length > 1, (on) => { labels.shown.bodies = on; redraw(); }],
-    ["Joints", true, (on) => { marks.show(on); redraw(); }],
-    ["Joint names", false, (on) => { labels.shown.joints = on; redraw(); }],
-    ["Traces", true, (on) => { traces.shown = on; redraw(); }],
-    ["Values at the arrows", false, (on) => { labels.shown.values = on; redraw(); }],
+    [
+      "Grid",
+      true,
+      (on) => {
+        stage.grid.visible = on;
+        redraw();
+      },
+    ],
+    [
+      "Ground",
+      !scene.planar || scene.ground !== null,
+      (on) => {
+        stage.ground.visible = on;
+        redraw();
+      },
+    ],
+    [
+      "Axes",
+      true,
+      (on) => {
+        labels.compass.hidden = !on;
+        redraw();
+      },
+    ],
+    [
+      "Body names",
+      fewBodies && scene.bodies.length > 1,
+      (on) => {
+        labels.shown.bodies = on;
+        redraw();
+      },
+    ],
+    [
+      "Joints",
+      true,
+      (on) => {
+        marks.show(on);
+        redraw();
+      },
+    ],
+    [
+      "Joint names",
+      false,
+      (on) => {
+        labels.shown.joints = on;
+        redraw();
+      },
+    ],
+    [
+      "Traces",
+      true,
+      (on) => {
+        traces.shown = on;
+        redraw();
+      },
+    ],
+    [
+      "Values at the arrows",
+      false,
+      (on) => {
+        labels.shown.values = on;
+        redraw();
+      },
+    ],
   ]);
   wireForces(arrows, scene, redraw);
   const choose = (body) => {
@@ -94,13 +163,20 @@ async function start() {
   wirePrint(stage, plots, clock);
   listenToKeys(transport, keys);
   const urdf = document.getElementById("save-urdf");
-  if (urdf) urdf.onclick = () => save(`${scene.fileName}.urdf`, document.getElementById("urdf-text").textContent, "application/xml");
+  if (urdf)
+    urdf.onclick = () =>
+      save(
+        `${scene.fileName}.urdf`,
+        document.getElementById("urdf-text").textContent,
+        "application/xml",
+      );
 
   const companion = rides ? new Companion(stage, camera, box, row) : null;
   companion?.wire(document.getElementById("follow"));
   if (live) wireLive(live, stage, transport, traces, companion, redraw);
   if (recorded && scene.traces.length)
-    for (let k = 0; k < table.n; k++) traces.add(table.row(table.time(k), scene.bodies.length, new Float64Array(layout.end)));
+    for (let k = 0; k < table.n; k++)
+      traces.add(table.row(table.time(k), scene.bodies.length, new Float64Array(layout.end)));
 
   const show = () => {
     stage.pose(row);
@@ -153,7 +229,21 @@ async function start() {
   camera.look(scene.planar ? "front" : "free");
   if (live) findPlace();
   plots.draw();
-  window.mecanique = { scene, table, layout, clock, row, stage, arrows, lines, traces, labels, camera, companion, plots };
+  window.mecanique = {
+    scene,
+    table,
+    layout,
+    clock,
+    row,
+    stage,
+    arrows,
+    lines,
+    traces,
+    labels,
+    camera,
+    companion,
+    plots,
+  };
   document.body.classList.add("ready");
   if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
   requestAnimationFrame(frame);

@@ -11,7 +11,8 @@ function unpackSurface({ points, triangles, step, low }, bytes, start) {
   for (let axis = 0; axis < 3; axis++) {
     at = readIntegers(bytes, at, points, column);
     let sum = 0;
-    for (let k = 0; k < points; k++) positions[3 * k + axis] = low[axis] + step * (sum += column[k]);
+    for (let k = 0; k < points; k++)
+      positions[3 * k + axis] = low[axis] + step * (sum += column[k]);
   }
   // how far back each corner was met: all first corners, then all second, then all third
   const back = new Float64Array(3 * triangles);
@@ -51,7 +52,8 @@ function neighbors(corners, count) {
 function cornerNormals(positions, corners) {
   const face = faceNormals(positions, corners);
   const size = new Float32Array(face.length / 3);
-  for (let f = 0; f < face.length; f += 3) size[f / 3] = Math.hypot(face[f], face[f + 1], face[f + 2]);
+  for (let f = 0; f < face.length; f += 3)
+    size[f / 3] = Math.hypot(face[f], face[f + 1], face[f + 2]);
   const { starts, faces } = neighbors(corners, positions.length / 3);
   const normals = new Float32Array(3 * corners.length);
   for (let k = 0; k < corners.length; k++) {
@@ -94,7 +96,12 @@ export function hangMeshes(three, { surfaces, drawn }, bytes, nodes) {
   });
   for (const { body, surface, rgba, matrix } of drawn) {
     const [red, green, blue, opacity] = rgba;
-    const paint = new three.MeshPhongMaterial({ opacity, transparent: opacity < 1, shininess: 18, specular: 0x222222 });
+    const paint = new three.MeshPhongMaterial({
+      opacity,
+      transparent: opacity < 1,
+      shininess: 18,
+      specular: 0x222222,
+    });
     paint.color.setRGB(red, green, blue);
     const mesh = new three.Mesh(geometries[surface], paint);
     mesh.matrixAutoUpdate = false;

@@ -6,5 +6,7 @@ export function measure(x, digits = 4) {
   if (!x) return "0";
   const size = Math.abs(x);
   const text = size >= 1e5 || size < 1e-3 ? x.toExponential(digits - 2) : x.toPrecision(digits);
-  return text.replaceAll("-", "−").replace(/e\+?(.*)/, (_, exponent) => `·${powerOfTen(exponent.replace("−", "-"))}`);
+  return text
+    .replaceAll("-", "−")
+    .replace(/e\+?(.*)/, (_, exponent) => `·${powerOfTen(exponent.replace("−", "-"))}`);
 }

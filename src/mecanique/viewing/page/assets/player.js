@@ -46,7 +46,8 @@ export class Player {
     if (this.playing && this.stamp !== null) {
       const next = this.time + ((now - this.stamp) / 1000) * this.speed;
       if (next <= this.last) this.time = next;
-      else if (this.looping) this.time = this.first + ((next - this.first) % (this.last - this.first));
+      else if (this.looping)
+        this.time = this.first + ((next - this.first) % (this.last - this.first));
       else {
         this.time = this.last;
         this.pause();
@@ -97,7 +98,9 @@ export class Transport {
     const slider = this.find("slider");
     slider.value = time;
     slider.setAttribute("aria-valuetext", `${text} seconds`);
-    this.find("time").textContent = seekable ? `${text} / ${last.toFixed(this.digits)} s` : `${text} s`;
+    this.find("time").textContent = seekable
+      ? `${text} / ${last.toFixed(this.digits)} s`
+      : `${text} s`;
     const button = this.find("play");
     button.classList.toggle("playing", playing);
     button.setAttribute("aria-label", playing ? "Pause" : "Play");
@@ -109,9 +112,13 @@ export function listenToKeys(transport, actions) {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
     const { tagName, type } = event.target;
-    const typing = /^(SELECT|TEXTAREA)$/.test(tagName) || (tagName === "INPUT" && !/^(checkbox|range)$/.test(type));
-    const ownsSpace = /^(BUTTON|SUMMARY|A)$/.test(tagName) || (tagName === "INPUT" && type === "checkbox");
-    if (typing || (event.key === " " && ownsSpace) || (type === "range" && event.key !== " ")) return;
+    const typing =
+      /^(SELECT|TEXTAREA)$/.test(tagName) ||
+      (tagName === "INPUT" && !/^(checkbox|range)$/.test(type));
+    const ownsSpace =
+      /^(BUTTON|SUMMARY|A)$/.test(tagName) || (tagName === "INPUT" && type === "checkbox");
+    if (typing || (event.key === " " && ownsSpace) || (type === "range" && event.key !== " "))
+      return;
     const { clock } = transport;
     const jump = event.shiftKey ? 10 : 1;
     const keys = {

@@ -20,14 +20,23 @@ function svg(tag, attributes, parent) {
 export function quantities(scene, layout) {
   const list = scene.series.map((series, i) => {
     const column = layout.series + i;
-    return { ...series, group: series.group || "Quantities", value: (data, k) => data.value(k, column) };
+    return {
+      ...series,
+      group: series.group || "Quantities",
+      value: (data, k) => data.value(k, column),
+    };
   });
   scene.arrows.forEach((arrow, i) => {
     const column = layout.arrows + 6 * i + 3;
     const title = arrow.unit === "N" ? "Forces" : "Moments";
-    const part = (name, value) => list.push({ name, text: name, unit: arrow.unit, group: title, shown: false, value });
-    part(`|${arrow.name}|`, (data, k) => Math.hypot(...[0, 1, 2].map((c) => data.value(k, column + c))));
-    ["x", "y", "z"].forEach((axis, c) => part(`${arrow.name}, ${axis}`, (data, k) => data.value(k, column + c)));
+    const part = (name, value) =>
+      list.push({ name, text: name, unit: arrow.unit, group: title, shown: false, value });
+    part(`|${arrow.name}|`, (data, k) =>
+      Math.hypot(...[0, 1, 2].map((c) => data.value(k, column + c))),
+    );
+    ["x", "y", "z"].forEach((axis, c) =>
+      part(`${arrow.name}, ${axis}`, (data, k) => data.value(k, column + c)),
+    );
   });
   return list.map((each, id) => ({ ...each, id }));
 }
@@ -63,7 +72,10 @@ export class Plots {
         picker.append(set);
       }
       const label = document.createElement("label");
-      const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: this.chosen.has(each.id) });
+      const box = Object.assign(document.createElement("input"), {
+        type: "checkbox",
+        checked: this.chosen.has(each.id),
+      });
       box.onchange = () => {
         if (box.checked) this.chosen.add(each.id);
         else this.chosen.delete(each.id);
@@ -145,32 +157,55 @@ export class Plots {
     const sx = (t) => MARGIN.left + ((t - a) / (b - a)) * inner;
     const paths = members.map((each) => this.samples(each, a, b, Math.floor(inner)));
     let [low, high] = [Infinity, -Infinity];
-    for (const path of paths) for (const [, y] of path) [low, high] = [Math.min(low, y), Math.max(high, y)];
+    for (const path of paths)
+      for (const [, y] of path) [low, high] = [Math.min(low, y), Math.max(high, y)];
     [low, high] = rangeOf(low, high, this.peaks.get(unit) ?? 0);
-    const sy = (y) => MARGIN.top + ((high - y) / (high - low)) * (HEIGHT - MARGIN.top - MARGIN.bottom);
+    const sy = (y) =>
+      MARGIN.top + ((high - y) / (high - low)) * (HEIGHT - MARGIN.top - MARGIN.bottom);
     const names = members.map((each) => each.text).join(", ");
-    const picture = svg("svg", { viewBox: `0 0 ${width} ${HEIGHT}`, role: "img", "aria-label": `${names} over time` });
+    const picture = svg("svg", {
+      viewBox: `0 0 ${width} ${HEIGHT}`,
+      role: "img",
+      "aria-label": `${names} over time`,
+    });
     const bottom = HEIGHT - MARGIN.bottom;
     const { marks, power } = ticks(low, high, 4);
     for (const { x, text } of marks) {
-      svg("line", { class: "rule", x1: MARGIN.left, x2: width - MARGIN.right, y1: sy(x), y2: sy(x) }, picture);
-      svg("text", { x: MARGIN.left - 6, y: sy(x) + 3.5, "text-anchor": "end" }, picture).textContent = text;
+      svg(
+        "line",
+        { class: "rule", x1: MARGIN.left, x2: width - MARGIN.right, y1: sy(x), y2: sy(x) },
+        picture,
+      );
+      svg(
+        "text",
+        { x: MARGIN.left - 6, y: sy(x) + 3.5, "text-anchor": "end" },
+        picture,
+      ).textContent = text;
     }
-    if (power) svg("text", { class: "unit", x: MARGIN.left + 4, y: MARGIN.top + 9 }, picture).textContent = power;
+    if (power)
+      svg("text", { class: "unit", x: MARGIN.left + 4, y: MARGIN.top + 9 }, picture).textContent =
+        power;
     const along = ticksAlong(a, b, inner);
     for (const { x, text } of along.marks) {
       svg("line", { class: "rule", x1: sx(x), x2: sx(x), y1: MARGIN.top, y2: bottom }, picture);
       if (sx(x) < width - MARGIN.right - 42)
-        svg("text", { x: sx(x), y: bottom + 15, "text-anchor": "middle" }, picture).textContent = text;
+        svg("text", { x: sx(x), y: bottom + 15, "text-anchor": "middle" }, picture).textContent =
+          text;
     }
-    svg("text", { class: "unit", x: width - MARGIN.right, y: bottom + 15, "text-anchor": "end" }, picture).textContent = `${along.power} t [s]`.trim();
+    svg(
+      "text",
+      { class: "unit", x: width - MARGIN.right, y: bottom + 15, "text-anchor": "end" },
+      picture,
+    ).textContent = `${along.power} t [s]`.trim();
     paths.forEach((path, i) => {
       const points = path.map(([t, y]) => `${sx(t).toFixed(1)},${sy(y).toFixed(1)}`).join(" ");
       const { color, dash } = members[i];
       svg("polyline", { class: "curve", points, stroke: color, "stroke-dasharray": dash }, picture);
     });
     const cursor = svg("line", { class: "cursor", y1: MARGIN.top, y2: bottom }, picture);
-    const dots = members.map(({ color }) => svg("circle", { class: "dot", r: 4, fill: color }, picture));
+    const dots = members.map(({ color }) =>
+      svg("circle", { class: "dot", r: 4, fill: color }, picture),
+    );
     this.listen(picture, (x) => a + ((x - MARGIN.left) / inner) * (b - a), width);
     figure.append(legend, picture);
     return { figure, members, readings, cursor, dots, sx, sy, a, b };
@@ -209,7 +244,8 @@ export class Plots {
     picture.onpointermove = (event) => from && !from.zooming && this.seek(time(event));
     picture.onpointerup = (event) => {
       const to = time(event);
-      if (from?.zooming && to !== from.time) this.setRange([Math.min(from.time, to), Math.max(from.time, to)]);
+      if (from?.zooming && to !== from.time)
+        this.setRange([Math.min(from.time, to), Math.max(from.time, to)]);
       from = null;
     };
     picture.ondblclick = () => this.setRange(null);
@@ -246,7 +282,8 @@ export class Plots {
       members.forEach((each, i) => {
         const y = this.at(each, t);
         if (Number.isNaN(y)) return;
-        readings[i].textContent = `${isNothing(y, this.peaks.get(each.unit)) ? "0" : measure(y)} ${each.unit}`;
+        readings[i].textContent =
+          `${isNothing(y, this.peaks.get(each.unit)) ? "0" : measure(y)} ${each.unit}`;
         dots[i].setAttribute("cx", sx(t));
         dots[i].setAttribute("cy", sy(y));
       });
@@ -256,10 +293,17 @@ export class Plots {
   csv() {
     const chosen = this.list.filter((each) => this.chosen.has(each.id));
     const quote = (text) => `"${text.replaceAll('"', '""').replace(/^([=+\-@\t\r])/, "'$1")}"`;
-    const heads = ["t [s]", ...chosen.map((each) => (each.unit ? `${each.name} [${each.unit}]` : each.name))];
+    const heads = [
+      "t [s]",
+      ...chosen.map((each) => (each.unit ? `${each.name} [${each.unit}]` : each.name)),
+    ];
     const rows = [heads.map(quote).join(",")];
     for (let k = 0; k < this.data.n; k++)
-      rows.push([this.data.time(k), ...chosen.map((each) => each.value(this.data, k))].map((x) => +x.toPrecision(7)).join(","));
+      rows.push(
+        [this.data.time(k), ...chosen.map((each) => each.value(this.data, k))]
+          .map((x) => +x.toPrecision(7))
+          .join(","),
+      );
     return rows.join("\r\n") + "\r\n";
   }
 }

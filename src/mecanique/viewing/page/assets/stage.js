@@ -15,7 +15,8 @@ export class Stage {
     viewer.gui.domElement.remove();
     viewer.hide_background();
     viewer.set_3d_pane_size = () => this.resize();
-    for (const name of ["Grid", "Axes", "Lights"]) viewer.scene_tree.find([name]).object.visible = false;
+    for (const name of ["Grid", "Axes", "Lights"])
+      viewer.scene_tree.find([name]).object.visible = false;
     this.root = new this.three.Group();
     this.root.name = "mecanique";
     viewer.scene.add(this.root);
@@ -61,12 +62,17 @@ export class Stage {
         const pose = new Matrix4().compose(place, new Quaternion(qx, qy, qz, qw), one);
         box.union(own.clone().applyMatrix4(pose));
       });
-      for (let j = layout.lines; j < layout.series; j += 3) box.expandByPoint(new Vector3(row[j], row[j + 1], row[j + 2]));
+      for (let j = layout.lines; j < layout.series; j += 3)
+        box.expandByPoint(new Vector3(row[j], row[j + 1], row[j + 2]));
     }
     if (box.isEmpty()) box.set(new Vector3(-0.5, -0.5, -0.5), new Vector3(0.5, 0.5, 0.5));
     const size = box.getSize(new Vector3());
     const least = 0.1 * Math.max(size.x, size.y, size.z, 1e-3);
-    const grow = new Vector3(Math.max(0, least - size.x), Math.max(0, least - size.y), Math.max(0, least - size.z));
+    const grow = new Vector3(
+      Math.max(0, least - size.x),
+      Math.max(0, least - size.y),
+      Math.max(0, least - size.z),
+    );
     return box.expandByVector(grow.multiplyScalar(0.5));
   }
 
@@ -93,7 +99,12 @@ export class Stage {
     sun.shadow.mapSize.set(1024, 1024);
     sun.shadow.radius = 5;
     sun.shadow.normalBias = 0.006 * size;
-    const reach = Object.assign(sun.shadow.camera, { left: -size, right: size, top: size, bottom: -size });
+    const reach = Object.assign(sun.shadow.camera, {
+      left: -size,
+      right: size,
+      top: size,
+      bottom: -size,
+    });
     Object.assign(reach, { near: 0.05 * size, far: 6 * size });
     this.root.add(sky, sun, sun.target);
   }
@@ -101,7 +112,11 @@ export class Stage {
   layGround(center, size) {
     const { Group, Mesh, CircleGeometry, MeshBasicMaterial, ShadowMaterial } = this.three;
     const disk = new CircleGeometry(2.4 * size, 96);
-    this.groundPaint = new MeshBasicMaterial({ transparent: true, opacity: 0.5, depthWrite: false });
+    this.groundPaint = new MeshBasicMaterial({
+      transparent: true,
+      opacity: 0.5,
+      depthWrite: false,
+    });
     const shade = new Mesh(disk, new ShadowMaterial({ opacity: 0.2, depthWrite: false }));
     shade.receiveShadow = true;
     shade.renderOrder = -1;
@@ -115,7 +130,8 @@ export class Stage {
 
   // Graph paper: behind a planar mechanism, under a spatial one; its spacing is 1, 2 or 5 times a power of ten.
   layGrid(box, center, size, planar) {
-    const { Group, LineSegments, BufferGeometry, Float32BufferAttribute, LineBasicMaterial } = this.three;
+    const { Group, LineSegments, BufferGeometry, Float32BufferAttribute, LineBasicMaterial } =
+      this.three;
     const rough = size / 10;
     const power = 10 ** Math.floor(Math.log10(rough));
     const spacing = (this.spacing = power * [1, 2, 5, 10].find((m) => m * power >= rough * 0.999));
@@ -126,19 +142,29 @@ export class Stage {
     const low = planar ? Math.ceil(this.floor / spacing - 1e-6) : v - half;
     const fine = [];
     const thick = [];
-    const put = (list, a, b) => list.push(...(planar ? [a[0], depth, a[1], b[0], depth, b[1]] : [...a, depth, ...b, depth]));
+    const put = (list, a, b) =>
+      list.push(...(planar ? [a[0], depth, a[1], b[0], depth, b[1]] : [...a, depth, ...b, depth]));
     for (let i = u - half; i <= u + half; i++) {
       const x = i * spacing;
       const bottom = planar ? this.floor : low * spacing;
       put(i % 5 ? fine : thick, [x, bottom], [x, (v + half) * spacing]);
     }
     for (let i = low; i <= v + half; i++) {
-      put(i % 5 ? fine : thick, [(u - half) * spacing, i * spacing], [(u + half) * spacing, i * spacing]);
+      put(
+        i % 5 ? fine : thick,
+        [(u - half) * spacing, i * spacing],
+        [(u + half) * spacing, i * spacing],
+      );
     }
-    this.gridPaints = [fine, thick].map(() => new LineBasicMaterial({ transparent: true, depthWrite: false }));
+    this.gridPaints = [fine, thick].map(
+      () => new LineBasicMaterial({ transparent: true, depthWrite: false }),
+    );
     this.grid = new Group();
     [fine, thick].forEach((list, i) => {
-      const geometry = new BufferGeometry().setAttribute("position", new Float32BufferAttribute(list, 3));
+      const geometry = new BufferGeometry().setAttribute(
+        "position",
+        new Float32BufferAttribute(list, 3),
+      );
       const lines = new LineSegments(geometry, this.gridPaints[i]);
       lines.renderOrder = -3;
       this.grid.add(lines);
@@ -185,12 +211,18 @@ export class Stage {
   directions() {
     const { Matrix4, Vector3 } = this.three;
     const turn = new Matrix4().extractRotation(this.viewer.camera.matrixWorldInverse);
-    return [[1, 0, 0], [0, 0, -1], [0, 1, 0]].map((axis) => new Vector3(...axis).applyMatrix4(turn).toArray());
+    return [
+      [1, 0, 0],
+      [0, 0, -1],
+      [0, 1, 0],
+    ].map((axis) => new Vector3(...axis).applyMatrix4(turn).toArray());
   }
 
   // Where a point of the world falls in the pane, in pixels; null behind the camera.
   project(point) {
-    const p = new this.three.Vector3(...point).applyMatrix4(this.viewer.scene.matrixWorld).project(this.viewer.camera);
+    const p = new this.three.Vector3(...point)
+      .applyMatrix4(this.viewer.scene.matrixWorld)
+      .project(this.viewer.camera);
     const { clientWidth: w, clientHeight: h } = this.pane.parentElement;
     return p.z > 1 ? null : [((p.x + 1) / 2) * w, ((1 - p.y) / 2) * h];
   }

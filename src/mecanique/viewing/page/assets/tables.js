@@ -32,11 +32,17 @@ export class LedgerTable {
       }
     });
     // what rounding of the key frames leaves is called zero
-    sums.forEach((sum, c) => (this.sums[c].textContent = Math.abs(sum) < 2e-5 * sizes[c] ? "0" : measure(sum)));
+    sums.forEach(
+      (sum, c) => (this.sums[c].textContent = Math.abs(sum) < 2e-5 * sizes[c] ? "0" : measure(sum)),
+    );
   }
 }
 
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const cross = (a, b) => [
+  a[1] * b[2] - a[2] * b[1],
+  a[2] * b[0] - a[0] * b[2],
+  a[0] * b[1] - a[1] * b[0],
+];
 const add = (a, b) => a.map((x, i) => x + b[i]);
 const less = (a, b) => a.map((x, i) => x - b[i]);
 
@@ -79,7 +85,9 @@ export class ForceTable {
     const rows = this.table.tBodies[0].rows;
     this.forces.forEach((arrow, i) => {
       const vector = [...row.subarray(arrow.column + 3, arrow.column + 6)];
-      [...vector, Math.hypot(...vector)].forEach((x, c) => (rows[i].cells[c + 1].textContent = measure(x, 4)));
+      [...vector, Math.hypot(...vector)].forEach(
+        (x, c) => (rows[i].cells[c + 1].textContent = measure(x, 4)),
+      );
     });
     if (this.body === null || !this.forces.length) this.sum.replaceChildren();
     else this.sum.replaceChildren(...this.balance(row));
@@ -110,7 +118,8 @@ export class ForceTable {
         sizeM += Math.hypot(...vector);
       }
     }
-    const written = (v, size) => `(${v.map((x) => (Math.abs(x) < 1e-4 * size ? "0" : measure(x))).join(", ")})`;
+    const written = (v, size) =>
+      `(${v.map((x) => (Math.abs(x) < 1e-4 * size ? "0" : measure(x))).join(", ")})`;
     const lines = [["Σ F", written(force, sizeF), "N"]];
     if (center) {
       const rate = parts(center).vector.map((x) => -x);

@@ -74,7 +74,8 @@ export class Table {
       if (order < 0) return null;
       const column = new Float64Array(this.n);
       at = readIntegers(bytes, at, this.n, column);
-      for (let pass = 0; pass < order; pass++) for (let k = 1; k < this.n; k++) column[k] += column[k - 1];
+      for (let pass = 0; pass < order; pass++)
+        for (let k = 1; k < this.n; k++) column[k] += column[k - 1];
       for (let k = 0; k < this.n; k++) column[k] *= packed.steps[j];
       return column;
     });
