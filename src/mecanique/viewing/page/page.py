@@ -22,10 +22,9 @@ from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.page.window import RecorderWindow, viewer_directory
 from mecanique.viewing.scene.scene import Scene
 
-__all__ = ["Stream", "page", "policy"]
+__all__ = ["MODULES", "Stream", "join_scripts", "page", "policy"]
 
-# in the order they need one another
-_MODULES = (
+MODULES = (
     "unpack",
     "tabs",
     "meshes",
@@ -38,13 +37,23 @@ _MODULES = (
     "lines",
     "labels",
     "companion",
+    "picture",
     "player",
     "plots",
+    "balance",
     "tables",
+    "history",
+    "place",
+    "sliders",
+    "notes",
     "live",
+    "connection",
+    "sources",
     "controls",
+    "loop",
     "main",
 )
+"""Each after those it needs while it is loaded."""
 
 _KEPT, _FLEETING = 9, 1
 """How hard to compress a page kept in a file and one read at once: at 9 meshes take seconds."""
@@ -81,7 +90,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
     meshes, mesh_bytes = mesh_parcel(scene.bodies)
     live = stream and {"id": stream.identity, "first": float(scene.t[0])}
     header = _header(scene) | {"table": packed.header, "meshes": meshes, "live": live}
-    viewer, style, script = _viewer(), _asset("page.css"), _script()
+    viewer, style, script = _viewer(), _asset("page.css"), join_scripts()
     connect = " ".join(stream.sources) if stream else "'none'"
     tabs, inner = panels(scene, live=stream is not None)
     subtitle = scene.document.subtitle
@@ -186,10 +195,10 @@ def _asset(name: str) -> str:
 
 
 @cache
-def _script() -> str:
-    """All modules in one closure: what they import from one another they find there."""
+def join_scripts() -> str:
+    """Return the page's script: all modules in one closure, in which they find one another."""
     texts = []
-    for name in _MODULES:
+    for name in MODULES:
         text = re.sub(r"^import [^;]*;\n", "", _asset(f"{name}.js"), flags=re.MULTILINE)
         texts.append(re.sub(r"^export ", "", text, flags=re.MULTILINE))
     return '(() => {\n"use strict";\n' + "\n".join(texts) + "})();\n"

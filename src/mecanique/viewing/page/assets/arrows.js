@@ -1,4 +1,4 @@
-// Forces as straight arrows, moments as bent ones; which are shown, how long they are, what they say when pointed at.
+// Forces as straight arrows, moments as bent ones: which are shown, how long, and their tooltips.
 
 import { Gauge } from "./gauge.js";
 import { measure } from "./numbers.js";
@@ -16,7 +16,8 @@ export function colorOf(kind) {
   return "#" + KINDS[kind].color.toString(16).padStart(6, "0");
 }
 
-const HALO = { shaft: [1.8, 1.02, 1.8], head: [1.3, 1.2, 1.3] }; // how much larger the rim behind an arrow is
+// How much larger the rim behind an arrow is.
+const HALO = { shaft: [1.8, 1.02, 1.8], head: [1.3, 1.2, 1.3] };
 
 export class Arrows {
   constructor(stage, scene, layout) {
@@ -126,7 +127,7 @@ export class Arrows {
       else this.stretch(item, length);
       item.tip = item.group.position.clone().addScaledVector(along, item.bent ? 0 : length);
     }
-    this.ontold?.(this.gauge.told(size, KINDS));
+    this.onscale?.(this.gauge.describe(size, KINDS));
   }
 
   stretch({ shaft, head, cut, headLength }, length) {

@@ -34,7 +34,7 @@ export class Camera {
     this.chosen(preset);
   }
 
-  // What is looked at stands between the bars of buttons above and below; they take up to half of a low picture.
+  // The mechanism stands between the bars of buttons, which take up to half of a low picture.
   leaveRoom() {
     const { clientWidth: w, clientHeight: h } = this.stage.pane.parentElement;
     if (!w || !h) return;
@@ -46,7 +46,7 @@ export class Camera {
     this.stage.viewer.camera.setViewOffset(w, h, 0, (most * (below - above)) / 2, w, h);
   }
 
-  // Where to look, and from where: so far back that every corner of the box is in the picture, with a margin.
+  // Where to look, and from where: every corner of the box is in the picture, with a margin.
   aim(preset) {
     const { Vector3 } = this.stage.three;
     const camera = this.stage.viewer.camera;

@@ -1,14 +1,20 @@
-// Keeps what moves in the picture of a live view, whose end nobody knows, and of a motion that goes far: the view widens
-// a little where that is enough, and else travels along; ground and graph paper come with it.
+// Keeps what moves in the picture, in a live view, whose end nobody knows, and in a motion that
+// goes far: the view widens a little where that is enough, and else travels along; ground and
+// graph paper come with it.
 
+// Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
 const SPREAD = 2.5;
 const FAR = 10;
+// Of the first box's size: how wide the view may become, and how far off its middle all is lost.
 const WIDEST = 1.7;
+const LOST = 1.5;
+// How long it takes to travel at full speed, to come to the middle and to come to rest [s].
 const RAMP = 0.35;
 const CENTERING = 0.6;
 const CALM = 3;
 
-// The box to begin with: all that the first rows sweep, unless that is much more than the mechanism takes up itself.
+// The box to begin with: all that the first rows sweep, unless that is much larger than the
+// mechanism itself.
 export function startBox(stage, rows, layout) {
   const size = (box) => box.getSize(new stage.three.Vector3()).length();
   const boxes = rows.map((row) => stage.bounds([row], layout));
@@ -62,7 +68,7 @@ export class Companion {
       this.camera.shift(this.middle.clone().sub(this.camera.center()));
   }
 
-  // Offers itself among the bodies one can follow; the hand that moves the picture aside switches it off.
+  // Offers itself among the bodies to follow; moving the picture aside by hand switches it off.
   wire(select) {
     const option = new Option("what moves", "all");
     select.options[0].after(option);
@@ -119,41 +125,49 @@ export class Companion {
     return gliding;
   }
 
+  // What the picture frames now: the box, as far as it has travelled.
+  shown() {
+    return this.frame.clone().translate(this.travel);
+  }
+
   keep({ now, mean }, dt) {
-    const { Vector3 } = this.stage.three;
     const before = this.travel.clone();
-    const shown = this.frame.clone().translate(this.travel);
-    const away = mean.clone().sub(shown.getCenter(new Vector3()));
-    const lost = away.length() > 1.5 * this.size;
-    if (
-      !this.riding &&
-      !shown
-        .clone()
-        .expandByScalar(0.03 * this.size)
-        .containsBox(now)
-    ) {
-      const wider = this.frame.clone().union(now.clone().translate(this.travel.clone().negate()));
-      if (wider.getSize(new Vector3()).length() <= WIDEST * this.size)
-        this.frame = wider.expandByScalar(0.04 * this.size);
-      else Object.assign(this, { riding: true, blend: 0, track: [] });
-    }
-    if (this.riding) {
-      this.blend = lost || this.fresh ? 1 : Math.min(1, this.blend + dt / RAMP);
-      if (this.last) this.travel.addScaledVector(mean.clone().sub(this.last), this.blend);
-      const middle = this.frame.getCenter(new Vector3()).add(this.travel);
-      this.travel.addScaledVector(
-        mean.clone().sub(middle),
-        lost || this.fresh ? 1 : 1 - Math.exp(-dt / CENTERING),
-      );
-      this.rest(mean);
-    }
+    const middle = this.shown().getCenter(new this.stage.three.Vector3());
+    const lost = mean.distanceTo(middle) > LOST * this.size;
+    if (!this.riding) this.widen(now);
+    if (this.riding) this.ride(mean, dt, lost || this.fresh);
     this.last = mean;
-    this.camera.box = this.frame.clone().translate(this.travel);
-    if (this.on && !this.fresh) this.camera.shift(this.travel.clone().sub(before));
-    else if (this.on && this.camera.preset) this.camera.look(this.camera.preset);
-    else if (this.on)
-      this.camera.shift(this.camera.box.getCenter(new Vector3()).sub(this.camera.center()));
+    this.camera.box = this.shown();
+    if (this.on) this.aim(this.travel.clone().sub(before));
     this.fresh = false;
+  }
+
+  // Frames a little more, or begins to travel along if that would be too much.
+  widen(now) {
+    const roomy = this.shown().expandByScalar(0.03 * this.size);
+    if (roomy.containsBox(now)) return;
+    const wider = this.frame.clone().union(now.clone().translate(this.travel.clone().negate()));
+    if (wider.getSize(new this.stage.three.Vector3()).length() <= WIDEST * this.size)
+      this.frame = wider.expandByScalar(0.04 * this.size);
+    else Object.assign(this, { riding: true, blend: 0, track: [] });
+  }
+
+  // Travels along with the mean of what moves, softly unless it must be at once.
+  ride(mean, dt, atOnce) {
+    this.blend = atOnce ? 1 : Math.min(1, this.blend + dt / RAMP);
+    if (this.last) this.travel.addScaledVector(mean.clone().sub(this.last), this.blend);
+    const middle = this.shown().getCenter(new this.stage.three.Vector3());
+    const part = atOnce ? 1 : 1 - Math.exp(-dt / CENTERING);
+    this.travel.addScaledVector(mean.clone().sub(middle), part);
+    this.rest(mean);
+  }
+
+  // Takes the camera along; at the start of a motion it goes to where it looks from.
+  aim(travelled) {
+    const { camera, fresh } = this;
+    if (!fresh) camera.shift(travelled);
+    else if (camera.preset) camera.look(camera.preset);
+    else camera.shift(camera.box.getCenter(new this.stage.three.Vector3()).sub(camera.center()));
   }
 
   // Stops travelling once the motion keeps to one place again.

@@ -24,16 +24,36 @@ export function wireCameras(camera, scene) {
   return Object.fromEntries(buttons.map((button, i) => [String(i + 1), () => button.click()]));
 }
 
-// What can be switched on and off besides forces; each entry: words, whether it is on, what to do.
-export function wireShow(entries) {
+// With more bodies than this their names are not shown at first.
+const FEW_BODIES = 8;
+
+// What can be switched on and off besides forces: words, whether it is on at first, what to do.
+export function wireShow(picture) {
+  const { scene, stage, labels, marks, traces } = picture;
+  const named = scene.bodies.length > 1 && scene.bodies.length <= FEW_BODIES;
+  const switches = [
+    ["Grid", true, (on) => (stage.grid.visible = on)],
+    ["Ground", !scene.planar || scene.ground !== null, (on) => (stage.ground.visible = on)],
+    ["Axes", true, (on) => (labels.compass.hidden = !on)],
+    ["Body names", named, (on) => (labels.shown.bodies = on)],
+    ["Joints", true, (on) => marks.show(on)],
+    ["Joint names", false, (on) => (labels.shown.joints = on)],
+    ["Traces", true, (on) => (traces.shown = on)],
+    ["Values at the arrows", false, (on) => (labels.shown.values = on)],
+  ];
   const menu = document.getElementById("show-menu");
-  for (const [text, on, action] of entries) {
-    checkbox(text, on, action, menu);
-    action(on);
+  for (const [text, on, set] of switches) {
+    const change = (value) => {
+      set(value);
+      picture.redraw();
+    };
+    checkbox(text, on, change, menu);
+    change(on);
   }
 }
 
-export function wireForces(arrows, scene, changed) {
+export function wireForces(picture) {
+  const { arrows, scene } = picture;
   const chips = document.getElementById("kinds");
   const present = Object.keys(KINDS).filter((kind) =>
     scene.arrows.some((arrow) => arrow.kind === kind),
@@ -42,7 +62,7 @@ export function wireForces(arrows, scene, changed) {
     const set = (on) => {
       if (on) arrows.kinds.add(kind);
       else arrows.kinds.delete(kind);
-      changed();
+      picture.redraw();
     };
     const chip = checkbox(KINDS[kind].label, arrows.kinds.has(kind), set, chips);
     const swatch = document.createElement("i");
@@ -53,25 +73,32 @@ export function wireForces(arrows, scene, changed) {
   slider.oninput = () => {
     arrows.gauge.factor = 10 ** Number(slider.value);
     slider.setAttribute("aria-valuetext", `${arrows.gauge.factor.toPrecision(2)} times`);
-    changed();
+    picture.redraw();
   };
   const mode = document.getElementById("arrow-mode");
   mode.onchange = () => {
     arrows.gauge.common = mode.value === "common";
-    changed();
+    picture.redraw();
   };
-  const told = document.getElementById("arrow-told");
-  arrows.ontold = (text) => {
-    if (text !== told.textContent) told.textContent = text;
+  const scale = document.getElementById("arrow-told");
+  arrows.onscale = (text) => {
+    if (text !== scale.textContent) scale.textContent = text;
   };
   document.getElementById("forces").hidden = !present.length;
 }
 
-export function wireFreeBody(scene, choose) {
+// Shows one body cut free, in the picture and in the table of forces.
+export function wireFreeBody(picture, forces) {
+  const { scene } = picture;
+  const choose = (body) => {
+    picture.isolate(body);
+    forces.choose(body);
+  };
   const select = document.getElementById("free-body");
   const loaded = new Set(scene.arrows.map((arrow) => arrow.body));
   scene.bodies.forEach((body, b) => loaded.has(b) && select.append(new Option(body.name, b)));
   select.onchange = () => choose(select.value === "" ? null : Number(select.value));
+  choose(null);
 }
 
 export function wireTooltip(stage, arrows) {
@@ -87,7 +114,8 @@ export function wireTooltip(stage, arrows) {
     tip.textContent = arrows.describe(item);
     tip.hidden = false;
     const left = Math.min(x + 14, box.width - tip.offsetWidth - 8);
-    tip.style.transform = `translate(${Math.max(4, left)}px, ${Math.max(4, y - tip.offsetHeight - 10)}px)`;
+    const top = y - tip.offsetHeight - 10;
+    tip.style.transform = `translate(${Math.max(4, left)}px, ${Math.max(4, top)}px)`;
   });
   pane.addEventListener("pointerleave", hide);
 }
@@ -101,8 +129,8 @@ export function wirePrint(stage, plots, clock) {
     still.width = source.width;
     still.height = source.height;
     still.getContext("2d").drawImage(source, 0, 0);
-    const told = document.getElementById("arrow-told").textContent;
-    document.getElementById("instant").textContent = [`At t = ${clock.time.toFixed(3)} s`, told]
+    const scale = document.getElementById("arrow-told").textContent;
+    document.getElementById("instant").textContent = [`At t = ${clock.time.toFixed(3)} s`, scale]
       .filter(Boolean)
       .join("; ");
     plots.draw();

@@ -61,14 +61,16 @@ export class Gauge {
   }
 
   // The scale in words.
-  told(size, kinds) {
-    const parts = [...this.reaches]
-      .filter(([, reach]) => reach > 0)
-      .map(([key, reach]) => {
-        const unit = key.split(" ").pop();
-        const whose = this.common ? "" : `${kinds[key.split(" ")[0]].label}: `;
-        return `${whose}${unit === "N" ? "" : "radius "}1 m ≙ ${measure(reach / (LONGEST[unit] * size * this.factor), 3)} ${unit}`;
-      });
+  describe(size, kinds) {
+    const parts = [];
+    for (const [key, reach] of this.reaches) {
+      if (!(reach > 0)) continue;
+      const unit = key.split(" ").pop();
+      const whose = this.common ? "" : `${kinds[key.split(" ")[0]].label}: `;
+      const what = unit === "N" ? "" : "radius ";
+      const perMeter = measure(reach / (LONGEST[unit] * size * this.factor), 3);
+      parts.push(`${whose}${what}1 m ≙ ${perMeter} ${unit}`);
+    }
     return parts.join(" · ");
   }
 }

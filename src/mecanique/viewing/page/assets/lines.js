@@ -1,4 +1,4 @@
-// What stretches and what is left behind: springs, dampers, rods, traces; and the marks at the joints.
+// Springs, dampers and rods, which stretch; traces, which are left behind; and marks at the joints.
 
 const PAINT = { spring: 0x66707c, damper: 0x8a939e, rod: 0x7a838e };
 const TRACES = [0xd55e00, 0x0072b2, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9];
@@ -6,6 +6,7 @@ const TRACES = [0xd55e00, 0x0072b2, 0x009e73, 0xcc79a7, 0xe69f00, 0x56b4e9];
 export class Lines {
   constructor(stage, scene, layout, row) {
     this.stage = stage;
+    this.shown = true;
     const { MeshPhongMaterial } = stage.three;
     const r = (this.radius = 0.022 * stage.size);
     this.shift = this.beside(scene.lines, layout, row);
@@ -117,7 +118,7 @@ export class Lines {
     const { Vector3, Quaternion } = this.stage.three;
     for (const { group, column, shift } of this.items) {
       const { a, along, length } = this.ends(row, column);
-      group.visible = length > 1e-4 * this.stage.size;
+      group.visible = this.shown && length > 1e-4 * this.stage.size;
       if (!group.visible) continue;
       along.divideScalar(length);
       const across = new Vector3(0, 1, 0).cross(along);

@@ -1,62 +1,11 @@
-// The live view's side of the page: frames from the server, commands to it, and what has been seen so far.
+// The clock of a live view: frames from the server, and what the page asks of it.
 
-const MOST = 3600;
+import { History } from "./history.js";
+import { keepPlace } from "./place.js";
+import { setSliders } from "./sliders.js";
 
-// The last minute or so of a stream, in the form plots read.
-export class History {
-  constructor(width) {
-    this.width = width;
-    this.clear();
-  }
-
-  clear() {
-    this.times = [];
-    this.rows = [];
-  }
-
-  add(t, row) {
-    if (this.times.length && t <= this.times[this.times.length - 1]) this.clear();
-    this.times.push(t);
-    this.rows.push(Float32Array.from(row));
-    if (this.times.length > MOST) {
-      this.times.splice(0, MOST / 4);
-      this.rows.splice(0, MOST / 4);
-    }
-  }
-
-  get n() {
-    return this.times.length;
-  }
-
-  get first() {
-    return this.times[0] ?? 0;
-  }
-
-  get last() {
-    return this.times[this.n - 1] ?? 0;
-  }
-
-  time(k) {
-    return this.times[k];
-  }
-
-  value(k, j) {
-    return this.rows[k][j];
-  }
-
-  index(t) {
-    let [low, high] = [0, this.n - 1];
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= t) low = middle;
-      else high = middle;
-    }
-    const gap = this.times[high] - this.times[low];
-    return gap > 0
-      ? low + Math.min(1, Math.max(0, (t - this.times[low]) / gap))
-      : Math.max(high, 0);
-  }
-}
+// The kind of message that is a command of meshcat's; any other is a frame.
+const COMMAND = 2;
 
 export class LiveClock {
   constructor(scene, width) {
@@ -87,8 +36,8 @@ export class LiveClock {
     const socket = (this.socket = new WebSocket(`ws://${location.host}${location.pathname}ws`));
     socket.binaryType = "arraybuffer";
     socket.onmessage = (message) => {
-      if (typeof message.data === "string") this.told(JSON.parse(message.data));
-      else this.framed(message.data);
+      if (typeof message.data === "string") this.hear(JSON.parse(message.data));
+      else this.receive(message.data);
     };
     socket.onopen = () => this.onlink?.(true);
     socket.onclose = () => {
@@ -97,10 +46,10 @@ export class LiveClock {
     };
   }
 
-  // A frame is four integers (kind, number, 0, 0), the time, and a row of the table; a command is meshcat's.
-  framed(buffer) {
+  // A frame is four integers (kind, number, 0, 0), the time and a row of the table.
+  receive(buffer) {
     const [kind, number] = new Uint32Array(buffer, 0, 2);
-    if (kind === 2) {
+    if (kind === COMMAND) {
       this.oncommand?.(new Uint8Array(buffer, 16));
       return;
     }
@@ -111,7 +60,7 @@ export class LiveClock {
     this.fresh = true;
   }
 
-  told(state) {
+  hear(state) {
     if (state.notes) {
       this.onnotes?.(state.notes);
       return;
@@ -164,77 +113,5 @@ export class LiveClock {
     this.history.add(this.time, this.row);
     this.send({ do: "ack", value: this.number });
     return true;
-  }
-}
-
-// What has been found out since the page was made: the badge, the insides of panels, and what went wrong.
-export function wireNotes(live) {
-  const banner = Object.assign(document.createElement("div"), { id: "alarm", hidden: true });
-  banner.setAttribute("role", "alert");
-  document.querySelector("header").after(banner);
-  const wrong = { alarm: "", warning: "" };
-  live.onnotes = (notes) => {
-    for (const key of ["equations", "verdict"]) {
-      const panel = document.getElementById(`panel-${key}`);
-      // the texts come from the page's maker, which lets MathML through and nothing else
-      if (panel && notes[key] !== undefined)
-        panel.innerHTML = panel.querySelector("h2").outerHTML + notes[key];
-    }
-    if (notes.badge !== undefined) {
-      document.querySelector("header .badge")?.remove();
-      document.querySelector("header").insertAdjacentHTML("beforeend", notes.badge);
-    }
-    for (const key of Object.keys(wrong)) wrong[key] = notes[key] ?? wrong[key];
-    const texts = Object.values(wrong).filter(Boolean);
-    banner.hidden = !texts.length;
-    banner.replaceChildren(
-      ...texts.map((text) =>
-        Object.assign(document.createElement("p"), { textContent: text, dir: "auto" }),
-      ),
-    );
-  };
-}
-
-// A page that must be loaded anew opens where it was: the same tab, the same view.
-function keepPlace() {
-  const tab = document.querySelector("[role=tab][aria-selected=true]")?.id;
-  const view = document.querySelector("[data-camera][aria-pressed=true]")?.dataset.camera;
-  sessionStorage.setItem("place", JSON.stringify({ tab, view }));
-}
-
-export function findPlace() {
-  const { tab, view } = JSON.parse(sessionStorage.getItem("place") ?? "{}");
-  sessionStorage.removeItem("place");
-  if (tab) document.getElementById(tab)?.click();
-  if (view) document.querySelector(`[data-camera=${CSS.escape(view)}]`)?.click();
-}
-
-function written(value) {
-  return String(Number(Number(value).toPrecision(6)));
-}
-
-// Sets the sliders to what other pages, or this one before it was loaded anew, have chosen.
-function setSliders(values) {
-  for (const [kind, name, value] of values)
-    for (const slider of document.querySelectorAll(`input[data-kind=${kind}]`))
-      if (slider.dataset.name === name && slider !== document.activeElement) {
-        slider.value = value;
-        slider.closest("tr").querySelector("output").textContent = written(value);
-      }
-}
-
-// Sliders for parameters and initial values; the motion starts again with what they are set to.
-export function wireSliders(clock) {
-  for (const slider of document.querySelectorAll("input[data-name]")) {
-    slider.disabled = false;
-    slider.oninput = () => {
-      slider.closest("tr").querySelector("output").textContent = written(slider.value);
-    };
-    slider.onchange = () =>
-      clock.send({
-        do: slider.dataset.kind,
-        name: slider.dataset.name,
-        value: Number(slider.value),
-      });
   }
 }

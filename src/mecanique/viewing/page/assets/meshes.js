@@ -1,4 +1,4 @@
-// Robots' meshes: points and triangles as the maker packed them, and the normals that follow from them.
+// Robots' meshes: points and triangles as the maker packed them, and the normals they have.
 
 import { readIntegers } from "./unpack.js";
 
@@ -48,7 +48,7 @@ function neighbors(corners, count) {
   return { starts, faces };
 }
 
-// A corner's normal is the sum of those of the faces around it that its own face goes over into smoothly.
+// A corner's normal is the sum of those of the faces around it that its own face blends into.
 function cornerNormals(positions, corners) {
   const face = faceNormals(positions, corners);
   const size = new Float32Array(face.length / 3);

@@ -107,18 +107,19 @@ export class Transport {
   }
 }
 
-// Space, arrows, Home, End, 1 to 5; keys meant for a control that has the focus are left to it.
+// Whether a key is meant for the control that has the focus.
+function isTyped(key, { tagName, type }) {
+  if (/^(SELECT|TEXTAREA)$/.test(tagName)) return true;
+  if (tagName === "INPUT" && !/^(checkbox|range)$/.test(type)) return true;
+  if (key === " ") return /^(BUTTON|SUMMARY|A)$/.test(tagName) || type === "checkbox";
+  return type === "range";
+}
+
+// Space, arrows, Home, End, 1 to 5.
 export function listenToKeys(transport, actions) {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return;
-    const { tagName, type } = event.target;
-    const typing =
-      /^(SELECT|TEXTAREA)$/.test(tagName) ||
-      (tagName === "INPUT" && !/^(checkbox|range)$/.test(type));
-    const ownsSpace =
-      /^(BUTTON|SUMMARY|A)$/.test(tagName) || (tagName === "INPUT" && type === "checkbox");
-    if (typing || (event.key === " " && ownsSpace) || (type === "range" && event.key !== " "))
-      return;
+    if (isTyped(event.key, event.target)) return;
     const { clock } = transport;
     const jump = event.shiftKey ? 10 : 1;
     const keys = {

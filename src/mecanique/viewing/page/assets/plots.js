@@ -1,4 +1,4 @@
-// Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, values as CSV.
+// Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, CSV.
 
 import { measure } from "./numbers.js";
 import { isNothing, rangeOf, ticks, ticksAlong } from "./scales.js";
@@ -42,8 +42,9 @@ export function quantities(scene, layout) {
 }
 
 export class Plots {
-  constructor(holder, data, clock, list, fileName) {
-    Object.assign(this, { holder, data, clock, list, fileName });
+  constructor(data, clock, list, fileName) {
+    Object.assign(this, { data, clock, list, fileName });
+    this.holder = document.getElementById("charts");
     this.chosen = new Set(list.filter((each) => each.shown).map((each) => each.id));
     if (!this.chosen.size && list.length) this.chosen.add(0);
     this.range = null;
@@ -56,7 +57,7 @@ export class Plots {
     document.getElementById("zoom-out").onclick = () => this.zoom(2);
     document.getElementById("zoom-all").onclick = () => this.setRange(null);
     document.getElementById("csv").onclick = () => save(`${fileName}.csv`, this.csv(), "text/csv");
-    new ResizeObserver(() => this.draw()).observe(holder);
+    new ResizeObserver(() => this.draw()).observe(this.holder);
   }
 
   buildPicker() {
@@ -95,7 +96,7 @@ export class Plots {
     return span;
   }
 
-  // The largest size seen of all quantities of a unit: what is nothing beside it is drawn as nothing.
+  // Takes note of the largest quantity of each unit: what is nothing beside it is drawn as nothing.
   learn(k) {
     for (const { unit, value } of this.list) {
       const size = Math.abs(value(this.data, k));

@@ -18,16 +18,16 @@ export function powerOfTen(exponent) {
   return `10${[...String(exponent)].map((digit) => SUPERSCRIPTS[digit]).join("")}`;
 }
 
-// Single precision, in which rows arrive, and rounding before it leave this much of a value undetermined.
+// Rows arrive in single precision and are rounded before: so much of a value is undetermined.
 const ROUNDING = 1e-5;
-// What is smaller than this part of the largest quantity of its unit is not told from zero.
+// What is smaller than this part of the largest quantity of its unit counts as zero.
 const NOTHING = 1e-9;
 
 export function isNothing(x, scale = 0) {
   return Math.abs(x) <= NOTHING * scale;
 }
 
-// The range to draw values between low and high in; what varies by no more than rounding is a flat line.
+// The range to draw values from low to high in; what varies by rounding alone is a flat line.
 export function rangeOf(low, high, scale) {
   if (!(low <= high)) return [-1, 1];
   const size = Math.max(Math.abs(low), Math.abs(high));
@@ -40,7 +40,7 @@ export function rangeOf(low, high, scale) {
   return [low - pad, high + pad];
 }
 
-// Round numbers from low to high, at most so many, and the power of ten that all of them are written by.
+// Round numbers from low to high, at most so many, and the power of ten they are all written by.
 export function ticks(low, high, count) {
   const rough = (high - low) / Math.max(count, 1);
   const unit = 10 ** Math.floor(Math.log10(rough));

@@ -1,4 +1,5 @@
-// The 3-D pane: meshcat's viewer without its own controls, lights, floor, grid, what bodies look like, where they are.
+// The 3-D pane: meshcat's viewer with our own lights, ground and grid, and the bodies' shapes and
+// places.
 
 import { hangMeshes } from "./meshes.js";
 
@@ -76,6 +77,11 @@ export class Stage {
     return box.expandByVector(grow.multiplyScalar(0.5));
   }
 
+  boxFrom([low, high]) {
+    const { Box3, Vector3 } = this.three;
+    return new Box3(new Vector3(...low), new Vector3(...high));
+  }
+
   furnish(box, planar, ground) {
     const { Vector3 } = this.three;
     const size = (this.size = box.getSize(new Vector3()).length());
@@ -128,7 +134,7 @@ export class Stage {
     this.root.add(this.ground);
   }
 
-  // Graph paper: behind a planar mechanism, under a spatial one; its spacing is 1, 2 or 5 times a power of ten.
+  // Graph paper behind a planar mechanism, under a spatial one; 1, 2 or 5 times a power of ten.
   layGrid(box, center, size, planar) {
     const { Group, LineSegments, BufferGeometry, Float32BufferAttribute, LineBasicMaterial } =
       this.three;

@@ -1,6 +1,7 @@
-// Numbers at the present instant: the ledger of virtual work, and all forces on one body with their sum.
+// Numbers at the present instant: the ledger of virtual work, and all forces on one body.
 
 import { colorOf } from "./arrows.js";
+import { balance, totalWork } from "./balance.js";
 import { measure } from "./numbers.js";
 
 function cell(row, text = "", className = "") {
@@ -9,6 +10,9 @@ function cell(row, text = "", className = "") {
   made.className = className;
   return made;
 }
+
+// A table's data cells before those with numbers: what the force is called, and its displacement.
+const HEADS = 2;
 
 export class LedgerTable {
   constructor(scene, layout) {
@@ -21,121 +25,68 @@ export class LedgerTable {
 
   show(row) {
     if (!this.rows.length) return;
-    const sums = new Array(this.count).fill(0);
-    const sizes = new Array(this.count).fill(0);
+    const work = row.subarray(this.first, this.first + this.rows.length * this.count);
     this.rows.forEach((line, r) => {
-      for (let c = 0; c < this.count; c++) {
-        const x = row[this.first + r * this.count + c];
-        sums[c] += x;
-        sizes[c] += Math.abs(x);
-        line.cells[c + 2].textContent = measure(x);
-      }
+      for (let c = 0; c < this.count; c++)
+        line.cells[c + HEADS].textContent = measure(work[r * this.count + c]);
     });
-    // what rounding of the key frames leaves is called zero
-    sums.forEach(
-      (sum, c) => (this.sums[c].textContent = Math.abs(sum) < 2e-5 * sizes[c] ? "0" : measure(sum)),
-    );
+    totalWork(work, this.count).forEach((text, c) => (this.sums[c].textContent = text));
   }
 }
 
-const cross = (a, b) => [
-  a[1] * b[2] - a[2] * b[1],
-  a[2] * b[0] - a[0] * b[2],
-  a[0] * b[1] - a[1] * b[0],
-];
-const add = (a, b) => a.map((x, i) => x + b[i]);
-const less = (a, b) => a.map((x, i) => x - b[i]);
-
 export class ForceTable {
   constructor(scene, layout) {
-    this.scene = scene;
-    this.layout = layout;
+    this.arrows = scene.arrows.map((arrow, i) => ({ ...arrow, column: layout.arrows + 6 * i }));
     this.table = document.getElementById("force-table");
     this.sum = document.getElementById("force-sum");
-    this.key = "";
   }
 
-  // Forces on one body, or every force when none is chosen; rebuilt only when the choice changes.
+  // List the forces on one body, or every force when none is chosen.
   choose(body) {
     this.body = body;
-    this.members = this.scene.arrows
-      .map((arrow, i) => ({ ...arrow, column: this.layout.arrows + 6 * i }))
-      .filter((arrow) => body === null || arrow.body === body);
-    this.forces = this.members.filter((arrow) => body === null || arrow.kind !== "inertia");
-    this.inertia = this.members.filter((arrow) => arrow.kind === "inertia");
+    const members = this.arrows.filter((arrow) => body === null || arrow.body === body);
+    this.forces = members.filter((arrow) => body === null || arrow.kind !== "inertia");
+    this.inertia = members.filter((arrow) => arrow.kind === "inertia");
     const rows = this.table.tBodies[0];
     rows.replaceChildren();
-    for (const arrow of this.forces) {
-      const row = rows.insertRow();
-      const name = cell(row);
-      const swatch = document.createElement("i");
-      swatch.style.backgroundColor = colorOf(arrow.kind);
-      const text = document.createElement("span");
-      text.dir = "auto";
-      text.textContent = arrow.name; // which says what it acts on
-      name.append(swatch, text);
-      for (let i = 0; i < 4; i++) cell(row, "", "number");
-      cell(row, arrow.unit);
-    }
+    for (const arrow of this.forces) this.list(arrow, rows);
     this.table.hidden = !this.forces.length;
     document.getElementById("no-forces").hidden = this.forces.length > 0;
   }
 
+  list(arrow, rows) {
+    const row = rows.insertRow();
+    const swatch = document.createElement("i");
+    swatch.style.backgroundColor = colorOf(arrow.kind);
+    const text = document.createElement("span");
+    text.dir = "auto";
+    text.textContent = arrow.name; // which says what it acts on
+    cell(row).append(swatch, text);
+    for (let i = 0; i < 4; i++) cell(row, "", "number");
+    cell(row, arrow.unit);
+  }
+
   show(row) {
     const rows = this.table.tBodies[0].rows;
-    this.forces.forEach((arrow, i) => {
-      const vector = [...row.subarray(arrow.column + 3, arrow.column + 6)];
+    const read = ({ unit, column }) => ({
+      unit,
+      at: [...row.subarray(column, column + 3)],
+      vector: [...row.subarray(column + 3, column + 6)],
+    });
+    const loads = this.forces.map(read);
+    loads.forEach(({ vector }, i) => {
       [...vector, Math.hypot(...vector)].forEach(
         (x, c) => (rows[i].cells[c + 1].textContent = measure(x, 4)),
       );
     });
-    if (this.body === null || !this.forces.length) this.sum.replaceChildren();
-    else this.sum.replaceChildren(...this.balance(row));
+    const alone = this.body !== null && loads.length;
+    const lines = alone ? balance(loads, this.inertia.map(read)) : [];
+    this.sum.replaceChildren(...lines.flatMap(([what, value]) => describe(what, value)));
   }
+}
 
-  // Σ F against m a, and Σ M about the center of mass against the change of angular momentum.
-  balance(row) {
-    const parts = (arrow) => ({
-      at: [...row.subarray(arrow.column, arrow.column + 3)],
-      vector: [...row.subarray(arrow.column + 3, arrow.column + 6)],
-    });
-    const center = this.inertia.find((arrow) => arrow.unit === "N");
-    let force = [0, 0, 0];
-    let moment = [0, 0, 0];
-    let [sizeF, sizeM] = [0, 0];
-    const about = center ? parts(center).at : [0, 0, 0];
-    for (const arrow of this.forces) {
-      const { at, vector } = parts(arrow);
-      if (arrow.unit === "N") {
-        force = add(force, vector);
-        sizeF += Math.hypot(...vector);
-        const arm = less(at, about);
-        moment = add(moment, cross(arm, vector));
-        // what rounding of the key frames may leave grows with arm and force, also where they are parallel
-        sizeM += Math.hypot(...arm) * Math.hypot(...vector);
-      } else {
-        moment = add(moment, vector);
-        sizeM += Math.hypot(...vector);
-      }
-    }
-    const written = (v, size) =>
-      `(${v.map((x) => (Math.abs(x) < 1e-4 * size ? "0" : measure(x))).join(", ")})`;
-    const lines = [["Σ F", written(force, sizeF), "N"]];
-    if (center) {
-      const rate = parts(center).vector.map((x) => -x);
-      lines.push(["m a", written(rate, Math.max(sizeF, Math.hypot(...rate))), "N"]);
-      lines.push(["Σ M about the center of mass", written(moment, sizeM), "N·m"]);
-    }
-    const spin = this.inertia.find((arrow) => arrow.unit !== "N");
-    if (spin) {
-      const rate = parts(spin).vector.map((x) => -x);
-      lines.push(["I α + ω × I ω", written(rate, Math.max(sizeM, Math.hypot(...rate))), "N·m"]);
-    }
-    return lines.flatMap(([what, value, unit]) => {
-      const [term, meaning] = [document.createElement("dt"), document.createElement("dd")];
-      term.textContent = what;
-      meaning.textContent = `${value} ${unit}`;
-      return [term, meaning];
-    });
-  }
+function describe(what, value) {
+  const term = Object.assign(document.createElement("dt"), { textContent: what });
+  const meaning = Object.assign(document.createElement("dd"), { textContent: value });
+  return [term, meaning];
 }

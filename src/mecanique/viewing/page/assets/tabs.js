@@ -1,4 +1,4 @@
-// Tabs one can reach by keyboard, and files one can save.
+// Tabs that the keyboard reaches, and files to save.
 
 export function wireTabs(list) {
   const tabs = [...list.querySelectorAll("[role=tab]")];
@@ -32,4 +32,11 @@ export function save(name, text, type) {
   link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 2000);
+}
+
+// The button beside the URDF, where there is one.
+export function wireSave(fileName) {
+  const button = document.getElementById("save-urdf");
+  const text = document.getElementById("urdf-text")?.textContent;
+  if (button) button.onclick = () => save(`${fileName}.urdf`, text, "application/xml");
 }

@@ -1,4 +1,5 @@
-// From the packed bytes back to numbers: gunzip, variable-length integers, sums of differences, poses at any time.
+// From the packed bytes back to numbers: variable-length integers, sums of differences, poses at
+// any time.
 
 export function bytesOf(id) {
   const text = atob(document.getElementById(id).textContent.trim());
@@ -10,7 +11,7 @@ export async function gunzip(bytes) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-// [length of the JSON header][header][binary parts one after another, their lengths in header.parts]
+// [length of the JSON header][header][binary parts one after another; lengths in header.parts]
 export function openParcel(bytes) {
   const view = new DataView(bytes.buffer, bytes.byteOffset);
   const size = view.getUint32(0, true);
@@ -92,6 +93,15 @@ export class Table {
 
   value(k, j) {
     return this.columns[j] ? this.columns[j][k] : this.start[j];
+  }
+
+  // So many whole rows at most, evenly spread over the motion.
+  sample(most, bodies, width) {
+    const count = Math.min(this.n, most);
+    return Array.from({ length: count }, (_, i) => {
+      const t = this.first + ((this.last - this.first) * i) / Math.max(count - 1, 1);
+      return this.row(t, bodies, new Float64Array(width));
+    });
   }
 
   // A whole row at time t, straight between key frames; quaternions are made unit again.

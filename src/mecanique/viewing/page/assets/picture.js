@@ -1,0 +1,81 @@
+// What the pane shows: bodies, arrows, lines, traces and labels, and the camera that frames them.
+
+import { Arrows } from "./arrows.js";
+import { Camera } from "./camera.js";
+import { Companion, startBox, travelsFar } from "./companion.js";
+import { Labels } from "./labels.js";
+import { JointMarks, Lines, Traces } from "./lines.js";
+import { Stage } from "./stage.js";
+
+// How many points of a stream's path are kept: a longer one is slow to draw and hard to read.
+const RECENT = 1500;
+// How many instants of a motion are looked at to frame it.
+const SAMPLES = 240;
+
+export class Picture {
+  constructor(scene, layout, table, parts, streamed) {
+    this.scene = scene;
+    this.row = table.row(table.first, scene.bodies.length, new Float64Array(layout.end));
+    this.stage = new Stage(document.getElementById("pane"), parts, scene);
+    const { box, far } = this.frame(table, layout, streamed);
+    this.stage.furnish(box, scene.planar, scene.ground);
+    this.arrows = new Arrows(this.stage, scene, layout);
+    this.arrows.survey(table);
+    this.lines = new Lines(this.stage, scene, layout, this.row);
+    this.traces = new Traces(this.stage, scene, layout, streamed ? RECENT : table.n);
+    this.marks = new JointMarks(this.stage, scene);
+    this.labels = new Labels(this.stage, document.getElementById("labels"), scene, this.arrows);
+    this.camera = new Camera(this.stage, box);
+    this.companion = far ? new Companion(this.stage, this.camera, box, this.row) : null;
+    this.stale = true;
+  }
+
+  // The box to frame, and whether the camera must keep up with a motion that leaves any such box.
+  frame(table, layout, streamed) {
+    const { stage, scene } = this;
+    const rows = table.sample(SAMPLES, scene.bodies.length, layout.end);
+    const far = streamed || (!scene.bounds && travelsFar(stage, rows, layout));
+    if (scene.bounds) return { box: stage.boxFrom(scene.bounds), far };
+    return { box: far ? startBox(stage, rows, layout) : stage.bounds(rows, layout), far };
+  }
+
+  // Draw the picture anew, even if time stands still.
+  redraw() {
+    this.stale = true;
+  }
+
+  // Show one body alone with the forces on it, or all bodies if it is null.
+  isolate(body) {
+    this.arrows.body = body;
+    this.stage.nodes.forEach((node, b) => (node.visible = body === null || b === body));
+    this.lines.shown = body === null;
+    this.redraw();
+  }
+
+  // Forget the path behind: the motion starts again.
+  restart() {
+    this.traces.clear();
+    this.companion?.reset();
+  }
+
+  // Let the camera keep up with what moves.
+  keepUp(seconds) {
+    if (this.companion?.step(this.row, seconds)) this.redraw();
+  }
+
+  // Put everything where the row says, with so many points of the traces.
+  pose(reached) {
+    this.stage.pose(this.row);
+    this.arrows.pose(this.row);
+    this.lines.pose(this.row);
+    this.traces.reveal(reached);
+    this.camera.move(this.row);
+    this.stale = false;
+  }
+
+  render() {
+    const moved = this.stage.viewer.needs_render;
+    this.stage.render();
+    if (moved) this.labels.pose(this.row);
+  }
+}

@@ -1,0 +1,70 @@
+// Where the present row comes from: a motion recorded whole, or a stream shown as it arrives.
+
+// A stream's plots are drawn anew at most so often [ms].
+const PLOT_PERIOD = 120;
+
+export class Recording {
+  constructor(table, clock, picture, plots) {
+    Object.assign(this, { table, clock, picture, plots });
+    this.shown = null;
+    const width = picture.row.length;
+    if (picture.scene.traces.length)
+      for (let k = 0; k < table.n; k++)
+        picture.traces.add(table.row(table.time(k), this.bodies, new Float64Array(width)));
+  }
+
+  get bodies() {
+    return this.picture.scene.bodies.length;
+  }
+
+  // How many points of a trace have been passed.
+  get reached() {
+    return Math.floor(this.table.index(this.clock.time) + 1e-6) + 1;
+  }
+
+  // Take the row of the clock's time; say whether it is another than before.
+  advance(now) {
+    this.clock.tick(now);
+    if (this.clock.time === this.shown) return false;
+    this.table.row(this.clock.time, this.bodies, this.picture.row);
+    this.shown = this.clock.time;
+    return true;
+  }
+
+  plot() {
+    this.plots.follow();
+  }
+}
+
+export class Stream {
+  constructor(clock, picture, plots) {
+    Object.assign(this, { clock, picture, plots });
+    this.shown = null;
+    this.drawn = 0;
+    this.behind = false;
+  }
+
+  get reached() {
+    return Infinity;
+  }
+
+  // Take the newest frame, if one came since the last picture; time that goes back is a new start.
+  advance() {
+    if (!this.clock.tick()) return false;
+    const { picture, clock } = this;
+    if (clock.time < this.shown) picture.restart();
+    picture.row.set(clock.row);
+    picture.arrows.learn(picture.row);
+    picture.traces.add(picture.row);
+    this.shown = clock.time;
+    this.behind = true;
+    return true;
+  }
+
+  plot(now) {
+    if (!this.behind || now - this.drawn <= PLOT_PERIOD) return;
+    this.drawn = now;
+    this.behind = false;
+    this.plots.draw();
+  }
+}
