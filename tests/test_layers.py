@@ -30,13 +30,13 @@ ORDER: dict[str, list[str]] = {
     ],
     "model": [
         "expression",
-        "coordinates parameters placement velocity_constraints",
+        "coordinates parameters placement values velocity_constraints",
         "forces joints loops visuals",
         "shapes",
         "bodies",
         "validation",
         "mechanism",
-        "units",
+        "states units",
     ],
     "textbook": ["facts", "system", "systems", "catalogue", "register"],
     "urdf": [
@@ -49,7 +49,7 @@ ORDER: dict[str, list[str]] = {
         "lint",
     ],
     "derivation": [
-        "laws states tree",
+        "laws tree",
         "scalars",
         "numeric printing",
         "symbolic",
@@ -59,7 +59,7 @@ ORDER: dict[str, list[str]] = {
         "methods",
         "agreement small_motions",
     ],
-    "reference": ["engine", "states", "loops", "reference"],
+    "reference": ["engine", "loops", "reference"],
     "verification": [
         "difference states stencil",
         "causes",

@@ -21,7 +21,7 @@ import pinocchio as pin
 import mecanique as mq
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.states import States
+from mecanique.model.states import States
 from mecanique.reference.engine.load import MOST_VELOCITIES, load
 
 SIZES = (10, 20, 40, 80, 150, 200, 300, 600, 1000)

@@ -7,7 +7,6 @@ from functools import cache
 import numpy as np
 from sympy import asin, cos, exp, sin, sqrt, tanh
 
-from mecanique.derivation.states import States
 from mecanique.model import (
     Body,
     Coordinates,
@@ -34,6 +33,7 @@ from mecanique.model import (
     time,
     velocity,
 )
+from mecanique.model.states import States
 
 SAMPLES = ("everything", "driven", "rheonomic", "planar", "three_dimensional", "functions", "free")
 

@@ -224,20 +224,25 @@ def test_acceleration_solves_the_equations_of_motion() -> None:
 @pytest.mark.parametrize(
     ("q", "v", "t", "message"),
     [
-        ([1.0], [1.0, 2.0], 0.0, r"expected shape \(2,\) or \(n, 2\) for q = \(x, q\), got \(1,\)"),
+        (
+            [1.0],
+            [1.0, 2.0],
+            0.0,
+            r"expected shape \(2,\) or \(n, 2\) for the coordinate values \(x, q\), got \(1,\)",
+        ),
         (
             [1.0, 2.0],
             [1.0],
             0.0,
-            r"expected shape \(2,\) or \(n, 2\) for v = \(x', q'\), got \(1,\)",
+            r"expected shape \(2,\) or \(n, 2\) for the velocity values \(x', q'\), got \(1,\)",
         ),
-        ([1.0, float("nan")], [1.0, 2.0], 0.0, "expected finite numbers for q"),
-        (["a", "b"], [1.0, 2.0], 0.0, "expected numbers for q"),
+        ([1.0, float("nan")], [1.0, 2.0], 0.0, "expected finite coordinate values"),
+        (["a", "b"], [1.0, 2.0], 0.0, "expected 2 numbers for the coordinate values"),
         (
             np.zeros((3, 2)),
             np.zeros((2, 2)),
             0.0,
-            r"expected one number of states in q, v and t, got \[2, 3\]",
+            "expected one number of states in q, v, a and t, got q: 3, v: 2",
         ),
         ([1.0, 2.0], [1.0, 2.0], [[0.0]], r"expected shape \(\) or \(n,\) for the times t"),
         ({"y": 1.0}, None, 0.0, "unknown coordinate 'y'"),

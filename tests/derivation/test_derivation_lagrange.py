@@ -16,9 +16,9 @@ from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.states import States
 from mecanique.model import Mechanism, time
 from mecanique.model.expression import evaluate
+from mecanique.model.states import States
 
 READABLE = ("planar", "rheonomic", "three_dimensional", "functions", "free")
 NAMES = (*(name for name in textbook.names() if not textbook.load(name).loops), *READABLE)

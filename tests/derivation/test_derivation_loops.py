@@ -16,7 +16,6 @@ from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.multipliers import Constrained, constraints
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.states import States
 from mecanique.errors import DerivationError
 from mecanique.model import (
     Body,
@@ -39,6 +38,7 @@ from mecanique.model import (
     rod,
     time,
 )
+from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
 BOXES = (

@@ -17,7 +17,6 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.states import States
 from mecanique.derivation.symbolic.distribution import distribution_of
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
@@ -25,6 +24,7 @@ from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.errors import DerivationError
 from mecanique.model import Body, Loop, Mechanism, Parameter, Revolute, rod
+from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
 TREES = tuple(name for name in textbook.names() if not textbook.load(name).loops)

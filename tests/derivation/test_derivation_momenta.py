@@ -9,8 +9,8 @@ from derivation_samples import SAMPLES, sample, states
 import mecanique as mq
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.states import States
 from mecanique.errors import InputError
+from mecanique.model.states import States
 
 
 def test_momenta_of_a_swinging_rod() -> None:

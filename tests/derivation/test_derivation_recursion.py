@@ -12,10 +12,10 @@ from derivation_samples import SAMPLES, sample, states
 from mecanique import textbook
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.states import States
 from mecanique.errors import DerivationError
 from mecanique.model import Body, JointSpring, Mechanism, Revolute, Spring
 from mecanique.model.joints import Floating, Spherical
+from mecanique.model.states import States
 
 
 def difference(a: np.ndarray, b: np.ndarray) -> float:

@@ -269,8 +269,12 @@ def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:
     ("options", "message"),
     [
         (
-            {"q": {"q1": [0.1, 0.2], "q2": [1, 2, 3]}},
+            {"q": {"q1": [0.1, 0.2]}, "v": {"q2": [1, 2, 3]}},
             r"expected one number of runs in q, v and parameters, got \[2, 3\]",
+        ),
+        (
+            {"q": {"q1": [0.1, 0.2], "q2": [1, 2, 3]}},
+            r"expected one number of coordinate values each, got \[2, 3\]",
         ),
         (
             {"q": np.zeros((2, 3))},
@@ -282,7 +286,7 @@ def test_a_directory_of_other_runs_is_refused(tmp_path: Path) -> None:
         ),
         ({"q": {"q1": [np.nan]}}, "expected finite numbers for coordinate q1"),
         ({"q": {"q1": []}}, "expected at least one run"),
-        ({"q": {"q1": "much"}}, "expected numbers for coordinate q1, got 'much'"),
+        ({"q": {"q1": "much"}}, "expected a finite number for coordinate q1, got 'much'"),
         ({"parameters": {"x": 1.0}}, "unknown parameter 'x'"),
         ({"parameters": [1.0]}, "expected parameters by symbol"),
         ({"v": {"theta": 1.0}}, "unknown velocity 'theta'"),

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.program import program_of
 from mecanique.motion.compile.python import batched, overwriting, owning, scalar
 from mecanique.motion.compile.tape import Tape
 from mecanique.reference import Reference
-from mecanique.verification.states.random import States, random_states
+from mecanique.verification.states.random import random_states
 
 SIGNS = {"base_excited_mass", "two_blocks"}
 """Systems with springs whose length changes sign."""

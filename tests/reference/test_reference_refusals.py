@@ -48,11 +48,11 @@ def pendulum() -> Reference:
             [1.0, 2.0],
             None,
             0.0,
-            r"expected shape \(1,\) for the coordinate values \(q\), got \(2,\)",
+            r"expected shape \(1,\) or \(n, 1\) for the coordinate values \(q\), got \(2,\)",
         ),
         ([np.nan], None, 0.0, "expected finite coordinate values"),
         ([0.1], [np.inf], 0.0, "expected finite velocity values"),
-        ([0.1], [1.0, 2.0], 0.0, r"expected shape \(1,\) for the velocity values"),
+        ([0.1], [1.0, 2.0], 0.0, r"expected shape \(1,\) or \(n, 1\) for the velocity values"),
         ([0.1], None, np.nan, "expected a finite number for time t"),
         ([0.1], None, "now", "expected a finite number for time t"),
         ("q", None, 0.0, "expected 1 numbers for the coordinate values"),
@@ -60,20 +60,20 @@ def pendulum() -> Reference:
             np.zeros((3, 2)),
             None,
             0.0,
-            r"expected shape \(n, 1\) for the coordinate values, got \(3, 2\)",
+            r"expected shape \(1,\) or \(n, 1\) for the coordinate values \(q\), got \(3, 2\)",
         ),
         (np.full((3, 1), np.inf), None, 0.0, "expected finite coordinate values"),
         (
             np.zeros((3, 1)),
             np.zeros((2, 1)),
             0.0,
-            "expected the same number of states everywhere, got q: 3, v: 2",
+            "expected one number of states in q, v, a and t, got q: 3, v: 2",
         ),
         (
             np.zeros((3, 1)),
             None,
             np.zeros(2),
-            "expected the same number of states everywhere, got q: 3, t: 2",
+            "expected one number of states in q, v, a and t, got q: 3, t: 2",
         ),
         (np.zeros((3, 1)), None, np.array([0, np.nan, 1]), "expected finite times"),
         (np.zeros((1, 1, 1)), None, 0.0, r"expected shape \(1,\)"),
@@ -111,7 +111,7 @@ def test_a_quaternion_without_length(quaternion: tuple[float, ...]) -> None:
     reference = Reference(chain(Spherical("s", "ground", "b")))
     with pytest.raises(InputError, match="expected a unit quaternion for joint 's'"):
         reference.mass_matrix(quaternion)
-    with pytest.raises(InputError, match="expected unit quaternions for joint 's'"):
+    with pytest.raises(InputError, match="expected a unit quaternion for joint 's'"):
         reference.mass_matrix(np.array([quaternion]))
 
 

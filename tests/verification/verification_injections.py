@@ -10,11 +10,11 @@ import numpy as np
 
 import mecanique as mq
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.states import States as Several
 from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.placement import Placement, rotation
-from mecanique.verification.states.random import States, random_states
+from mecanique.model.states import States
+from mecanique.verification.states.random import random_states
 
 Array = Any
 Ours = mq.Mechanism
@@ -31,7 +31,7 @@ class Injection:
 
 def told_by(mechanism: mq.Mechanism) -> Theirs:
     def values(states: States) -> dict[str, Array]:
-        numeric, some = Recursion(mechanism), Several.of(mechanism, states.q, states.v, states.t)
+        numeric, some = Recursion(mechanism), States.of(mechanism, states.q, states.v, states.t)
         return {
             "mass matrix": numeric.mass_matrix(some),
             "bias": numeric.bias(some),

@@ -18,10 +18,10 @@ from mecanique.derivation.numeric.newton_euler import Balances, Reaction
 from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.states import Given, States
 from mecanique.derivation.symbolic.derivation import Derivation, Stage
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import Given, States
 
 if TYPE_CHECKING:
     from sympy import Matrix
@@ -347,8 +347,7 @@ class Equations:
                 f"expected as many accelerations as states, got {len(rates)} and {len(states)}"
             )
         if len(states) < len(rates):
-            q, v, t = (np.repeat(x, len(rates), axis=0) for x in (states.q, states.v, states.t))
-            states = States(self.mechanism, q, v, t, single=False)
+            states = states.at(np.zeros(len(rates), dtype=int))
         given = np.broadcast_to(rates.v, states.v.shape)
         return states.shaped(
             self.numeric.inverse_dynamics(states, given) - self.numeric.forces(states)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar, final
@@ -12,16 +12,20 @@ import numpy as np
 from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, evaluate, finite, symbols_in
+from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import vector
 from mecanique.model.validation import faults
+from mecanique.model.values import Given, numbers_of
 from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = ["Mechanism"]
+
+_SHORTEST, _LONGEST = 1e-9, 1e9
+"""Lengths between which four numbers count as a quaternion to be normalized."""
 
 
 @final
@@ -91,7 +95,7 @@ class Mechanism:
 
     @cached_property
     def velocities(self) -> tuple[str, ...]:
-        """Names of the generalized velocities v, in order: q' for a coordinate q, components for a quaternion's."""
+        """Names of the velocities v, in order: q' for a coordinate q, components for a quaternion."""
         quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
         inside = {name for joint in quasi.values() for name in joint.coordinates}
         names: list[str] = []
@@ -189,8 +193,8 @@ class Mechanism:
         ]
         instead = f", e.g. {' or '.join(others)}" if others else ""
         return (
-            f"{name} must stay within {interval}{what}: the chart {name} of {self.name!r} ends there; "
-            f"use another coordinate{instead}"
+            f"{name} must stay within {interval}{what}: the chart {name} of {self.name!r} ends "
+            f"there; use another coordinate{instead}"
         )
 
     def neutral(self) -> np.ndarray:
@@ -205,12 +209,53 @@ class Mechanism:
             [1.0 if name in ones else middle.get(name, 0.0) for name in self.coordinates]
         )
 
-    def position(self, q: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
+    @cached_property
+    def _rates(self) -> dict[str, str]:
+        """The velocity that each coordinate's name stands for."""
+        return {name.removesuffix("'"): name for name in self.velocities}
+
+    @cached_property
+    def _changes(self) -> dict[str, str]:
+        """The velocity whose change is meant by the name of a coordinate or of an acceleration."""
+        return {**self._rates, **{f"{name}'": name for name in self.velocities}}
+
+    @cached_property
+    def quaternions(self) -> tuple[tuple[str, list[int]], ...]:
+        """Name of each joint with a unit quaternion, and where the quaternion stands in q."""
+        return tuple(
+            (joint.name, [self.coordinates.index(name) for name in joint.quaternion])
+            for joint in self.joints
+            if joint.quaternion
+        )
+
+    def normalized(self, q: np.ndarray) -> np.ndarray:
+        """Give every quaternion of some positions unit length, in place, and return them.
+
+        Args:
+            q: shape (nq,) or (n, nq).
+
+        Raises:
+            InputError: if a quaternion has no length.
+        """
+        for name, at in self.quaternions:
+            length = np.linalg.norm(q[..., at], axis=-1, keepdims=True)
+            sound = (length > _SHORTEST) & (length < _LONGEST)
+            if not sound.all():
+                wrong = q[..., at][~sound[..., 0]][0]
+                raise InputError(
+                    f"expected a unit quaternion for joint {name!r}, got {wrong.tolist()}"
+                )
+            q[..., at] /= length
+        return q
+
+    def position(self, q: Given, *, many: bool = False) -> np.ndarray:
         """Return positions as an array, shape (nq,).
 
         Args:
             q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w
                 one), or None.
+            many: whether several positions may be given, shape (n, nq), or by name shape (n,); the
+                answer then has that shape.
 
         Raises:
             InputError: if the shape is wrong, a number is not finite or beyond its coordinate's
@@ -218,40 +263,42 @@ class Mechanism:
             UnknownNameError: if a name is no coordinate.
         """
         by_name = q is None or isinstance(q, Mapping)
-        q = _filled(
-            q,
-            self.coordinates.names,
-            "coordinate",
-            self.neutral() if by_name else np.zeros(self.nq),
-        )
-        for joint in self.joints:
-            if joint.quaternion:
-                at = [self.coordinates.index(name) for name in joint.quaternion]
-                length = float(np.linalg.norm(q[at]))
-                if not 1e-9 < length < 1e9:
-                    raise InputError(
-                        f"expected a unit quaternion for joint {joint.name!r}, got {q[at].tolist()}"
-                    )
-                q[at] /= length
-        self.refuse_outside(q)
-        return q
+        default = self.neutral() if by_name else np.zeros(self.nq)
+        names = self.coordinates.names
+        found = self.normalized(numbers_of(q, names, "coordinate", default, many=many))
+        self.refuse_outside(found)
+        return found
 
-    def velocity(self, v: Sequence[float] | np.ndarray | Mapping[str, float] | None) -> np.ndarray:
+    def velocity(self, v: Given, *, many: bool = False) -> np.ndarray:
         """Return velocities as an array, shape (nv,).
 
         Args:
             v: shape (nv,), or values by velocity name, q or q' (those left out are zero), or None.
+            many: whether several velocities may be given, shape (n, nv), or by name shape (n,); the
+                answer then has that shape.
 
         Raises:
             InputError: if the shape is wrong or a number is not finite.
             UnknownNameError: if a name is no velocity.
         """
-        if isinstance(v, Mapping):
-            v = {
-                f"{name}'" if f"{name}'" in self.velocities else name: value
-                for name, value in v.items()
-            }
-        return _filled(v, self.velocities, "velocity", np.zeros(self.nv))
+        zero = np.zeros(self.nv)
+        return numbers_of(v, self.velocities, "velocity", zero, self._rates, many=many)
+
+    def acceleration(self, a: Given, *, many: bool = False) -> np.ndarray:
+        """Return accelerations as an array, shape (nv,).
+
+        Args:
+            a: shape (nv,), or values by name of the coordinate, of the velocity or of its rate
+                (those left out are zero), or None.
+            many: whether several accelerations may be given, shape (n, nv), or by name shape (n,);
+                the answer then has that shape.
+
+        Raises:
+            InputError: if the shape is wrong or a number is not finite.
+            UnknownNameError: if a name is no acceleration.
+        """
+        zero = np.zeros(self.nv)
+        return numbers_of(a, self.velocities, "acceleration", zero, self._changes, many=many)
 
     def replace(self, name: str | None = None, /, **values: float) -> Mechanism:
         """Return a copy with other parameter values.
@@ -297,34 +344,3 @@ def _middle(lower: float, upper: float) -> float:
     if np.isfinite(lower) and np.isfinite(upper):
         return (lower + upper) / 2
     return lower + 1 if np.isfinite(lower) else upper - 1
-
-
-def _filled(
-    given: Sequence[float] | np.ndarray | Mapping[str, float] | None,
-    names: tuple[str, ...],
-    kind: str,
-    default: np.ndarray,
-) -> np.ndarray:
-    array: np.ndarray = default.copy()
-    if given is None:
-        return array
-    if isinstance(given, Mapping):
-        for name, value in given.items():
-            if name not in names:
-                raise UnknownNameError(kind, name, names)
-            array[names.index(name)] = finite(value, f"{kind} {name}")
-        return array
-    try:
-        numbers: np.ndarray = np.array(given, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(
-            f"expected {len(names)} numbers for the {kind} values, got {given!r}"
-        ) from None
-    if numbers.shape != array.shape:
-        listed = ", ".join(names[:8])
-        raise InputError(
-            f"expected shape ({len(names)},) for the {kind} values ({listed}), got {numbers.shape}"
-        )
-    if not np.isfinite(numbers).all():
-        raise InputError(f"expected finite {kind} values, got {numbers.tolist()}")
-    return numbers

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
+from mecanique.model.states import Given, States
 from mecanique.reference.engine.answers import (
     AppliedForce,
     Array,
@@ -24,7 +25,6 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 from mecanique.reference.loops.nullspace import solve
-from mecanique.reference.states import Given, States, checked
 
 __all__ = ["Reference"]
 
@@ -79,7 +79,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t)
+            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t)
         )
 
     def response(self, q: Given, t: float, impulse: Given) -> Array:
@@ -113,7 +113,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.bias(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.bias(q, v, t)
         )
 
     def forces(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
@@ -125,7 +125,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.forces(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.forces(q, v, t)
         )
 
     def acceleration(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
@@ -142,7 +142,7 @@ class Reference:
         """
         moving: Tree | Closed = self._tree if self._closed is None else self._closed
         return self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: moving.acceleration(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: moving.acceleration(q, v, t)
         )
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
@@ -155,7 +155,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            checked(self.mechanism, q, v, a, t),
+            States.of(self.mechanism, q, v, t, a),
             lambda q, v, a, t: (
                 self._tree.mass(q, v, t) @ a + self._tree.bias(q, v, t) - self._tree.forces(q, v, t)
             ),
@@ -169,7 +169,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.gravity(q, v, t)
+            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.gravity(q, v, t)
         )
 
     def energy(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Energy:
@@ -181,7 +181,7 @@ class Reference:
             t: time [s].
         """
         parts = self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.energy(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.energy(q, v, t)
         )
         if parts.ndim == 1:
             kinetic, gravity, springs = parts.tolist()
@@ -197,7 +197,7 @@ class Reference:
             t: time [s].
         """
         parts = self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)
         )
         return Momentum(*np.moveaxis(parts, -2, 0)[:3])
 
@@ -216,7 +216,7 @@ class Reference:
                 f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
             )
         return self._answer(
-            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)[3]
+            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)[3]
         )
 
     def reactions(self, q: Given, v: Given = None, t: float | Array = 0.0) -> dict[str, Wrench]:
@@ -245,9 +245,9 @@ class Reference:
         if not names:
             return {}
         if self._closed is not None:
-            return self._transmitted(checked(self.mechanism, q, v, t=t), self._closed)
+            return self._transmitted(States.of(self.mechanism, q, v, t=t), self._closed)
         parts = self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t)
         )
         return {
             name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)
@@ -268,7 +268,7 @@ class Reference:
         """
         effects = self._tree.loads.effects
         parts = self._answer(
-            checked(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.applied(q, v, t)
+            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.applied(q, v, t)
         )
         return tuple(
             AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
@@ -287,7 +287,7 @@ class Reference:
         Raises:
             EngineError: if a loop is open.
         """
-        states = checked(self.mechanism, q, t=t)
+        states = States.of(self.mechanism, q, t=t)
         if self._closed is None:
             return {}
         self._closed.refuse_open(states.q[0], float(states.t[0]))
@@ -304,7 +304,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.poses(q, t)
+            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.poses(q, t)
         )
 
     def point(
@@ -337,7 +337,7 @@ class Reference:
         if not np.isfinite(local).all():
             raise InputError(f"expected a finite point, got {xyz!r}")
         parts = self._answer(
-            checked(self.mechanism, q, v, a, t),
+            States.of(self.mechanism, q, v, t, a),
             lambda q, v, a, t: self._tree.point(name, local, q, v, a, t),
         )
         return PointMotion(*np.moveaxis(parts, -2, 0))
@@ -359,7 +359,7 @@ class Reference:
         """
         name = self.mechanism.body(body).name
         return self._answer(
-            checked(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.jacobian(name, q, v, t)
+            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.jacobian(name, q, v, t)
         )
 
     def rates(self, q: Given, v: Given) -> Array:
@@ -375,7 +375,7 @@ class Reference:
             self._tree.chart.rates(q, v, out)
             return out
 
-        return self._answer(checked(self.mechanism, q, v), one)
+        return self._answer(States.of(self.mechanism, q, v), one)
 
     def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,); it checks nothing and is fast.
@@ -413,7 +413,7 @@ class Reference:
         """
         closed = self._closed
         return self._answer(
-            checked(self.mechanism, q, v, t=t),
+            States.of(self.mechanism, q, v, t),
             lambda q, v, a, t: np.zeros(2) if closed is None else np.array(closed.drift(q, v, t)),
         )
 
@@ -461,7 +461,7 @@ class Reference:
                     f"t = {t:g}{reason}"
                 )
             rows.append(row)
-        return np.array(rows) if states.many else rows[0]
+        return rows[0] if states.single else np.array(rows)
 
 
 def _named(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation import derive
-from mecanique.derivation.states import States as Several
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.given import Functions, read_samples
 from mecanique.verification.rows import evaluate, rows_of
-from mecanique.verification.states.random import States, random_states
+from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, versions
 
 __all__ = ["Other", "compare_with"]
@@ -106,9 +105,7 @@ def _of_mechanism(
         )
     elif ours != theirs:
         notes = ("the coordinates have different names and are matched in their order",)
-    moved = States(states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
-    some = Several.of(other, moved.q, moved.v, moved.t)
-    moved = replace(moved, q=some.q)
+    moved = States.of(other, states.q[:, at_q], states.v[:, at_v], states.t, states.a[:, at_v])
     values = evaluate(derive(other), moved, light=bool(mechanism.loops or other.loops))
     if "mass matrix" not in values:
         values["mass matrix"] = derive(other).mass_matrix(moved.q, moved.t)

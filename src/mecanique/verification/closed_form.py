@@ -10,9 +10,9 @@ import numpy.typing as npt
 
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.states import Given, States
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import Given, States
 from mecanique.verification.states.random import angles, characteristic_length
 
 __all__ = ["ClosedForm"]

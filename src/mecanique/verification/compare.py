@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification import forms
 from mecanique.verification.against import Other, compare_with
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.rows import TOLERANCE, Array, evaluate, rows_of
-from mecanique.verification.states.random import States, random_states
+from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Row, Verdict, versions
 
 __all__ = ["compare", "verify"]

@@ -391,11 +391,7 @@ def _eigenvalues(bench: _Bench, fact: Eigenvalues) -> float:
 def _steady(bench: _Bench, fact: Steady) -> float:
     """Return the acceleration relative to that at a state nearby."""
     q, v = bench.state(fact.at)
-    quaternions = [
-        bench.mechanism.coordinates.index(name)
-        for joint in bench.mechanism.joints
-        for name in joint.quaternion
-    ]
+    quaternions = [k for _, at in bench.mechanism.quaternions for k in at]
     aside = q + 0.1
     aside[quaternions] = q[quaternions]
     aside, faster = bench.close(aside, v + 0.1 * (np.max(np.abs(v)) or 1.0))

@@ -12,15 +12,15 @@ from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.independent import Reduced
 from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.states import States as DerivedStates
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification.closed_form import ClosedForm
 from mecanique.verification.rows import Array, Dynamics
-from mecanique.verification.states.random import States, characteristic_length
+from mecanique.verification.states.random import characteristic_length
 
 __all__ = [
     "InHouse",
@@ -117,8 +117,7 @@ def independent_accelerations(
         reduced = Reduced(mechanism)
     except DerivationError as error:
         return {}, (f"left out: the equations in independent coordinates ({error})",)
-    at = DerivedStates.of(mechanism, states.q, states.v, states.t)
-    return {"acceleration": reduced.acceleration(at)}, ()
+    return {"acceleration": reduced.acceleration(states)}, ()
 
 
 def affordable(name: str, states: States) -> States:

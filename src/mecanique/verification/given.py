@@ -12,10 +12,9 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.derivation.states import States as Several
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
-from mecanique.verification.states.random import States
+from mecanique.model.states import States
 
 __all__ = ["Functions", "read_samples"]
 
@@ -154,8 +153,7 @@ def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[St
         bad = np.flatnonzero(~np.isfinite(values.reshape(len(rows), -1)).all(axis=1))
         if len(bad):
             raise InputError(f"{path}:{bad[0] + 2}: expected finite numbers for the {what}")
-    some = Several.of(mechanism, q, v, t)
-    return States(some.q, some.v, np.asarray(some.t), a), tau
+    return States.of(mechanism, q, v, t, a), tau
 
 
 def _number(word: str) -> float:

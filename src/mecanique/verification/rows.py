@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.verification.difference import QUANTITIES, relative_difference, scaled
-from mecanique.verification.states.random import States
 from mecanique.verification.verdict import Row
 
 __all__ = ["TOLERANCE", "Dynamics", "Values", "Whole", "evaluate", "moving_mass", "rows_of"]

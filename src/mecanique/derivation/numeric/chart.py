@@ -7,10 +7,10 @@ from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Chart", "Motions"]
 

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from mecanique.derivation.states import States
+from mecanique.model.states import States
 
 __all__ = ["BatchDynamics"]
 

@@ -11,11 +11,11 @@ import numpy as np
 from mecanique.derivation.numeric.chart import Chart, Motions
 from mecanique.derivation.numeric.frames import Frame, frames
 from mecanique.derivation.numeric.loads import Loads
-from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import links, moving, place_of
 from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["FreeBodies", "FreeBody", "Snapshot", "spread", "times", "total_momentum"]
 

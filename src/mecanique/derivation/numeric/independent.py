@@ -24,7 +24,6 @@ from mecanique.derivation.numeric.multipliers import constraints
 from mecanique.derivation.numeric.paths import JETS
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
-from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import (
     Arithmetic,
@@ -37,6 +36,7 @@ from mecanique.derivation.tree.poses import (
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Reduced"]
 
@@ -101,7 +101,7 @@ class Reduced:
             fit = np.array([_is_regular(*pair) for pair in zip(block, J[waiting], strict=True)])
             fit[0] = True
             at = waiting[fit]
-            some = States(self._mechanism, states.q[at], states.v[at], states.t[at], single=False)
+            some = states.at(at)
             result[at] = self._solve(some, forces[at], rows, dependent, np.linalg.inv(block[fit]))
             waiting = waiting[~fit]
         return result

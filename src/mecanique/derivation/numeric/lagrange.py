@@ -26,12 +26,12 @@ from mecanique.derivation.numeric.momenta import momenta
 from mecanique.derivation.numeric.paths import JETS, joint_paths
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.derivation.scalars.jets import Jet
-from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
 from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.forces import BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Definition"]
 
@@ -85,7 +85,8 @@ class Definition(BatchDynamics):
         n, nv = len(states), self._mechanism.nv
         # M does not depend on v or gravity, without which nothing is lost to rounding
         q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
-        many = States(self._mechanism, q, np.zeros((len(q), nv)), t, single=False)
+        rest = np.zeros((len(q), nv))
+        many = States(self._mechanism, q, rest, t, rest)
         a = np.concatenate([np.zeros((1, nv)), np.eye(nv)]).repeat(n, axis=0)
         E = self._inertia(many, a).reshape(nv + 1, n, nv)
         return np.asarray(np.moveaxis(E[1:] - E[0], 0, -1))

@@ -16,9 +16,9 @@ import numpy as np
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.loops import Closure, Constraints, constraints_of
-from mecanique.derivation.states import States
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Constrained", "ConstrainedMotion", "constraints"]
 

@@ -21,8 +21,8 @@ import numpy as np
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solve
-from mecanique.derivation.states import States
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Balances", "Reaction", "kinetic_and_potential"]
 

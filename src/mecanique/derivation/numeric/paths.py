@@ -8,11 +8,11 @@ import numpy as np
 
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
-from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import Arithmetic, joint_values
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.states import States
 
 __all__ = ["JETS", "driven_paths", "joint_paths"]
 

@@ -18,11 +18,11 @@ from mecanique.derivation.numeric.chart import Chart, Motions
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.numeric.momenta import momenta
-from mecanique.derivation.states import States
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Recursion", "solve"]
 

@@ -19,8 +19,8 @@ from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
 from mecanique.derivation.numeric.recursion import solve
-from mecanique.derivation.states import States
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Works"]
 

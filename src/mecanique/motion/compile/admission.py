@@ -9,8 +9,9 @@ import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.verification.rows import TOLERANCE, rows_of
-from mecanique.verification.states.random import States, random_states
+from mecanique.verification.states.random import random_states
 
 __all__ = ["SAMPLES", "require_agreement"]
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.heyoka import build_seconds, building, integrator
 from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import Batched, batched, overwriting, scalar
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
-from mecanique.verification.states.random import States
 
 __all__ = ["Compiled", "compiled"]
 

@@ -21,6 +21,7 @@ from mecanique.errors import (
     UnknownNameError,
 )
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.heyoka import build_seconds, installed
 from mecanique.motion.compile.program import Program, program_of
@@ -29,7 +30,6 @@ from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import swept
 from mecanique.motion.simulation.arguments import sample_times, span_and_tolerances
-from mecanique.verification.states.random import States
 
 __all__ = ["simulate_many"]
 

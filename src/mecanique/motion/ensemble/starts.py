@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.values import column_of, numbers_of
 
 __all__ = ["swept"]
 
@@ -29,19 +30,18 @@ def swept(
         UnknownNameError: if a name does not exist.
         MechanismError: if the mechanism is not sound with some of the parameters.
     """
-    columns: dict[str, np.ndarray] = {}
     names = mechanism.coordinates.names
-    columns |= _columns(q, names, names, "coordinate", mechanism.neutral())
-    aliases = tuple(name.removesuffix("'") for name in mechanism.velocities)
-    columns |= _columns(v, mechanism.velocities, aliases, "velocity", np.zeros(mechanism.nv))
+    positions = numbers_of(q, names, "coordinate", mechanism.neutral(), many=True)
+    rates = mechanism.velocity(v, many=True)
     given = {} if parameters is None else parameters
     if not isinstance(given, Mapping):
         raise InputError(f"expected parameters by symbol, got {parameters!r}")
     for symbol in given:
         if symbol not in mechanism.values:
             raise UnknownNameError("parameter", symbol, mechanism.values)
-    varied = {symbol: _numbers(values, f"parameter {symbol}") for symbol, values in given.items()}
-    lengths = {len(x) for x in (*columns.values(), *varied.values()) if x.ndim}
+    varied = {symbol: column_of(values, f"parameter {symbol}") for symbol, values in given.items()}
+    lengths = {len(x) for x in (positions, rates) if x.ndim == 2}
+    lengths |= {len(x) for x in varied.values() if x.ndim}
     if len(lengths) > 1:
         raise InputError(
             f"expected one number of runs in q, v and parameters, got {sorted(lengths)}"
@@ -49,64 +49,13 @@ def swept(
     n = lengths.pop() if lengths else 1
     if not n:
         raise InputError("expected at least one run, got none")
-    start = np.stack([np.broadcast_to(x, (n,)) for x in columns.values()], axis=1)
+    parts = (np.broadcast_to(x, (n, x.shape[-1])) for x in (positions, rates))
+    start = np.concatenate([*parts], axis=1)
     varied = {
         symbol: np.ascontiguousarray(np.broadcast_to(x, (n,))) for symbol, x in varied.items()
     }
     for values in varied.values():
         for index in {int(np.argmin(values)), int(np.argmax(values))}:
             mechanism.replace(**{other: float(x[index]) for other, x in varied.items()})
-    for joint in mechanism.joints:
-        if joint.quaternion:
-            at = [names.index(name) for name in joint.quaternion]
-            length = np.linalg.norm(start[:, at], axis=1, keepdims=True)
-            if (length < 1e-9).any():
-                raise InputError(
-                    f"expected unit quaternions for joint {joint.name!r}, got one without length"
-                )
-            start[:, at] /= length
+    mechanism.normalized(start[:, : mechanism.nq])
     return start, varied
-
-
-def _columns(
-    given: Any, names: tuple[str, ...], aliases: tuple[str, ...], kind: str, default: np.ndarray
-) -> dict[str, np.ndarray]:
-    """One column per name, each shape () or (n,)."""
-    columns: dict[str, np.ndarray] = dict(zip(names, map(np.array, default.tolist()), strict=True))
-    if given is None:
-        return columns
-    if isinstance(given, Mapping):
-        for name, values in given.items():
-            known = (
-                name if name in names else names[aliases.index(name)] if name in aliases else None
-            )
-            if known is None:
-                raise UnknownNameError(kind, name, names)
-            columns[known] = _numbers(values, f"{kind} {name}")
-        return columns
-    array = _array(given, f"the {kind} values")
-    if array.ndim not in (1, 2) or array.shape[-1] != len(names):
-        listed = ", ".join(names[:8])
-        raise InputError(
-            f"expected shape ({len(names)},) or (n, {len(names)}) for the {kind} values ({listed}), got {array.shape}"
-        )
-    return dict(zip(names, np.moveaxis(array, -1, 0), strict=True))
-
-
-def _numbers(values: Any, what: str) -> np.ndarray:
-    array = _array(values, what)
-    if array.ndim > 1:
-        raise InputError(f"expected a number or shape (n,) for {what}, got shape {array.shape}")
-    return array
-
-
-def _array(values: Any, what: str) -> np.ndarray:
-    try:
-        array: np.ndarray = np.array(values, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"expected numbers for {what}, got {values!r}") from None
-    if not np.isfinite(array).all():
-        raise InputError(
-            f"expected finite numbers for {what}, got {array[~np.isfinite(array)].ravel()[:3].tolist()}"
-        )
-    return array

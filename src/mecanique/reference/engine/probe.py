@@ -28,12 +28,9 @@ def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array,
     reach = np.array([1.0 if name in slides else np.pi for name in mechanism.coordinates])
     for _ in range(count):
         q = random.uniform(-1, 1, mechanism.nq) * reach
-        for joint in mechanism.joints:
-            if joint.quaternion:
-                at = [mechanism.coordinates.index(name) for name in joint.quaternion]
-                quaternion = random.normal(size=4)
-                q[at] = quaternion / np.linalg.norm(quaternion)
-        yield q, random.normal(size=mechanism.nv), float(random.uniform(0, 1))
+        for _, at in mechanism.quaternions:
+            q[at] = random.normal(size=4)
+        yield mechanism.normalized(q), random.normal(size=mechanism.nv), float(random.uniform(0, 1))
 
 
 def massless_mode(mass: Array, reach: Array) -> Array | None:

@@ -14,10 +14,10 @@ import numpy as np
 from mecanique.errors import ClosureError, InputError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import LEAST, WEAK, Closed
-from mecanique.reference.states import Given
 
 __all__ = [
     "assemble",
@@ -343,11 +343,9 @@ def moved(closed: Closed, q: Array, step: Array) -> Array:
         q: shape (nq,).
         step: shape (nv,), a velocity times a short time.
     """
-    result = q + closed.rates(q, step)
-    for joint in closed.mechanism.joints:
-        if joint.quaternion:
-            at = [closed.mechanism.coordinates.index(name) for name in joint.quaternion]
-            result[at] /= np.linalg.norm(result[at])
+    result: Array = q + closed.rates(q, step)
+    for _, at in closed.mechanism.quaternions:
+        result[at] /= np.linalg.norm(result[at])
     return result
 
 

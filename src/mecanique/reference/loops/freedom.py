@@ -16,12 +16,12 @@ import numpy as np
 from mecanique.errors import ClosureError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.assembly import closed_position, moved, position_near
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.nullspace import split
-from mecanique.reference.states import Given
 
 __all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "limit_rank"]
 

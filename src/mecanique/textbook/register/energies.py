@@ -10,10 +10,10 @@ from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.states import States
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.model.states import States
 from mecanique.textbook import load
 from mecanique.textbook.register.row import Row, agreement, identity
 

@@ -16,10 +16,9 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation.numeric.recursion import Recursion
-from mecanique.derivation.states import States as Several
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.verification.states.random import States
+from mecanique.model.states import States
 
 __all__ = ["Evidence", "Inputs"]
 
@@ -146,7 +145,7 @@ class Evidence:
             mechanism: the recursion's, if it is another.
         """
         mechanism = self.mechanism if mechanism is None else mechanism
-        states = Several(mechanism, inputs.q, inputs.v, inputs.t, single=False)
+        states = States(mechanism, inputs.q, inputs.v, inputs.t, inputs.a)
         pull = (self.gravity if gravity is None else gravity) * inputs.heavy[:, None]
         tau = (
             recursion.varied(gravity=pull).inverse_dynamics(states, inputs.a)
@@ -164,10 +163,9 @@ class Evidence:
     @cached_property
     def weights(self) -> Array:
         """What makes all entries alike in unit and size, shape (n, nv)."""
-        rest = self.inputs
-        states = Several(
-            self.mechanism, rest.q[:8], np.zeros_like(rest.v[:8]), rest.t[:8], single=False
-        )
+        inputs = self.inputs
+        rest = np.zeros_like(inputs.v[:8])
+        states = States(self.mechanism, inputs.q[:8], rest, inputs.t[:8], rest)
         diagonal = np.diagonal(self.recursion.mass_matrix(states), axis1=1, axis2=2).mean(axis=0)
         d = np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
         weights = np.empty_like(self.tau)

@@ -8,7 +8,7 @@ from itertools import permutations
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.derivation.states import States
+from mecanique.model.states import States
 from mecanique.verification.causes.change import Change, fitted
 from mecanique.verification.causes.evidence import Evidence
 
@@ -48,7 +48,7 @@ def link_changes(evidence: Evidence) -> Iterator[Change]:
     inputs, recursion = evidence.inputs, evidence.recursion
     if not inputs.inertia.any():
         return
-    states = States(evidence.mechanism, inputs.q, inputs.v, inputs.t, single=False)
+    states = States(evidence.mechanism, inputs.q, inputs.v, inputs.t, inputs.a)
     pulled = recursion.varied(gravity=evidence.gravity * inputs.heavy[:, None])
     Y = pulled.regressor(states, inputs.a) * inputs.inertia[:, None, None, None, None]
     neutral = States.of(evidence.mechanism, None)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.verification.causes.cause import REMOVED, Cause
 from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.coordinates import map_changes, state_changes
@@ -16,7 +17,6 @@ from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.frames import frame_changes
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
-from mecanique.verification.states.random import States
 
 __all__ = ["causes_of"]
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, final
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -14,10 +14,11 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, plain, symbols_in
 from mecanique.model.forces import LineLoad
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.verification.states.loops import closed_states
 from mecanique.verification.states.validity import is_possible
 
-__all__ = ["States", "angles", "characteristic_length", "random_states"]
+__all__ = ["angles", "characteristic_length", "random_states"]
 
 Array = npt.NDArray[np.float64]
 
@@ -38,35 +39,6 @@ _ROUNDS = 50
 
 _TIME = 10.0
 """Times lie between zero and this, for mechanisms whose equations depend on time [s]."""
-
-
-@final
-@dataclass(frozen=True, eq=False)
-class States:
-    """States of a mechanism.
-
-    Args:
-        q: coordinates, shape (n, nq).
-        v: velocities, shape (n, nv).
-        t: times, shape (n,) [s].
-        a: accelerations for inverse dynamics, shape (n, nv).
-    """
-
-    q: Array
-    v: Array
-    t: Array
-    a: Array
-
-    def __len__(self) -> int:
-        return len(self.t)
-
-    def at(self, indices: npt.NDArray[np.intp]) -> States:
-        """Return some of the states.
-
-        Args:
-            indices: which ones.
-        """
-        return States(self.q[indices], self.v[indices], self.t[indices], self.a[indices])
 
 
 def random_states(
@@ -91,16 +63,15 @@ def random_states(
         candidates = _drawn(mechanism, lot, random)
         if mechanism.loops:
             q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
-            candidates = States(q, v, candidates.t[at], candidates.a[at])
+            candidates = replace(candidates.at(at), q=q, v=v)
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
-            return States(
-                *(
-                    np.concatenate([getattr(part, name) for part in found])
-                    for name in ("q", "v", "t", "a")
-                )
+            q, v, t, a = (
+                np.concatenate([getattr(part, name) for part in found])
+                for name in ("q", "v", "t", "a")
             )
+            return States(mechanism, q, v, t, a)
     raise InputError(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
         f"{', its loops are closed' if mechanism.loops else ''} and no spring or "
@@ -132,16 +103,14 @@ def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> S
                     else (2 * middle - upper, upper)
                 )
     q = random.uniform(low, high, (samples, mechanism.nq))
-    for joint in mechanism.joints:
-        if joint.quaternion:
-            at = [mechanism.coordinates.index(name) for name in joint.quaternion]
-            quaternions = random.normal(size=(samples, 4))
-            q[:, at] = quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+    for _, at in mechanism.quaternions:
+        q[:, at] = random.normal(size=(samples, 4))
+    mechanism.normalized(q)
     fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
     v = random.uniform(-fast, fast, (samples, mechanism.nv))
     t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
     a = random.uniform(-fast, fast, (samples, mechanism.nv))
-    return States(q, v, t, a)
+    return States(mechanism, q, v, t, a)
 
 
 def characteristic_length(mechanism: Mechanism) -> float:

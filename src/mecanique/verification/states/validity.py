@@ -10,21 +10,22 @@ that must hold.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
-from mecanique.derivation.states import States
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses, times_point
 from mecanique.model.forces import LineLoad
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
-__all__ = ["Sampled", "is_possible"]
+__all__ = ["is_possible"]
 
 Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
@@ -35,20 +36,8 @@ _SINGULAR = 1e3
 """A mass matrix worse conditioned than the typical one by this factor is next to a singular point."""
 
 
-class Sampled(Protocol):
-    """Coordinates and times of several states."""
-
-    @property
-    def q(self) -> Array:
-        """Coordinates, shape (n, nq)."""
-
-    @property
-    def t(self) -> Array:
-        """Times, shape (n,) [s]."""
-
-
 def is_possible(
-    mechanism: Mechanism, states: Sampled, assumptions: Sequence[Assumption] = ()
+    mechanism: Mechanism, states: States, assumptions: Sequence[Assumption] = ()
 ) -> Flags:
     """Return at which states the equations of motion are defined, shape (n,).
 
@@ -72,13 +61,13 @@ def is_possible(
     return possible & _is_regular(mechanism, states, possible)
 
 
-def _is_regular(mechanism: Mechanism, states: Sampled, possible: Flags) -> Flags:
+def _is_regular(mechanism: Mechanism, states: States, possible: Flags) -> Flags:
     """Where the mass matrix, its diagonal scaled to one, is not much worse conditioned than usual."""
     at = np.flatnonzero(possible)
     regular = np.ones(len(possible), dtype=bool)
     if not len(at) or not mechanism.nv:
         return regular
-    chosen = States.of(mechanism, states.q[at], np.zeros((len(at), mechanism.nv)), states.t[at])
+    chosen = replace(states.at(at), v=np.zeros((len(at), mechanism.nv)))
     mass = Recursion(mechanism).mass_matrix(chosen)
     condition = np.array([_condition(matrix) for matrix in mass])
     regular[at] = ~(condition > _SINGULAR * np.median(condition))

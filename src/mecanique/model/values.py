@@ -1,0 +1,105 @@
+"""Numbers given in order or by name, checked: the one way in for positions and velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.expression import finite
+
+__all__ = ["Given", "column_of", "numbers_of"]
+
+Given: TypeAlias = "np.ndarray | Sequence[float] | Mapping[str, float] | None"
+"""Shape (names,) or (n, names), or values by name; what is left out takes its default."""
+
+_LISTED = 8
+"""At most this many names are listed in a message."""
+
+
+def numbers_of(
+    given: Given,
+    names: tuple[str, ...],
+    kind: str,
+    default: np.ndarray,
+    aliases: Mapping[str, str] | None = None,
+    *,
+    many: bool = False,
+) -> np.ndarray:
+    """Return numbers in the order of their names, a new array of shape (names,).
+
+    Args:
+        given: what was given.
+        names: the names, in order.
+        kind: what they name, for messages, e.g. "coordinate".
+        default: shape (names,), of those that are left out.
+        aliases: the name that each other spelling stands for.
+        many: whether several sets may be given; then an array may have the shape (n, names) and
+            each value the shape (n,), and what is returned has the shape (n, names) if one has.
+
+    Raises:
+        InputError: if a shape is wrong or a number is not finite.
+        UnknownNameError: if a name is unknown.
+    """
+    if given is None:
+        return np.array(default)
+    if isinstance(given, Mapping):
+        spellings = {**(aliases or {}), **{name: name for name in names}}
+        columns = dict(zip(names, np.array(default), strict=True))
+        for name, value in given.items():
+            if name not in spellings:
+                raise UnknownNameError(kind, name, names)
+            what = f"{kind} {name}"
+            columns[spellings[name]] = column_of(value, what) if many else finite(value, what)
+        lengths = {len(column) for column in columns.values() if np.ndim(column)}
+        if len(lengths) > 1:
+            raise InputError(f"expected one number of {kind} values each, got {sorted(lengths)}")
+        values = np.broadcast_arrays(*columns.values())
+        return np.ascontiguousarray(np.array(values, dtype=float).T)
+    try:
+        numbers: np.ndarray = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"expected {len(names)} numbers for the {kind} values, got {given!r}"
+        ) from None
+    if numbers.ndim not in ((1, 2) if many else (1,)) or numbers.shape[-1] != len(names):
+        rows = f" or (n, {len(names)})" if many else ""
+        raise InputError(
+            f"expected shape ({len(names)},){rows} for the {kind} values "
+            f"({', '.join(names[:_LISTED])}), got {numbers.shape}"
+        )
+    if not np.isfinite(numbers).all():
+        raise InputError(f"expected finite {kind} values, got {_shortened(numbers)}")
+    return numbers
+
+
+def column_of(value: Any, what: str) -> np.ndarray:
+    """Return one value, shape (), or those of many states, shape (n,), as an array.
+
+    Args:
+        value: what was given.
+        what: what it is, for messages.
+
+    Raises:
+        InputError: if the shape is wrong or a number is not finite.
+    """
+    if isinstance(value, str) or np.ndim(value) == 0:
+        return np.array(finite(value, what))
+    try:
+        column: np.ndarray = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"expected numbers for {what}, got {value!r}") from None
+    if column.ndim > 1:
+        raise InputError(f"expected a number or shape (n,) for {what}, got shape {column.shape}")
+    if not np.isfinite(column).all():
+        raise InputError(f"expected finite numbers for {what}, got {_shortened(column)}")
+    return column
+
+
+def _shortened(numbers: np.ndarray) -> str:
+    """The numbers, or the first few that are not finite."""
+    if numbers.size <= _LISTED:
+        return str(numbers.tolist())
+    return f"{numbers[~np.isfinite(numbers)][:3].tolist()} among them"
