@@ -1,4 +1,4 @@
-"""Every entry of the catalogue states its problem, its source and its units, and sets something in motion."""
+"""Every catalogue entry builds with any sensible values, and its docstring states the problem."""
 
 from __future__ import annotations
 

@@ -1,14 +1,12 @@
 """Closed-form facts about a system: what theory states, as pure data.
 
 A fact has a statement, one line that can be read aloud, and a formula that gives the numbers.
-Whether a fact holds for the mechanism as described is found out elsewhere
-(`mecanique.verification.facts`), with the engine's equations.
+`mecanique.verification.facts` checks whether it holds for the mechanism as described.
 
-A formula is a function of `Values`: parameters, options, coordinates and time as attributes,
-velocities by name, so
-that `lambda s: -s.c * s["x'"] / s.m` reads like the formula it is. Conserved quantities are also
-evaluated at complex numbers, so they are written with numpy's functions, and without `abs` or
-comparisons.
+A formula is a function of `Values`, with parameters, options, coordinates and time as attributes
+and velocities by name, so that `lambda s: -s.c * s["x'"] / s.m` reads like the formula it is.
+Conserved quantities are also evaluated at complex numbers; write them with numpy's functions and
+without `abs` or comparisons.
 """
 
 from __future__ import annotations
@@ -59,7 +57,7 @@ class Values:
         return self.numbers[name]
 
     def __getattr__(self, name: str) -> Number:
-        # names with underscores are Python's own questions, e.g. when a copy is made
+        # Python itself asks for names with underscores, e.g. when it makes a copy
         if name.startswith("_") or name not in self.numbers:
             raise AttributeError(
                 f"a fact asks for {name!r}, which is no parameter, option, coordinate or t"
@@ -71,12 +69,12 @@ Formula: TypeAlias = Callable[[Values], Any]
 """Gives the numbers of a fact."""
 
 State: TypeAlias = "Mapping[str, float] | Callable[[Values], Mapping[str, float]]"
-"""Coordinates and velocities by name, zero where left out; numbers, or a function of the parameters."""
+"""Coordinates and velocities by name, zero where left out; or a function of the parameters."""
 
 
 @dataclass(frozen=True)
 class _Stated:
-    """What all facts have.
+    """The parts common to all facts.
 
     Args:
         statement: the fact in one line, with its formula.
@@ -170,12 +168,12 @@ class Solution(_Stated):
 @final
 @dataclass(frozen=True)
 class Period(_Stated):
-    """A motion that comes back to its start, and when.
+    """A motion that returns to its start, and when.
 
     Args:
         start: the state at t = 0.
         seconds: gives the period [s].
-        advance: how far coordinates have gone on by then, e.g. a full turn.
+        advance: how far coordinates have advanced by then, e.g. by a full turn.
     """
 
     start: State

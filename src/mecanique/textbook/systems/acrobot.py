@@ -1,7 +1,7 @@
 """Acrobot.
 
 A gymnast of two homogeneous links m1, l1 and m2, l2 hangs from a bar: the hands are a free hinge,
-and only the hips give a torque, tau(t) = K sin(W t). Gravity g acts in the plane of the swing. The
+and only the hips exert a torque, tau(t) = K sin(W t). Gravity g acts in the plane of the swing. The
 generalized coordinates are the angle q1 of the first link from the downward vertical, positive
 towards +x, and the angle q2 of the second link from the direction of the first.
 """
@@ -112,11 +112,13 @@ SYSTEM = System(
     tags=("robot", "pendulum", "planar", "control", "underactuated"),
     facts=(
         MassMatrix(
-            "M11 = (m1/3 + m2) l1² + m2 l2²/3 + m2 l1 l2 cos(q2), M12 = m2 l2²/3 + m2 l1 l2 cos(q2)/2, M22 = m2 l2²/3",
+            "M11 = (m1/3 + m2) l1² + m2 l2²/3 + m2 l1 l2 cos(q2), "
+            "M12 = m2 l2²/3 + m2 l1 l2 cos(q2)/2, M22 = m2 l2²/3",
             mass_matrix,
         ),
         Acceleration(
-            "M q'' = (h (2 q1' q2' + q2'²) - G sin(q1) - G2, -h q1'² - G2 + tau), h = m2 l1 l2 sin(q2) / 2, "
+            "M q'' = (h (2 q1' q2' + q2'²) - G sin(q1) - G2, -h q1'² - G2 + tau), "
+            "h = m2 l1 l2 sin(q2) / 2, "
             "G = (m1/2 + m2) g l1, G2 = m2 g l2 sin(q1 + q2) / 2",
             acceleration,
         ),

@@ -2,8 +2,8 @@
 
 Weights m1 and m2 hang from the ends of a cord without mass that runs without slip over a
 homogeneous pulley of mass M and radius R on a fixed horizontal axle, under gravity g. The
-generalized coordinate x is the way m1 has gone down from where both weights hang at the depth h
-below the axle; m2 has gone up as far, and the pulley has turned by x / R.
+generalized coordinate x is the distance m1 has descended from where both weights hang a depth h
+below the axle; m2 has risen as far, and the pulley has turned by x / R.
 """
 
 from mecanique.model import (
@@ -82,7 +82,8 @@ def fall(s: Values) -> Number:
 
 SYSTEM = System(
     title="Two weights on a cord over a pulley",
-    source="Atwood, A Treatise on the Rectilinear Motion, 1784; Goldstein, Classical Mechanics, sect. 1.6",
+    source="Atwood, A Treatise on the Rectilinear Motion, 1784; Goldstein, Classical Mechanics, "
+    "sect. 1.6",
     parameters=(
         Parameter("m1", 1.2, "kg", "mass of one weight"),
         Parameter("m2", 1.0, "kg", "mass of the other weight"),

@@ -106,7 +106,8 @@ def buckling(s: Values) -> Number:
 
 SYSTEM = System(
     title="Column of n bars joined by rotational springs",
-    source="Hencky, Der Eisenbau 11 (1920) 437; Timoshenko & Gere, Theory of Elastic Stability, sect. 2.1",
+    source="Hencky, Der Eisenbau 11 (1920) 437; Timoshenko & Gere, Theory of Elastic Stability, "
+    "sect. 2.1",
     parameters=(
         Parameter("m", 0.2, "kg", "mass of each bar"),
         Parameter("l", 0.25, "m", "length of each bar"),
@@ -129,7 +130,8 @@ SYSTEM = System(
             given={"P": 0.0},
         ),
         StabilityLimit(
-            "upright is stable below P = (4 k / l) sin²(pi / (4 n + 2)), in the limit Euler's pi² E I / (4 L²)",
+            "upright is stable below P = (4 k / l) sin²(pi / (4 n + 2)), "
+            "in the limit Euler's pi² E I / (4 L²)",
             "P",
             buckling,
             stable="below",

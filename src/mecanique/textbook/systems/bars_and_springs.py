@@ -6,8 +6,7 @@ vertical. A particle m sits at B on ABC, 3 l from A, a particle 2 m at E in the 
 spring k holds the middle B' of ABC from above, a spring 2 k holds F from below, both of free length
 a, relaxed and vertical while the bars are horizontal; gravity is ignored. The generalized
 coordinate q is the vertical displacement of C, positive downwards; both bars turn by asin(q / (4
-l)), without any smallness, as long as |q| < 4 l. The joint at F is closed by the parallelogram
-itself.
+l)), exactly, for |q| < 4 l. The joint at F is closed by the parallelogram itself.
 """
 
 from numpy import sqrt
@@ -109,7 +108,8 @@ def energy(s: Values) -> Number:
 
 SYSTEM = System(
     title="Two massless bars coupled as a parallelogram, on two springs",
-    source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, without the restriction to small motion",
+    source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, "
+    "without the restriction to small motion",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
         Parameter(

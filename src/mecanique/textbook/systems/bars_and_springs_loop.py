@@ -6,9 +6,10 @@ loop. A particle m sits at B on ABC, 3 l from A, a particle 2 m at E in the midd
 k holds the middle B' of ABC from above, a spring 2 k holds F from below, both of free length a,
 relaxed and vertical while the bars are horizontal; gravity is ignored. The generalized coordinates
 are the angles alpha of ABC and delta of DEF, positive downwards, and gamma of CF against ABC; the
-loop leaves one of them free. Nothing is small: C falls by 4 l sin(alpha). The bar CF carries no
-mass and stays vertical, so that its pins transmit vertical forces only. `bars_and_springs` is the
-same assembly in the one coordinate 4 l sin(alpha), without a loop and with its equation in letters.
+loop leaves one of them free. The motion may be large: C falls by 4 l sin(alpha). The bar CF carries
+no mass and stays vertical, so that its pins transmit vertical forces only. `bars_and_springs` is
+the same assembly in the one coordinate 4 l sin(alpha), without a loop and with its equation in
+letters.
 """
 
 from numpy import cos, sin, sqrt
@@ -99,7 +100,8 @@ def kinetic(s: Values) -> Number:
 
 SYSTEM = System(
     title="Two massless bars on springs, closed by a massless link",
-    source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j; large motion exact",
+    source="Fundamentals of Dynamics, ch. 1, Example 1.2, Figure 1.11, eqs. Ex.1.2.a-Ex.1.2.j; "
+    "large motion exact",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle at B; the one at E has twice as much"),
         Parameter(

@@ -86,7 +86,8 @@ def roots(s: Values) -> list[Number]:
 
 SYSTEM = System(
     title="Mass, spring and damper on a base that is shaken",
-    source="Den Hartog, Mechanical Vibrations, sect. 2.9; Chopra, Dynamics of Structures, sect. 3.5",
+    source="Den Hartog, Mechanical Vibrations, sect. 2.9; Chopra, Dynamics of Structures, "
+    "sect. 3.5",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the block"),
         Parameter("c", 0.8, "N·s/m", "damping"),

@@ -2,8 +2,8 @@
 
 A bead m slides without friction on a circular hoop of radius R that turns at the constant rate W
 about its vertical diameter, under gravity g. The generalized coordinate theta is the angle of the
-bead's radius from the downward vertical. Turned fast enough, the bead leaves the bottom for one
-side.
+bead's radius from the downward vertical. If the hoop turns fast enough, the bead leaves the bottom
+for one side.
 """
 
 from numpy import arccos, cos, sin, sqrt
@@ -43,7 +43,8 @@ def build(m: Parameter, R: Parameter, W: Parameter, g: Parameter) -> Mechanism:
 
 SYSTEM = System(
     title="Bead on a hoop that turns steadily about a vertical diameter",
-    source="Taylor, Classical Mechanics, examples 7.6 and 7.7; Marsden & Ratiu, Mechanics and Symmetry, sect. 2.8",
+    source="Taylor, Classical Mechanics, examples 7.6 and 7.7; Marsden & Ratiu, "
+    "Mechanics and Symmetry, sect. 2.8",
     parameters=(
         Parameter("m", 0.1, "kg", "mass of the bead"),
         Parameter("R", 0.5, "m", "radius of the hoop"),

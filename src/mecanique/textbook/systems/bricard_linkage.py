@@ -90,7 +90,8 @@ def energy(s: Values) -> Number:
 
 SYSTEM = System(
     title="Six hinges on the edges of a cube, one freedom by geometry",
-    source="R. Bricard, J. Math. Pures Appl. 3 (1897) 113; Chen, You & Tarnai, Int. J. Solids Struct. 42 (2005) 2287",
+    source="R. Bricard, J. Math. Pures Appl. 3 (1897) 113; Chen, You & Tarnai, "
+    "Int. J. Solids Struct. 42 (2005) 2287",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of each rod"),
         Parameter("l", 1.0, "m", "length of each rod"),

@@ -71,7 +71,8 @@ SYSTEM = System(
     tags=("pendulum", "planar", "control"),
     facts=(
         Acceleration(
-            "(M + m sin²(q)) x'' = m sin(q) (l q'² + g cos(q)) - c x' and l q'' = -x'' cos(q) - g sin(q)",
+            "(M + m sin²(q)) x'' = m sin(q) (l q'² + g cos(q)) - c x' "
+            "and l q'' = -x'' cos(q) - g sin(q)",
             acceleration,
         ),
         MassMatrix(

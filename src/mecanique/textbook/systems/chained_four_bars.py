@@ -99,7 +99,8 @@ def period(s: Values) -> Number:
 
 SYSTEM = System(
     title="Chain of n four-bar linkages",
-    source="González, Dopico, Luaces & Cuadrado, Multibody Syst. Dyn. 16 (2006) 179; IFToMM library, problem A02",
+    source="González, Dopico, Luaces & Cuadrado, Multibody Syst. Dyn. 16 (2006) 179; "
+    "IFToMM library, problem A02",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of each bar"),
         Parameter("l", 1.0, "m", "length of each bar"),

@@ -33,7 +33,7 @@ def moments(s: Values) -> tuple[Number, Number]:
 
 
 def length(s: Values) -> Number:
-    """Return the length of the simple pendulum that swings alike (Huygens's center of oscillation)."""
+    """Return the length of the equivalent simple pendulum (Huygens's center of oscillation)."""
     S, J = moments(s)
     return J / S
 
@@ -58,7 +58,8 @@ def period(s: Values) -> Number:
 
 SYSTEM = System(
     title="Rod with a disk, pinned: the pendulum of a clock",
-    source="Huygens, Horologium oscillatorium, 1673, part IV; Goldstein, Classical Mechanics, ch. 5",
+    source="Huygens, Horologium oscillatorium, 1673, part IV; Goldstein, Classical Mechanics, "
+    "ch. 5",
     parameters=(
         Parameter("m1", 0.5, "kg", "mass of the rod"),
         Parameter("m2", 2.0, "kg", "mass of the disk"),

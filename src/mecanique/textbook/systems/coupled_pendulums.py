@@ -3,8 +3,8 @@
 Two equal pendulums, particles m on massless rods of length l, hang from pins a distance d apart on
 a horizontal line. A spring of stiffness k and free length d joins the rods at the distance a below
 the pins. They swing in one vertical plane under gravity g. The generalized coordinates q1 and q2
-are the angles from the downward vertical, positive towards +x. Energy goes to and fro between the
-pendulums.
+are the angles from the downward vertical, positive towards +x. Energy passes back and forth between
+the pendulums.
 """
 
 from numpy import cos, sin, sqrt
@@ -83,7 +83,8 @@ SYSTEM = System(
             lambda s: [sqrt(s.g / s.l), sqrt(s.g / s.l + 2 * s.k * s.a**2 / (s.m * s.l**2))],
         ),
         Period(
-            "side by side with amplitude A they swing as one alone, 4 sqrt(l / g) K(k), k = sin(A/2)",
+            "side by side with amplitude A they swing as one alone, 4 sqrt(l / g) K(k), "
+            "k = sin(A/2)",
             {"q1": 1.0, "q2": 1.0},
             period,
         ),

@@ -1,10 +1,10 @@
 """Crane with a hoisted load.
 
 A trolley M runs on a horizontal beam, pushed by F(t). From it hangs a load m, a particle, by a
-cable without mass whose length is wound up at the constant rate w from l0: l = l0 − w t, for as
-long as l > 0; gravity g acts. The generalized coordinates are the trolley's position x and the
-angle theta of the cable from the downward vertical, positive towards +x. Hoisting makes the load
-swing wider.
+massless cable that is wound up at the constant rate w from the length l0: l = l0 − w t, for as long
+as l > 0; gravity g acts. The generalized coordinates are the trolley's position x and the angle
+theta of the cable from the downward vertical, positive towards +x. Hoisting makes the load swing
+wider.
 """
 
 from numpy import cos, sin
@@ -77,7 +77,8 @@ def momentum(s: Values) -> Number:
 
 SYSTEM = System(
     title="Trolley with a load that swings while it is hoisted",
-    source="Sakawa & Shindo, Automatica 18 (1982) 257; Abdel-Rahman, Nayfeh & Masoud, J. Vib. Control 9 (2003) 863",
+    source="Sakawa & Shindo, Automatica 18 (1982) 257; Abdel-Rahman, Nayfeh & Masoud, "
+    "J. Vib. Control 9 (2003) 863",
     parameters=(
         Parameter("M", 1000.0, "kg", "mass of the trolley"),
         Parameter("m", 500.0, "kg", "mass of the load"),

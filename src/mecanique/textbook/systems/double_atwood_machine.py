@@ -2,9 +2,9 @@
 
 A cord over a fixed pulley carries a weight m1 at one end and a second pulley at the other; a cord
 over that one carries weights m2 and m3. Cords and pulleys, of radius R, have no mass, and gravity g
-acts. The generalized coordinates are the way x that m1 has gone down and the way y that m2 has gone
-down as seen from the second pulley. At x = y = 0 all hang at the depth h below the pulley that
-carries them.
+acts. The generalized coordinates are the distance x that m1 has descended and the distance y that
+m2 has descended relative to the second pulley. At x = y = 0 all hang a depth h below the pulley
+that carries them.
 """
 
 from mecanique.model import (
@@ -117,7 +117,8 @@ SYSTEM = System(
     tags=("pulley", "planar", "linear", "massless", "mimic"),
     facts=(
         Acceleration(
-            "x'' = (m1 (m2 + m3) - 4 m2 m3) g / D, y'' = 2 m1 (m2 - m3) g / D, D = m1 (m2 + m3) + 4 m2 m3",
+            "x'' = (m1 (m2 + m3) - 4 m2 m3) g / D, y'' = 2 m1 (m2 - m3) g / D, "
+            "D = m1 (m2 + m3) + 4 m2 m3",
             acceleration,
         ),
         MassMatrix(

@@ -45,7 +45,7 @@ def build(m1: Parameter, m2: Parameter, l1: Parameter, l2: Parameter, g: Paramet
 
 
 def mass_matrix(s: Values) -> list[list[Number]]:
-    """Return M: each rod's moment of inertia about its own pin, the lower rod's mass carried by the upper."""
+    """Return M: each rod's inertia about its pin; the upper rod carries the lower one's mass."""
     off = s.m2 * s.l1 * s.l2 / 2 * cos(s.q1 - s.q2)
     return [[(s.m1 / 3 + s.m2) * s.l1**2, off], [off, s.m2 * s.l2**2 / 3]]
 
@@ -65,7 +65,8 @@ def spin(s: Values) -> Number:
 
 SYSTEM = System(
     title="Two uniform rods, one hanging from the other",
-    source="Goldstein, Classical Mechanics, ch. 1, ex. 22 (point masses); Levien & Tan, Am. J. Phys. 61 (1993) 1038",
+    source="Goldstein, Classical Mechanics, ch. 1, ex. 22 (point masses); Levien & Tan, "
+    "Am. J. Phys. 61 (1993) 1038",
     parameters=(
         Parameter("m1", 1.0, "kg", "mass of the upper rod"),
         Parameter("m2", 1.0, "kg", "mass of the lower rod"),
@@ -78,7 +79,8 @@ SYSTEM = System(
     tags=("pendulum", "planar", "chaos"),
     facts=(
         MassMatrix(
-            "M = [[(m1/3 + m2) l1², m2 l1 l2 cos(q1 - q2) / 2], [m2 l1 l2 cos(q1 - q2) / 2, m2 l2² / 3]]",
+            "M = [[(m1/3 + m2) l1², m2 l1 l2 cos(q1 - q2) / 2], [m2 l1 l2 cos(q1 - q2) / 2, "
+            "m2 l2² / 3]]",
             mass_matrix,
         ),
         Frequencies(

@@ -55,7 +55,8 @@ def energy(s: Values) -> Number:
 
 SYSTEM = System(
     title="Particle on a spring that swings",
-    source="Vitt & Gorelik, Zh. Tekh. Fiz. 3 (1933) 294; Lynch, Int. J. Non-Linear Mech. 37 (2002) 345",
+    source="Vitt & Gorelik, Zh. Tekh. Fiz. 3 (1933) 294; Lynch, "
+    "Int. J. Non-Linear Mech. 37 (2002) 345",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle"),
         Parameter("k", 29.43, "N/m", "stiffness of the spring"),
@@ -68,7 +69,8 @@ SYSTEM = System(
     tags=("pendulum", "planar", "spring", "chaos"),
     facts=(
         Acceleration(
-            "r'' = r theta'² + g cos(theta) - k (r - l0) / m, r theta'' = -g sin(theta) - 2 r' theta'",
+            "r'' = r theta'² + g cos(theta) - k (r - l0) / m, "
+            "r theta'' = -g sin(theta) - 2 r' theta'",
             acceleration,
         ),
         Frequencies(

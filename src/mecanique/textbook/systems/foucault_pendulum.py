@@ -5,7 +5,8 @@ platform turns at the constant rate W about the vertical through the point of su
 gravity g. The generalized coordinates are the angles of the Cardan joint the rod hangs from, as
 seen on the platform: alpha about the platform's x axis, then beta about the turned y axis; the
 particle is at (−l sin(beta), l sin(alpha) cos(beta), −l cos(alpha) cos(beta)). On the platform the
-plane of small swings turns backwards at W. On the earth W is the vertical part of the earth's rate.
+plane of small swings turns backwards at W. On the earth, W is the vertical component of the earth's
+rate of rotation.
 """
 
 from numpy import cos, sin, sqrt
@@ -50,7 +51,7 @@ def build(m: Parameter, l: Parameter, g: Parameter, W: Parameter) -> Mechanism:
 
 
 def place(s: Values) -> tuple[Number, Number]:
-    """Return where the particle is on the platform, as x + i y and its rate, both by real and imaginary part."""
+    """Return x + i y of the particle on the platform and its rate, by real and imaginary part."""
     x, y = -s.l * sin(s.beta), s.l * sin(s.alpha) * cos(s.beta)
     x_rate = -s.l * cos(s.beta) * s["beta'"]
     y_rate = s.l * (
@@ -74,7 +75,8 @@ def jacobi(s: Values) -> Number:
 
 SYSTEM = System(
     title="Pendulum on a platform that turns steadily",
-    source="Foucault, C. R. Acad. Sci. Paris 32 (1851) 135; Landau & Lifshitz, Mechanics, sect. 39, problem 3",
+    source="Foucault, C. R. Acad. Sci. Paris 32 (1851) 135; Landau & Lifshitz, Mechanics, "
+    "sect. 39, problem 3",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle"),
         Parameter("l", 2.0, "m", "length of the rod"),

@@ -59,7 +59,7 @@ def build(
 
 
 def freudenstein(s: Values) -> Number:
-    """Return what is zero while the loop is closed: (d/a) cos psi - (d/c) cos phi + K3 - cos(phi - psi)."""
+    """Return (d/a) cos psi - (d/c) cos phi + K3 - cos(phi - psi), zero on the closed loop."""
     K3 = (s.a**2 - s.b**2 + s.c**2 + s.d**2) / (2 * s.a * s.c)
     return s.d / s.a * cos(s.psi) - s.d / s.c * cos(s.phi) + K3 - cos(s.phi - s.psi)
 
@@ -80,7 +80,7 @@ def energy(s: Values) -> Number:
 
 
 def period(s: Values) -> Number:
-    """Return the period of the parallelogram swinging by 0.8 rad, by the complete elliptic integral."""
+    """Return the period of a parallelogram at amplitude 0.8 rad, by the elliptic integral K."""
     from scipy.special import ellipk
 
     length = s.a * (s.m1 / 3 + s.m2 + s.m3 / 3) / (s.m1 / 2 + s.m2 + s.m3 / 2)
@@ -89,7 +89,8 @@ def period(s: Values) -> Number:
 
 SYSTEM = System(
     title="Crank, coupler and rocker",
-    source="F. Freudenstein, Trans. ASME 77 (1955) 853; Erdman & Sandor, Mechanism Design, sect. 8.3",
+    source="F. Freudenstein, Trans. ASME 77 (1955) 853; Erdman & Sandor, Mechanism Design, "
+    "sect. 8.3",
     parameters=(
         Parameter("a", 1.0, "m", "length of the crank"),
         Parameter("b", 2.2, "m", "length of the coupler"),
@@ -111,7 +112,8 @@ SYSTEM = System(
         KineticEnergy("T of three uniform bars", kinetic),
         Conserved("the energy", energy),
         Period(
-            "as a parallelogram it swings like a pendulum of length a (m1/3 + m2 + m3/3) / (m1/2 + m2 + m3/2)",
+            "as a parallelogram it swings like a pendulum of length "
+            "a (m1/3 + m2 + m3/3) / (m1/2 + m2 + m3/2)",
             {"phi": 0.8 - pi / 2, "theta": pi / 2 - 0.8, "psi": 0.8 - pi / 2},
             period,
             given={"a": 0.8, "b": 1.5, "c": 0.8, "d": 1.5},

@@ -40,7 +40,7 @@ def inertia(s: Values) -> Number:
 
 
 def velocities(s: Values) -> tuple[Number, Number]:
-    """Return the velocity of the center and the angular velocity in the body's axes, shape (3,) each."""
+    """Return the center's velocity and the angular velocity in the body's axes, shape (3,) each."""
     return np.array([s[f"free_v{axis}"] for axis in "xyz"]), np.array(
         [s[f"free_w{axis}"] for axis in "xyz"]
     )
@@ -59,7 +59,7 @@ def turned_back(s: Values, u: Number) -> Number:
 
 
 def acceleration(s: Values) -> Number:
-    """Return the rates of both velocities: free fall seen in turning axes, and Euler's equations."""
+    """Return both accelerations: free fall seen from turning axes, and Euler's equations."""
     v, w = velocities(s)
     fall = turned_back(s, np.array([0, 0, -s.g])) - np.cross(w, v)
     return np.concatenate((fall, np.cross(inertia(s) * w, w) / inertia(s)))
@@ -75,7 +75,7 @@ def constants(s: Values) -> Number:
 
 
 def throw(s: Values) -> dict[str, float]:
-    """Return the parabola of the center and the turning of the angular velocity about the body's axis."""
+    """Return the center's parabola, and the angular velocity turning about the body's axis."""
     A, _, C = inertia(s)
     turn = (C - A) / A * 8.0 * s.t
     return {
@@ -90,7 +90,8 @@ def throw(s: Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Cylinder thrown spinning, free in space",
-    source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.31; Landau & Lifshitz, Mechanics, sect. 33 and 36",
+    source="Fundamentals of Dynamics, ch. 1, sect. 1.2 and eq. 1.31; Landau & Lifshitz, "
+    "Mechanics, sect. 33 and 36",
     parameters=(
         Parameter("m", 2.0, "kg", "mass of the cylinder"),
         Parameter("r", 0.2, "m", "radius of the cylinder"),

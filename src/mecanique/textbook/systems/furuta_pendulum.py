@@ -83,7 +83,8 @@ def momentum(s: Values) -> Number:
 
 SYSTEM = System(
     title="Pendulum at the end of an arm that turns horizontally",
-    source="Furuta, Yamakita & Kobayashi, IECON 1991; Cazzolato & Prime, J. Control Sci. Eng. 2011, 528341",
+    source="Furuta, Yamakita & Kobayashi, IECON 1991; Cazzolato & Prime, "
+    "J. Control Sci. Eng. 2011, 528341",
     parameters=(
         Parameter("M", 0.3, "kg", "mass of the arm"),
         Parameter("m", 0.2, "kg", "mass of the particle"),

@@ -90,7 +90,8 @@ def turning(s: Values) -> dict[str, Number]:
 
 SYSTEM = System(
     title="Fly-ball governor with a loaded sleeve and a spring",
-    source="C. T. Porter, US patent 1858; Shigley & Uicker, Theory of Machines, governors; Maxwell, On Governors, 1868",
+    source="C. T. Porter, US patent 1858; Shigley & Uicker, Theory of Machines, governors; "
+    "Maxwell, On Governors, 1868",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of each ball"),
         Parameter("M", 2.0, "kg", "mass of the sleeve"),

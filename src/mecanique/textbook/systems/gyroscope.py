@@ -54,7 +54,11 @@ def build(
 
 
 def inertias(s: Values) -> tuple[Number, Number, Number]:
-    """Return J about the vertical with the axle upright, B that tilting adds and that resists it, C about the axle."""
+    """Return the moments of inertia J, B and C.
+
+    J is that about the vertical with the axle upright, B what tilting adds to it and what resists
+    tilting, C that about the axle.
+    """
     J = (s.m1 * s.r1**2 + s.m2 * s.r2**2) / 2
     return J, s.m2 * s.r2**2 / 2 + s.m * s.r**2 / 4 + s.w * s.d**2, s.m * s.r**2 / 2
 
@@ -93,7 +97,8 @@ def nutation(s: Values) -> Number:
 
 SYSTEM = System(
     title="Spinning disk in two gimbals, with a small weight",
-    source="Arnold, Mathematical Methods of Classical Mechanics, sect. 30; Magnus, Kreisel, 1971, ch. 5",
+    source="Arnold, Mathematical Methods of Classical Mechanics, sect. 30; Magnus, Kreisel, 1971, "
+    "ch. 5",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the rotor"),
         Parameter("r", 0.1, "m", "radius of the rotor"),
@@ -112,7 +117,8 @@ SYSTEM = System(
     tags=("top", "spatial"),
     facts=(
         MassMatrix(
-            "M = [[J + B sin²(theta) + C cos²(theta), 0, C cos(theta)], [0, B, 0], [C cos(theta), 0, C]], "
+            "M = [[J + B sin²(theta) + C cos²(theta), 0, C cos(theta)], [0, B, 0], [C cos(theta), "
+            "0, C]], "
             "J = (m1 r1² + m2 r2²) / 2, B = m2 r2² / 2 + m r² / 4 + w d², C = m r² / 2",
             mass_matrix,
         ),

@@ -3,7 +3,7 @@
 A homogeneous cone of mass m, base radius r and height h spins about its axis while its apex stays
 at a fixed point, under gravity g. The generalized coordinates are Euler's angles: the precession
 phi about the upward vertical, the nutation theta of the axis from the upward vertical, and the spin
-psi about the axis (phi and psi cannot be told apart while the axis is vertical).
+psi about the axis (phi and psi cannot be distinguished while the axis is vertical).
 """
 
 from numpy import cos, sin, sqrt
@@ -29,13 +29,13 @@ def build(m: Parameter, r: Parameter, h: Parameter, g: Parameter) -> Mechanism:
 
 
 def inertias(s: Values) -> tuple[Number, Number, Number]:
-    """Return the moments of inertia about the apex, A across and C along the axis, and the static moment."""
+    """Return the moments of inertia about the apex, A across and C along the axis, and m r_C."""
     A = 3 * s.m * (s.r**2 + 4 * s.h**2) / 20
     return A, 3 * s.m * s.r**2 / 10, 3 * s.m * s.h / 4
 
 
 def momenta(s: Values) -> tuple[Number, Number]:
-    """Return the angular momenta about the vertical and about the axis (Goldstein, eqs. 5.52, 5.53)."""
+    """Return the angular momenta about the vertical and the axis (Goldstein, eqs. 5.52, 5.53)."""
     A, C, _ = inertias(s)
     axial = C * (s["psi'"] + s["phi'"] * cos(s.theta))
     return A * s["phi'"] * sin(s.theta) ** 2 + axial * cos(s.theta), axial
@@ -76,7 +76,7 @@ def precession(s: Values, sign: int) -> dict[str, float]:
 
 
 def nutation(s: Values) -> Number:
-    """Return the frequency of small nutation about the slow precession, from the effective potential's curvature."""
+    """Return the frequency of small nutation, from the curvature of the effective potential."""
     A, C, _ = inertias(s)
     u = rate(s, -1)
     return sqrt((u * sin(TILT)) ** 2 + (C * SPIN / A - 2 * u * cos(TILT)) ** 2)
@@ -84,7 +84,8 @@ def nutation(s: Values) -> Number:
 
 SYSTEM = System(
     title="Spinning cone on its apex under gravity",
-    source="Goldstein, Classical Mechanics, 3rd ed., sect. 5.7; Landau & Lifshitz, Mechanics, sect. 35, problem 1",
+    source="Goldstein, Classical Mechanics, 3rd ed., sect. 5.7; Landau & Lifshitz, Mechanics, "
+    "sect. 35, problem 1",
     parameters=(
         Parameter("m", 2.0, "kg", "mass of the cone"),
         Parameter("r", 0.3, "m", "radius of the base"),
@@ -98,7 +99,8 @@ SYSTEM = System(
     tags=("top", "spatial"),
     facts=(
         MassMatrix(
-            "M_phi,phi = A sin²(theta) + C cos²(theta), M_phi,psi = C cos(theta), M_theta,theta = A, M_psi,psi = C, "
+            "M_phi,phi = A sin²(theta) + C cos²(theta), M_phi,psi = C cos(theta), "
+            "M_theta,theta = A, M_psi,psi = C, "
             "A = 3 m (r² + 4 h²) / 20, C = 3 m r² / 10",
             mass_matrix,
         ),
@@ -108,7 +110,8 @@ SYSTEM = System(
         ),
         Conserved("the energy, with V = 3 m g h cos(theta) / 4", energy),
         Steady(
-            "slow precession phi' = (p - sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta)), p = p_psi",
+            "slow precession phi' = (p - sqrt(p² - 3 A m g h cos(theta))) / (2 A cos(theta)), "
+            "p = p_psi",
             lambda s: precession(s, -1),
         ),
         Steady(
@@ -116,7 +119,8 @@ SYSTEM = System(
             lambda s: precession(s, 1),
         ),
         Eigenvalues(
-            "the slow precession nutates with ω² = phi'² sin²(theta) + (p / A - 2 phi' cos(theta))²",
+            "the slow precession nutates with ω² = phi'² sin²(theta) "
+            "+ (p / A - 2 phi' cos(theta))²",
             lambda s: [1j * nutation(s), -1j * nutation(s)],
             at=lambda s: precession(s, -1),
         ),

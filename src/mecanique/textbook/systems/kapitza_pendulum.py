@@ -1,6 +1,6 @@
 """Pendulum on a driven pivot (Kapitza).
 
-A particle m hangs by a massless rod of length l from a pivot that is moved up and down as A cos(W
+A particle m hangs by a massless rod of length l from a pivot that is driven up and down by A cos(W
 t), under gravity g. The generalized coordinate q is the angle from the downward vertical, positive
 towards +x. Shaken fast enough, the pendulum stands upright.
 """
@@ -47,7 +47,7 @@ def build(m: Parameter, l: Parameter, g: Parameter, A: Parameter, W: Parameter) 
 
 
 def limit(s: Values) -> float:
-    """Return W at which the upright position becomes stable: Mathieu's first characteristic value a0(2 A / l)."""
+    """Return W that makes upright stable, by Mathieu's characteristic value a0(2 A / l)."""
     from scipy.special import mathieu_a
 
     return float(sqrt(-4 * s.g / (s.l * mathieu_a(0, 2 * s.A / s.l))))
@@ -55,7 +55,8 @@ def limit(s: Values) -> float:
 
 SYSTEM = System(
     title="Pendulum whose pivot is shaken: it can stand upright",
-    source="Stephenson, Phil. Mag. 15 (1908) 233; Kapitza, 1951; Landau & Lifshitz, Mechanics, sect. 30, problem 1",
+    source="Stephenson, Phil. Mag. 15 (1908) 233; Kapitza, 1951; Landau & Lifshitz, Mechanics, "
+    "sect. 30, problem 1",
     parameters=(
         Parameter("m", 0.1, "kg", "mass of the particle"),
         Parameter("l", 0.2, "m", "length of the rod"),
@@ -85,7 +86,8 @@ SYSTEM = System(
             ),
         ),
         StabilityLimit(
-            "upright is stable above the W with -4 g / (l W²) = a0(2 A / l), Mathieu's characteristic value",
+            "upright is stable above the W with -4 g / (l W²) = a0(2 A / l), "
+            "Mathieu's characteristic value",
             "W",
             limit,
             stable="above",

@@ -1,9 +1,9 @@
 """Planet in a central field (Kepler).
 
 A planet, a particle of mass m, moves about a fixed sun that attracts it with the force mu m / r²
-towards the center; mu is the gravitational constant times the mass of the sun, here of a sun fit
-for a table. The generalized coordinates are the distance r from the sun, which must stay positive,
-and the angle phi of the planet's radius from the x axis in the plane of the orbit, x-y.
+towards the center; mu is the gravitational constant times the mass of the sun, here of a sun small
+enough for a table. The generalized coordinates are the distance r from the sun, which must stay
+positive, and the angle phi of the planet's radius from the x axis in the plane of the orbit, x-y.
 """
 
 from numpy import cos, pi, sin, sqrt
@@ -81,7 +81,8 @@ def circle(s: Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Planet on its ellipse about a fixed sun",
-    source="Newton, Principia, 1687, book I, sect. III; Goldstein, Classical Mechanics, 3rd ed., sect. 3.7-3.9",
+    source="Newton, Principia, 1687, book I, sect. III; Goldstein, Classical Mechanics, 3rd ed., "
+    "sect. 3.7-3.9",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the planet"),
         Parameter("mu", 10.0, "m³/s²", "gravitational parameter of the sun"),
@@ -102,7 +103,8 @@ SYSTEM = System(
             axis,
         ),
         Period(
-            "Kepler's third law, T = 2 pi sqrt(a³ / mu), a = 2.5 from the perihelion 1 with eccentricity 0.6",
+            "Kepler's third law, T = 2 pi sqrt(a³ / mu), a = 2.5 from the perihelion 1 with "
+            "eccentricity 0.6",
             perihelion,
             lambda s: 2 * pi * sqrt(2.5**3 / s.mu),
             advance={"phi": 2 * pi},

@@ -69,7 +69,7 @@ def angles(s: Values) -> tuple[Number, Number]:
 
 
 def carried(s: Values) -> Number:
-    """Return the number of particles that rods i and j both carry, n + 1 - max(i, j), shape (n, n)."""
+    """Return how many particles rods i and j both carry, n + 1 - max(i, j), shape (n, n)."""
     i = np.arange(1, s.n + 1)
     return s.n + 1 - np.maximum.outer(i, i)
 
@@ -81,7 +81,10 @@ def mass_matrix(s: Values) -> Number:
 
 
 def acceleration(s: Values) -> Number:
-    """Return q'' from M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0."""
+    """Return the accelerations q'' from
+
+    M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0.
+    """
     q, v = angles(s)
     turning = s.m * s.l**2 * (carried(s) * np.sin(np.subtract.outer(q, q))) @ v**2
     return np.linalg.solve(
@@ -104,7 +107,8 @@ def frequencies(s: Values) -> Number:
 
 SYSTEM = System(
     title="Particles hanging one from another by n massless rods",
-    source="D. Bernoulli, 1738; Gantmacher & Krein, Oscillation Matrices, ch. III; Goldstein, ch. 1, ex. 22 (n = 2)",
+    source="D. Bernoulli, 1738; Gantmacher & Krein, Oscillation Matrices, ch. III; Goldstein, "
+    "ch. 1, ex. 22 (n = 2)",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of each particle"),
         Parameter("l", 0.5, "m", "length of each rod"),
@@ -117,7 +121,8 @@ SYSTEM = System(
     facts=(
         MassMatrix("M_ij = m l² (n + 1 - max(i, j)) cos(qi - qj)", mass_matrix),
         Acceleration(
-            "Σ_j M_ij qj'' + m l² (n + 1 - max(i, j)) sin(qi - qj) qj'² = -(n + 1 - i) m g l sin(qi)",
+            "Σ_j M_ij qj'' + m l² (n + 1 - max(i, j)) sin(qi - qj) qj'² "
+            "= -(n + 1 - i) m g l sin(qi)",
             acceleration,
         ),
         Frequencies("ω² = g x / l for the n roots x of Laguerre's polynomial L_n", frequencies),

@@ -1,9 +1,9 @@
 """Particle on a circle, located by an angle.
 
-A particle m moves without friction on a fixed horizontal circle of radius R, across gravity g. Two
-constraints, z = 0 and x² + y² = R², leave one degree of freedom. The generalized coordinate theta
-is the angle from the x axis to the particle's radius, positive towards the y axis; it reaches every
-point of the circle.
+A particle m moves without friction on a fixed horizontal circle of radius R, perpendicular to
+gravity g. Two constraints, z = 0 and x² + y² = R², leave one degree of freedom. The generalized
+coordinate theta is the angle from the x axis to the particle's radius, positive towards the y axis;
+it reaches every point of the circle.
 """
 
 from numpy import cos, sin
@@ -28,7 +28,7 @@ def build(m: Parameter, R: Parameter, g: Parameter) -> Mechanism:
 
 
 def constraint(s: Values) -> tuple[float, float, float]:
-    """Return the force that keeps the particle on the circle: towards the center, and against its weight."""
+    """Return the force that keeps the particle on the circle: towards the center and upwards."""
     C = s.m * s.R * s["theta'"] ** 2
     return -C * cos(s.theta), -C * sin(s.theta), s.m * s.g
 

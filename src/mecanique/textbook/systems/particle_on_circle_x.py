@@ -1,10 +1,10 @@
 """Particle on a circle, located by its abscissa.
 
-The same particle m on the same horizontal circle of radius R, across gravity g, as in
+The same particle m on the same horizontal circle of radius R, perpendicular to gravity g, as in
 `particle_on_circle`, with its rectangular coordinate x as generalized coordinate: y = +sqrt(R² -
 x²), so that theta = acos(x/R). The coordinate serves on the half y > 0 only; at x = ±R, where the
-circle turns back, its mass matrix grows without bound and the chart ends: a motion that goes on
-there needs the angle.
+circle turns back, its mass matrix grows without bound and the chart ends: a motion that continues
+beyond needs the angle.
 """
 
 from numpy import arccos, cos, sin, sqrt

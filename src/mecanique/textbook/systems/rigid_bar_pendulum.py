@@ -31,7 +31,7 @@ def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
 
 
 def reaction(s: Values) -> tuple[float, float, float]:
-    """Return the pin's force on the rod in world axes: R_n towards the pin, R_t across (chapter 1, eqs. 1.23, 1.24)."""
+    """Return the pin's force on the rod in world axes: R_n and R_t of eqs. 1.23 and 1.24."""
     qdd = -3 * s.g / (2 * s.l) * sin(s.q)
     Rn = s.m * s.g * cos(s.q) + s.m * s.l * s["q'"] ** 2 / 2
     Rt = s.m * s.g * sin(s.q) + s.m * s.l * qdd / 2
@@ -39,7 +39,7 @@ def reaction(s: Values) -> tuple[float, float, float]:
 
 
 def period(s: Values) -> float:
-    """Return the period of swings of amplitude 2 rad, by the complete elliptic integral of the first kind."""
+    """Return the period at amplitude 2 rad, by the complete elliptic integral K."""
     from scipy.special import ellipk
 
     return float(4 * sqrt(2 * s.l / (3 * s.g)) * ellipk(sin(1.0) ** 2))

@@ -2,7 +2,7 @@
 
 A homogeneous disk of mass m and radius R rolls down an incline of slope alpha without slip, upright
 and straight, under gravity g. Rolling along a line is a holonomic constraint: the disk turns by x /
-R, where the generalized coordinate x is the way of its center down the slope.
+R, where the generalized coordinate x is the distance its center has moved down the slope.
 """
 
 from numpy import sin
@@ -65,7 +65,8 @@ def build(m: Parameter, R: Parameter, alpha: Parameter, g: Parameter) -> Mechani
 
 SYSTEM = System(
     title="Disk that rolls down an incline without slip",
-    source="Goldstein, Classical Mechanics, sect. 2.4 (hoop); Landau & Lifshitz, Mechanics, sect. 32",
+    source="Goldstein, Classical Mechanics, sect. 2.4 (hoop); Landau & Lifshitz, Mechanics, "
+    "sect. 32",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the disk"),
         Parameter("R", 0.3, "m", "radius of the disk"),

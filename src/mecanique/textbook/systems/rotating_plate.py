@@ -36,7 +36,7 @@ def build(m: Parameter, a: Parameter, b: Parameter, k: Parameter, g: Parameter) 
 
 
 def inertia(s: Values) -> Number:
-    """Return the moment of inertia about the corner: m (a² + b²)/12 about the center, and the center's distance."""
+    """Return the moment of inertia about the corner, by the parallel-axis theorem."""
     return s.m * (s.a**2 + s.b**2) / 3
 
 

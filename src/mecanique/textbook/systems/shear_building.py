@@ -117,7 +117,8 @@ def roots(s: Values) -> list[complex]:
 
 SYSTEM = System(
     title="Building of n rigid floors on elastic columns, shaken",
-    source="Chopra, Dynamics of Structures, sect. 9.1 and 13.2; Clough & Penzien, Dynamics of Structures, ch. 11",
+    source="Chopra, Dynamics of Structures, sect. 9.1 and 13.2; Clough & Penzien, "
+    "Dynamics of Structures, ch. 11",
     parameters=(
         Parameter("m", 2.0e4, "kg", "mass of each floor"),
         Parameter("k", 2.0e7, "N/m", "stiffness of each storey"),

@@ -30,14 +30,14 @@ def tension(s: Values) -> tuple[float, float, float]:
 
 
 def period(s: Values) -> float:
-    """Return the period of swings of amplitude 2.5 rad, by the complete elliptic integral of the first kind."""
+    """Return the period at amplitude 2.5 rad, by the complete elliptic integral K."""
     from scipy.special import ellipk
 
     return float(4 * sqrt(s.l / s.g) * ellipk(sin(1.25) ** 2))
 
 
 def swing(s: Values) -> dict[str, float]:
-    """Return the motion through the lowest point at t = 0 with amplitude 2.5 rad, by Jacobi's functions."""
+    """Return the motion of amplitude 2.5 rad, lowest at t = 0, by Jacobi's elliptic functions."""
     from scipy.special import ellipj
 
     k, n = sin(1.25), sqrt(s.g / s.l)
@@ -47,7 +47,8 @@ def swing(s: Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Particle on a massless rod, pinned, under gravity",
-    source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 11, problem 1; Whittaker, Analytical Dynamics, sect. 44",
+    source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 11, problem 1; Whittaker, "
+    "Analytical Dynamics, sect. 44",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle"),
         Parameter("l", 1.0, "m", "length of the rod"),

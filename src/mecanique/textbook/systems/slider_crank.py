@@ -52,8 +52,9 @@ def build(r: Parameter, l: Parameter, m1: Parameter, m2: Parameter, g: Parameter
 
 
 def acceleration(s: Values) -> Number:
-    """Return theta'', beta'', x'' from (m1 r²/3 + m2 X²) theta'' + m2 X X' theta'² = -m1 g r cos(theta) / 2.
+    """Return theta'', beta'', x''.
 
+    (m1 r²/3 + m2 X²) theta'' + m2 X X' theta'² = -m1 g r cos(theta) / 2 gives theta'';
     X = dx/dtheta and X' = d²x/dtheta² follow from (x - r cos(theta))² + r² sin²(theta) = l².
     """
     c, d, w = cos(s.theta), sin(s.theta), s["theta'"]
@@ -74,7 +75,8 @@ def kinetic(s: Values) -> Number:
 
 SYSTEM = System(
     title="Crank, massless connecting rod and slider",
-    source="Eksergian, J. Franklin Inst. 209 (1930) 21; Meriam & Kraige, Dynamics, sect. 5/6 (kinematics)",
+    source="Eksergian, J. Franklin Inst. 209 (1930) 21; Meriam & Kraige, Dynamics, "
+    "sect. 5/6 (kinematics)",
     parameters=(
         Parameter("r", 0.5, "m", "length of the crank"),
         Parameter("l", 1.2, "m", "length of the connecting rod"),

@@ -49,7 +49,8 @@ def cone(s: Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Particle on a massless rod, free to move on a sphere",
-    source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 14, problem 1; Whittaker, Analytical Dynamics, sect. 55",
+    source="Landau & Lifshitz, Mechanics, 3rd ed., sect. 14, problem 1; Whittaker, "
+    "Analytical Dynamics, sect. 55",
     parameters=(
         Parameter("m", 1.0, "kg", "mass of the particle"),
         Parameter("l", 1.0, "m", "length of the rod"),
@@ -61,7 +62,8 @@ SYSTEM = System(
     tags=("pendulum", "spatial"),
     facts=(
         Acceleration(
-            "theta'' = sin(theta) cos(theta) phi'² - g sin(theta) / l, phi'' = -2 theta' phi' cot(theta)",
+            "theta'' = sin(theta) cos(theta) phi'² - g sin(theta) / l, "
+            "phi'' = -2 theta' phi' cot(theta)",
             acceleration,
         ),
         Conserved(

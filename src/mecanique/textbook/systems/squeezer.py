@@ -1,12 +1,13 @@
 """Andrews' squeezer.
 
 Seven bodies in a plane, three of them on fixed pins: the crank K1 turns about the origin by beta,
-driven by the constant torque mom; K2 hangs on it and turns by theta against it, and its tip P is
-pinned to three other bodies: K3, which turns by gamma about B and is held by a spring of stiffness
-c0 and free length l0, K4, which turns by phi against K5, itself on A with the angle delta, and K6,
-which turns by omega against K7, itself on A with the angle epsilon. Gravity is left out. The
-generalized coordinates are the seven angles; three loops at P leave one of them free. Masses,
-inertias and lengths are the published ones. The plane is x-z, and the published y is z here.
+driven by the constant torque mom; K2 is hinged to it and turns by theta relative to it, and its tip
+P is pinned to three other bodies: K3, which turns by gamma about B and is held by a spring of
+stiffness c0 and free length l0, K4, which turns by phi against K5, itself on A with the angle
+delta, and K6, which turns by omega against K7, itself on A with the angle epsilon. Gravity is
+neglected. The generalized coordinates are the seven angles; three loops at P leave one of them
+free. Masses, inertias and lengths are the published ones. The plane is x-z, and the published y is
+z here.
 """
 
 from numpy import cos, hypot, sin, sqrt
@@ -92,7 +93,7 @@ def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
 
 
 def _piece(mass: float, inertia: float, center: tuple[float, float]) -> Shape:
-    """A flat piece in the plane x-z; only its inertia about y is published, and only that matters."""
+    """Return a flat piece in the x-z plane; only its inertia about y is published and matters."""
     return Shape(
         mass, (center[0], 0.0, center[1]), (inertia / 2, inertia, inertia / 2, 0.0, 0.0, 0.0)
     )
@@ -147,7 +148,8 @@ def energy(s: Values) -> Number:
 
 SYSTEM = System(
     title="Seven-body squeezer of Andrews",
-    source="Hairer & Wanner, Solving ODEs II, sect. VII.7; test set for IVP solvers (Bari), problem andrews",
+    source="Hairer & Wanner, Solving ODEs II, sect. VII.7; test set for IVP solvers (Bari), "
+    "problem andrews",
     parameters=(
         Parameter("mom", 0.033, "N·m", "torque of the drive on K1"),
         Parameter("c0", 4530.0, "N/m", "stiffness of the spring"),

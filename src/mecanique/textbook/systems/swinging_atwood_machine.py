@@ -78,7 +78,8 @@ def second(s: Values) -> Number:
 
 SYSTEM = System(
     title="Counterweight and a swinging particle on one cord",
-    source="Tufillaro, Abbott & Griffiths, Am. J. Phys. 52 (1984) 895; Tufillaro, Am. J. Phys. 54 (1986) 142",
+    source="Tufillaro, Abbott & Griffiths, Am. J. Phys. 52 (1984) 895; Tufillaro, "
+    "Am. J. Phys. 54 (1986) 142",
     parameters=(
         Parameter("M", 3.0, "kg", "mass of the counterweight"),
         Parameter("m", 1.0, "kg", "mass of the particle"),
@@ -92,13 +93,15 @@ SYSTEM = System(
     tags=("pulley", "pendulum", "planar", "chaos", "mimic"),
     facts=(
         Acceleration(
-            "(M + m) r'' = m r theta'² + g (m cos(theta) - M), r theta'' = -g sin(theta) - 2 r' theta'",
+            "(M + m) r'' = m r theta'² + g (m cos(theta) - M), "
+            "r theta'' = -g sin(theta) - 2 r' theta'",
             acceleration,
         ),
         MassMatrix("M = diag(M + m, m r²)", lambda s: [[s.M + s.m, 0], [0, s.m * s.r**2]]),
         Conserved("the energy ((M + m) r'² + m r² theta'²) / 2 + g r (M - m cos(theta))", energy),
         Conserved(
-            "if M = 3 m, r² theta' (r' cos(theta/2) - r theta' sin(theta/2) / 2) + g r² sin(theta/2) cos²(theta/2)",
+            "if M = 3 m, r² theta' (r' cos(theta/2) - r theta' sin(theta/2) / 2) "
+            "+ g r² sin(theta/2) cos²(theta/2)",
             second,
             given={"M": 3.0, "m": 1.0},
         ),

@@ -42,7 +42,7 @@ def constants(s: Values) -> Number:
 
 
 def euler(s: Values) -> dict[str, float]:
-    """Return the angular velocity from (1, 0, 2) at t = 0 by Jacobi's functions (Landau & Lifshitz, eq. 37.10)."""
+    """Return ω from (1, 0, 2) at t = 0 by Jacobi's functions (Landau & Lifshitz, eq. 37.10)."""
     from scipy.special import ellipj
 
     I1, I2, I3 = inertia(s)
@@ -58,7 +58,8 @@ def euler(s: Values) -> dict[str, float]:
 
 SYSTEM = System(
     title="Box that spins freely and turns over: the tennis racket",
-    source="Landau & Lifshitz, Mechanics, sect. 37; Ashbaugh, Chicone & Cushman, J. Dyn. Diff. Eq. 3 (1991) 67",
+    source="Landau & Lifshitz, Mechanics, sect. 37; Ashbaugh, Chicone & Cushman, "
+    "J. Dyn. Diff. Eq. 3 (1991) 67",
     parameters=(
         Parameter("m", 0.5, "kg", "mass of the box"),
         Parameter("a", 0.3, "m", "edge along x"),

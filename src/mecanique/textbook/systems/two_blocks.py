@@ -121,7 +121,8 @@ SYSTEM = System(
         ),
         Frequencies("ω⁴ m1 m2 - ω² (m1 k2 + m2 (k1 + k2)) + k1 k2 = 0", frequencies),
         Solution(
-            "the forced motion is (Q1, Q2) cos(W t), Q1 = k2 F0 / D, Q2 = (k1 + k2 - m1 W²) F0 / D, D = det(K - W² M)",
+            "the forced motion is (Q1, Q2) cos(W t), Q1 = k2 F0 / D, "
+            "Q2 = (k1 + k2 - m1 W²) F0 / D, D = det(K - W² M)",
             lambda s: dict(zip(("q1", "q2"), amplitudes(s), strict=True)),
             forced,
             until=lambda s: 3.0,

@@ -1,7 +1,7 @@
 """Two-link arm.
 
 Two homogeneous links m1, l1 and m2, l2 form a planar arm in a vertical plane; motors at shoulder
-and elbow give the torques tau1(t) and tau2(t), and both bearings have the damping b; gravity g
+and elbow exert the torques tau1(t) and tau2(t), and both bearings have the damping b; gravity g
 acts. The generalized coordinates are the joint angles, as in robotics: q1 of the first link from
 the horizontal x axis, positive upwards, and q2 of the second link from the direction of the first.
 """
@@ -85,7 +85,8 @@ def energy(s: Values) -> Number:
 
 SYSTEM = System(
     title="Planar robot arm of two links in a vertical plane",
-    source="Spong, Hutchinson & Vidyasagar, Robot Modeling and Control, sect. 6.4; Craig, Robotics, sect. 6.7",
+    source="Spong, Hutchinson & Vidyasagar, Robot Modeling and Control, sect. 6.4; Craig, "
+    "Robotics, sect. 6.7",
     parameters=(
         Parameter("m1", 3.0, "kg", "mass of the first link"),
         Parameter("m2", 2.0, "kg", "mass of the second link"),
@@ -100,11 +101,13 @@ SYSTEM = System(
     tags=("robot", "planar", "control", "damper"),
     facts=(
         MassMatrix(
-            "M11 = (m1/3 + m2) l1² + m2 l2²/3 + m2 l1 l2 cos(q2), M12 = m2 l2²/3 + m2 l1 l2 cos(q2)/2, M22 = m2 l2²/3",
+            "M11 = (m1/3 + m2) l1² + m2 l2²/3 + m2 l1 l2 cos(q2), "
+            "M12 = m2 l2²/3 + m2 l1 l2 cos(q2)/2, M22 = m2 l2²/3",
             mass_matrix,
         ),
         Acceleration(
-            "M q'' = (h (2 q1' q2' + q2'²) - G1 - b q1', -h q1'² - G2 - b q2'), h = m2 l1 l2 sin(q2) / 2, "
+            "M q'' = (h (2 q1' q2' + q2'²) - G1 - b q1', -h q1'² - G2 - b q2'), "
+            "h = m2 l1 l2 sin(q2) / 2, "
             "G2 = m2 g l2 cos(q1 + q2) / 2, G1 = (m1/2 + m2) g l1 cos(q1) + G2",
             acceleration,
         ),
