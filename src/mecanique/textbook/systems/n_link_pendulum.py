@@ -81,7 +81,7 @@ def mass_matrix(s: Values) -> Number:
 
 
 def acceleration(s: Values) -> Number:
-    """Return the accelerations q'' from
+    """Return the accelerations q'', from the equations of motion of all rods.
 
     M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0.
     """
