@@ -119,7 +119,7 @@ def test_the_entry_point_runs_as_a_program() -> None:
 
 @pytest.fixture
 def interruptible() -> Iterator[None]:
-    """Let Ctrl-C work here and in what is started from here, also where the tests run in the background."""
+    """Let Ctrl-C work here and in subprocesses, even where tests run in the background."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)

@@ -206,6 +206,7 @@ def test_a_chaotic_motion_is_trusted_only_so_far() -> None:
     )
     audit = motion.audit(refine=True)
     trust = audit.trust
+    assert trust is not None
     assert trust.lyapunov > 0.5
     assert 1 < trust.until < 12
     # the same verdict from a much more accurate motion
@@ -220,6 +221,7 @@ def test_a_chaotic_motion_is_trusted_only_so_far() -> None:
 def test_a_regular_motion_is_trusted_to_its_end() -> None:
     motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), q=[1.0], duration=5.0)
     trust = motion.audit(refine=True).trust
+    assert trust is not None
     assert trust.until == 5.0
     assert trust.error < 1e-8
     assert trust.lyapunov < 1.0
@@ -239,4 +241,5 @@ def test_an_audit_stays_right_across_events() -> None:
     assert len(motion.times("low")) >= 1
     audit = motion.audit(refine=True)
     assert audit.ok, audit
+    assert audit.trust is not None
     assert audit.trust.error < 1e-6

@@ -26,7 +26,7 @@ def fallen(
 
 
 def exact_fall(t: float, rate: float) -> np.ndarray:
-    """Free fall (south, east, up) by integrating r'' = g in axes at rest by hand: g turns with the ground."""
+    """Free fall (south, east, up): r'' = g integrated in axes at rest; g turns with the ground."""
     axis = np.array([-np.cos(LATITUDE), 0.0, np.sin(LATITUDE)])
     along = axis * (axis @ [0, 0, -G])
     across, side = np.array([0, 0, -G]) - along, np.cross(axis, [0, 0, -G])
@@ -145,7 +145,7 @@ def test_what_is_no_latitude_is_refused() -> None:
 
 @pytest.mark.parametrize("latitude", [0.0, 0.7, -1.2])
 def test_the_deflection_is_that_of_coriolis_at_any_latitude(latitude: float) -> None:
-    """g Ω cos(φ) t³/3 to the first order in Ω (G. G. Coriolis 1835; Goldstein, Classical Mechanics, sect. 4-10)."""
+    """g Ω cos(φ) t³/3 to first order in Ω (Coriolis 1835; Goldstein, sect. 4-10)."""
     stone = mq.textbook.load("free_particle")
     check = mq.inertial_check(
         stone, mq.simulate(stone, q={"z": 20.0}, duration=2.0), latitude, facing="east"

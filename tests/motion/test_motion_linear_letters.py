@@ -1,4 +1,4 @@
-"""Linear equations in letters: the textbook's own, and the numeric matrices at every equilibrium."""
+"""Linear equations in letters: the textbook's own, and those of the numeric matrices."""
 
 from __future__ import annotations
 
@@ -87,6 +87,7 @@ def test_damping_and_a_force_are_shown() -> None:
         "u'' + c u'/m + k u/m = W^2 X sin(W t)"
     ]
     assert small.text().splitlines()[-2:] == ["omega = sqrt(k/m)", "zeta = c/(2 sqrt(k m))"]
+    assert small.symbolic.square is not None
     square = evaluate(small.symbolic.square, small.mechanism.values)
     assert np.sqrt(square) == pytest.approx(small.frequencies[0], rel=1e-12)
 
@@ -116,6 +117,7 @@ def test_a_rotating_hoop_lifts_the_bead_where_its_letter_says() -> None:
         assert rest.linearization.frequencies[0] == pytest.approx(p["W"] * np.sin(angle), rel=1e-9)
         symbolic = rest.linearization.symbolic
         values = {**p, **symbolic.letters}
+        assert symbolic.square is not None
         assert np.sqrt(evaluate(symbolic.square, values)) == pytest.approx(
             p["W"] * np.sin(angle), rel=1e-9
         )

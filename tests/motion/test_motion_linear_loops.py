@@ -35,7 +35,7 @@ def test_the_small_motion_is_the_exact_one_of_a_small_amplitude() -> None:
 
 
 def four_bar() -> mq.Mechanism:
-    """Two equal cranks of length 1 and a coupler of length 1, hanging from pivots 1 m apart: a swinging bar."""
+    """Two cranks and a coupler, all of length 1, on pivots 1 m apart: a swinging bar."""
     return mq.Mechanism(
         "swing",
         (
@@ -80,7 +80,7 @@ def test_a_swing_in_motion_is_linearized_as_its_pendulum() -> None:
 
 
 def test_a_linkage_in_motion_deviates_as_neighboring_motions_do() -> None:
-    """M δa + C δv + K δq = 0: accelerations on the loops next to the state, by differences of their own."""
+    """M δa + C δv + K δq = 0, by differences of accelerations on the loops near the state."""
     mechanism = mq.textbook.load("four_bar_linkage")
     reference = mq.Reference(mechanism)
     assert reference.closed is not None

@@ -1,4 +1,4 @@
-"""Closed mechanisms in motion: on their loops, with their energy, through singular positions, as published."""
+"""Closed mechanisms in motion: loops, energy, singular positions, published results."""
 
 from __future__ import annotations
 
@@ -120,7 +120,7 @@ def test_the_squeezer_arrives_where_it_is_published_to() -> None:
 
 @pytest.mark.parametrize("n", [1, 3])
 def test_chained_four_bars_pass_their_singular_position_as_parallelograms(n: int) -> None:
-    """Falling from upright at 1 rad/s the posts turn like one pendulum, through the flat singular position."""
+    """From upright at 1 rad/s, the posts swing as one pendulum through the flat position."""
     mechanism = textbook.load("chained_four_bars", n=n)
     start = {f"theta{k}": np.pi / 2 for k in range(n + 1)} | {
         f"phi{k}": -np.pi / 2 for k in range(1, n + 1)
@@ -140,7 +140,7 @@ def test_chained_four_bars_pass_their_singular_position_as_parallelograms(n: int
 
 
 def test_an_antiparallelogram_passes_its_flat_positions_along_a_curve() -> None:
-    """Crossed bars of a parallelogram keep tan(phi/2) = −(d − a)/(d + a) tan(psi/2); each turn has two flat ones."""
+    """Crossed parallelograms keep tan(phi/2) = −(d − a)/(d + a) tan(psi/2), twice flat a turn."""
     a, d = 0.5, 1.0
     mechanism = textbook.load("four_bar_linkage", a=a, b=d, c=a, d=d)
     psi = -2 * np.arctan((d + a) / (d - a) * np.tan(0.5))
@@ -158,7 +158,7 @@ def test_an_antiparallelogram_passes_its_flat_positions_along_a_curve() -> None:
 
 
 def test_arms_that_fall_together_pass_the_position_in_which_they_may_part() -> None:
-    """Without spin the governor's arms swing through their stretched position, where their ways cross."""
+    """Without spin the governor's arms swing through the stretched position, a crossing."""
     entry = textbook.entry("governor")
     motion = simulate(entry.mechanism(), q=dict(entry.start), duration=2.0, fps=20)
     assert motion["theta1"].min() < -1.0
@@ -168,7 +168,7 @@ def test_arms_that_fall_together_pass_the_position_in_which_they_may_part() -> N
 
 
 def test_a_bar_next_to_a_singular_position_accelerates_as_anywhere_else() -> None:
-    """A chain of parallelograms is one pendulum, also when the state tried lies a little off the loops."""
+    """A chain of parallelograms is one pendulum, even from a state slightly off the loops."""
     n, rate, random = 2, -3.5, np.random.default_rng(0)
     mechanism = textbook.load("chained_four_bars", n=n)
     reference = Reference(mechanism)

@@ -1,4 +1,4 @@
-"""Modes set in motion, compared with the exact equations, and driven by a harmonic force: against closed forms."""
+"""Modes in motion, compared with exact motion and driven harmonically, against closed forms."""
 
 from __future__ import annotations
 

@@ -10,7 +10,10 @@ __all__ = ["app", "main"]
 
 
 def main() -> None:
-    """Run the command line; the exit code is 0 for fine, 1 for a disagreement, 2 for bad input, 130 for Ctrl-C."""
+    """Run the command line.
+
+    The exit code is 0 for success, 1 for a disagreement, 2 for bad input, 130 for Ctrl-C.
+    """
     for stream in (sys.stdout, sys.stderr):
         # a terminal that has no θ prints a question mark instead of a traceback
         if hasattr(stream, "reconfigure"):

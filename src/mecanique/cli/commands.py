@@ -17,7 +17,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 fine or agrees, 1 disagrees, 2 bad input. Start with: mecanique run rigid_bar_pendulum",
+    epilog="Exit codes: 0 fine or agrees, 1 disagrees, 2 bad input. Start with: mecanique run "
+    "rigid_bar_pendulum",
 )
 
 

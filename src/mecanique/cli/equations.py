@@ -66,7 +66,8 @@ def derive(
         str,
         typer.Option(
             metavar="METHOD",
-            help="How to derive: newton_euler, virtual_work, lagrange, or all, with every step, in this order.",
+            help="How to derive: newton_euler, virtual_work, lagrange, or all, with every step, "
+            "in this order.",
         ),
     ] = "lagrange",
     form: Annotated[
@@ -129,7 +130,8 @@ def verify(
         str | None,
         typer.Option(
             metavar="OTHER",
-            help="Instead of Pinocchio: another SYSTEM, FILE.py (functions M, C, g …) or FILE.csv (samples).",
+            help="Instead of Pinocchio: another SYSTEM, FILE.py (functions M, C, "
+            "g …) or FILE.csv (samples).",
         ),
     ] = None,
     tolerance: Annotated[

@@ -1,4 +1,4 @@
-"""How small motions and checks of the ground are printed: in letters, in numbers, as JSON, as CSV."""
+"""Print small motions and checks of the ground: in letters, in numbers, as JSON, as CSV."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["figures", "inertial_figures", "response_table", "small_motions"]
 
 
 def small_motions(linearization: Linearization) -> str:
-    """Return a linearization as text: the equations in letters, the matrices and the modes in numbers.
+    """Return a linearization as text: equations in letters, matrices and modes in numbers.
 
     Args:
         linearization: what to print.
@@ -35,7 +35,8 @@ def small_motions(linearization: Linearization) -> str:
         lines.append(f"{letter}, rows and columns {', '.join(names)}")
         lines += ["  " + "  ".join(f"{x:12.6g}" for x in row) for row in _clean(matrix)]
     lines.append(
-        f"{'mode':>4}  {'rad/s':>12}  {'Hz':>12}  {'damping':>9}  shape ({', '.join(linearization.deviations)})"
+        f"{'mode':>4}  {'rad/s':>12}  {'Hz':>12}  {'damping':>9}  shape "
+        f"({', '.join(linearization.deviations)})"
     )
     lines += _modes(linearization)
     return "\n".join(lines)
@@ -129,7 +130,7 @@ def _letters(linearization: Linearization) -> str:
 
 
 def _independent(linearization: Linearization) -> tuple[str, ...]:
-    """Names of the deviations that M, C and K belong to: those whose row of the tangent is a unit row."""
+    """Return the names of the independent deviations: their rows of the tangent are unit rows."""
     if len(linearization.tangent) == len(linearization.M):
         return linearization.deviations
     unit = np.eye(len(linearization.M))

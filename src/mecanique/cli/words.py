@@ -43,7 +43,8 @@ SystemName: TypeAlias = Annotated[
     str,
     typer.Argument(
         metavar="SYSTEM",
-        help="Name of a textbook system (see 'mecanique list'), a path to a URDF file, or a robot's name, e.g. panda.",
+        help="Name of a textbook system (see 'mecanique list'), a path to a URDF file, "
+        "or a robot's name, e.g. panda.",
     ),
 ]
 Parameters: TypeAlias = Annotated[

@@ -1,13 +1,17 @@
-"""Audits: whether a motion keeps the balances that mechanics demands, and how far it can be trusted."""
+"""Audit a motion: does it keep the balances of mechanics, and how far can it be trusted?"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+
+if TYPE_CHECKING:
+    from mecanique.motion.analysis.trust import Trust
+    from mecanique.motion.record.motion import Motion
 
 __all__ = ["Audit", "AuditRow", "audit"]
 
@@ -61,7 +65,7 @@ class Audit:
 
     rows: tuple[AuditRow, ...]
     speed: float
-    trust: Any = None
+    trust: Trust | None = None
 
     @property
     def ok(self) -> bool:
@@ -86,18 +90,20 @@ class Audit:
             verdict = "" if row.ok else "  BROKEN"
             residual = f"{row.residual:.2e} {row.unit}".rstrip()
             lines.append(
-                f"{row.name:<{width}}  {residual:>18}  {row.relative:9.1e}  {row.limit:7.0e}  {row.time:.4g}{verdict}"
+                f"{row.name:<{width}}  {residual:>18}  {row.relative:9.1e}  {row.limit:7.0e}  "
+                f"{row.time:.4g}{verdict}"
             )
         lines.append(
-            f"largest speed {self.speed:.4g} m/s, {self.speed_of_light_fraction:.1e} of the speed of light"
+            f"largest speed {self.speed:.4g} m/s, {self.speed_of_light_fraction:.1e} of the speed "
+            "of light"
         )
         if self.trust is not None:
             lines.append(str(self.trust))
         return "\n".join(lines)
 
 
-def audit(motion: Any, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
-    """Check a motion against the balances of energy and momentum, and its loops for being closed.
+def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:
+    """Check the balances of energy and momentum of a motion, and that its loops stay closed.
 
     Args:
         motion: the `Motion`.
@@ -136,7 +142,7 @@ def _row(
     )
 
 
-def _largest_speed(motion: Any) -> float:
+def _largest_speed(motion: Motion) -> float:
     mechanism, fastest = motion.mechanism, 0.0
     for body in mechanism.bodies:
         if body.name == mechanism.ground:

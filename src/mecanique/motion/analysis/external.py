@@ -1,4 +1,4 @@
-"""What acts on a mechanism from outside: weights, loads, springs to the ground, and the ground's support.
+"""The external forces: weights, loads, springs to the ground, and the ground's support.
 
 Only what crosses the boundary between the ground and everything else counts; forces between two
 moving bodies cancel (Newton's third law).
@@ -6,12 +6,15 @@ moving bodies cancel (Newton's third law).
 
 from __future__ import annotations
 
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.analysis.forces import Actions
+
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
 
 __all__ = ["External"]
 
@@ -25,14 +28,14 @@ class External:
         reference: its `Reference`, for poses, velocities and reactions.
     """
 
-    def __init__(self, mechanism: Mechanism, reference: Any) -> None:
+    def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
         self._ground = mechanism.ground
         self._actions = Actions(mechanism, reference)
 
     def __call__(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the resultant force and its moment about the world's origin, each of shape (n, 3) [N, N·m].
+        """Return the resultant force and its moment about the world's origin, shape (n, 3) each.
 
         Args:
             t: shape (n,) [s].

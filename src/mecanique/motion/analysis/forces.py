@@ -1,4 +1,4 @@
-"""Every force on every body: weights, springs, dampers, drives, loads, reactions and d'Alembert's inertia forces.
+"""All forces on all bodies, with reactions and d'Alembert's inertia forces.
 
 On each body they are in equilibrium (d'Alembert's principle, Fundamentals of Dynamics, eqs. 1.21,
 1.22).
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias, final
+from typing import TYPE_CHECKING, Literal, TypeAlias, final
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.forces import ForceKind
 from mecanique.model.mechanism import Mechanism
+
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
 
 __all__ = ["Action", "Actions", "Kind"]
 
@@ -55,7 +58,7 @@ class Actions:
         reference: its `Reference`, for poses, velocities, accelerations and reactions.
     """
 
-    def __init__(self, mechanism: Mechanism, reference: Any) -> None:
+    def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
         self._mechanism = mechanism
         self._reference = reference
         self._at = {body.name: k for k, body in enumerate(mechanism.bodies)}
@@ -102,7 +105,7 @@ class Actions:
             )
 
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
-        """Yield what each joint does to its child and to its parent, and each loop to its two bodies.
+        """Yield the wrenches of joints on child and parent, and of loops on both bodies.
 
         Args:
             t: shape (n,) [s].
@@ -126,7 +129,7 @@ class Actions:
     def inertia(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray
     ) -> Iterator[Action]:
-        """Yield d'Alembert's forces, −m a at the center of mass and minus the rate of the angular momentum about it.
+        """Yield d'Alembert's forces: −m a at the center of mass, and minus the rate of H_C.
 
         The rate is the moment of the relative accelerations, ∫ ρ × ρ'' dm, written with the second
         moments ∫ ρ ρᵀ dm and the second derivative of the rotation matrix, whose columns are

@@ -92,12 +92,12 @@ class InertialCheck:
 
     @property
     def worst(self) -> InertialRow:
-        """The row that changes most, relatively; what arises from nothing is compared with the rest of its unit."""
+        """The row of the largest relative change; values from zero count relative to their unit."""
         return max(self.rows, key=self._weight)
 
     @property
     def inertial(self) -> bool:
-        """Whether every change is within the tolerance, so that the ground may be taken as inertial."""
+        """Whether every change is within the tolerance: the ground may be taken as inertial."""
         return self._weight(self.worst) <= self.tolerance
 
     def __getitem__(self, name: str) -> InertialRow:
@@ -119,14 +119,16 @@ class InertialCheck:
         width = max(len(row.name) for row in self.rows)
         span = self.still.t[-1] - self.still.t[0]
         lines = [
-            f"{self.still.mechanism.name} on the earth at latitude {np.degrees(self.latitude):.6g}°, "
+            f"{self.still.mechanism.name} on the earth at latitude "
+            f"{np.degrees(self.latitude):.6g}°, "
             f"x {self.facing}, z up, over {span:.6g} s",
             f"{'quantity':<{width}}  {'size':>16}  {'change':>16}  {'relative':>9}  at t [s]",
         ]
         for row in self.rows:
             size, change = (f"{x:.4g} {row.unit}".rstrip() for x in (row.size, row.change))
             lines.append(
-                f"{row.name:<{width}}  {size:>16}  {change:>16}  {row.relative:9.1e}  {row.time:.4g}"
+                f"{row.name:<{width}}  {size:>16}  {change:>16}  {row.relative:9.1e}  "
+                f"{row.time:.4g}"
             )
         word = "may" if self.inertial else "may not"
         lines.append(
@@ -134,7 +136,8 @@ class InertialCheck:
             f"the most is {self._weight(self.worst):.2g}, in {self.worst.name}."
         )
         lines.append(
-            "g contains the centrifugal acceleration of the place; the rest of the rotation is exact."
+            "g contains the centrifugal acceleration of the place; "
+            "the rest of the rotation is exact."
         )
         return "\n".join(lines)
 
@@ -148,7 +151,7 @@ def inertial_check(
     tolerance: float = 1e-3,
     rate: float = EARTH_RATE,
 ) -> InertialCheck:
-    """Judge afterwards whether the ground could be taken as inertial: integrate again on the turning earth.
+    """Judge whether the ground may be taken as inertial, by integrating on the turning earth.
 
     Both motions start in the same state relative to the ground. World axes: z up, x where `facing`
     says.
@@ -209,7 +212,7 @@ def on_turning_earth(
     facing: Literal["south", "east", "north", "west"] = "south",
     rate: float = EARTH_RATE,
 ) -> Mechanism:
-    """Return a mechanism whose ground turns with the earth; its coordinates are the same, relative to the ground.
+    """Return the mechanism on ground that turns with the earth, in the same coordinates.
 
     The axis goes through the world's origin, and each body's weight is a force in the ground's
     axes: g contains the centrifugal acceleration that comes from the distance to the earth's axis.

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mecanique.motion.analysis.external import External
 from mecanique.motion.record.quadrature import integral
 
+if TYPE_CHECKING:
+    from mecanique.motion.record.motion import Motion
+
 __all__ = ["momentum_balances"]
 
 
-def momentum_balances(motion: Any) -> Iterator[tuple[str, np.ndarray, float, str]]:
+def momentum_balances(motion: Motion) -> Iterator[tuple[str, np.ndarray, float, str]]:
     """Yield name, residual (n, 3), size and unit of each balance of momentum.
 
     The rate of change of momentum is the resultant of the external forces, support reactions

@@ -1,13 +1,16 @@
-"""Until when a motion can be trusted: the error found by a smaller tolerance, and how fast errors grow."""
+"""How long a motion can be trusted: its error against a tighter one, and how errors grow."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.motion.simulation.methods import Task, advance
+
+if TYPE_CHECKING:
+    from mecanique.motion.record.motion import Motion
 
 __all__ = ["Trust", "trust"]
 
@@ -51,7 +54,7 @@ class Trust:
         return text
 
 
-def trust(motion: Any, accuracy: float) -> Trust:
+def trust(motion: Motion, accuracy: float) -> Trust:
     """Integrate again with a smaller tolerance and follow a neighboring motion.
 
     The exponent is the mean of the neighbor's departure, brought back to its first distance after
@@ -90,7 +93,7 @@ def trust(motion: Any, accuracy: float) -> Trust:
     return Trust(until, end, accuracy, float(error.max()), _lyapunov(motion, begin, end))
 
 
-def _lyapunov(motion: Any, begin: float, end: float) -> float:
+def _lyapunov(motion: Motion, begin: float, end: float) -> float:
     """The largest exponent, averaged over the second half of the motion and the first alike."""
     rhs = motion.reference.rhs()
     task = Task(rhs, not motion.curve.smooth, 1e-12, 1e-12, np.inf, 1_000_000)

@@ -1,4 +1,4 @@
-"""Some of many runs as one piece of work that any process can do: pickled to it, integrated there, sent back."""
+"""A chunk of many runs: pickled to any process, integrated there, and sent back."""
 
 from __future__ import annotations
 

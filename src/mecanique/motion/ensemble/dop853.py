@@ -20,10 +20,10 @@ __all__ = ["Block", "integrate"]
 _DAMPING = 0.04
 _EXPONENT = 1 / 8 - 0.2 * _DAMPING
 _PIECE = 10_000
-"""Numbers that are added up at once: beyond some ten thousand, BLAS starts threads, which disturb each other."""
+"""Numbers added up at once: beyond some ten thousand, BLAS starts threads that compete."""
 
 _LEAST, _MOST = 0.2, 6.0
-"""Least and most that a step is changed by; the step control is damped as that of one motion (`methods`)."""
+"""Least and most change of a step; its control is damped as that of one motion (`methods`)."""
 
 
 @final
@@ -168,7 +168,7 @@ class _Runner:
         return none
 
     def _combine(self, weights: np.ndarray, out: np.ndarray) -> None:
-        """Add up the first rates with weights, in pieces so small that no library starts threads for them."""
+        """Add up the first rates with weights, in pieces too small for BLAS to start threads."""
         count = len(weights)
         for first in range(0, len(out), _PIECE):
             some = slice(first, first + _PIECE)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.ensemble.chunks import Chunk
 from mecanique.motion.output.provenance import provenance
+
+if TYPE_CHECKING:
+    from mecanique.motion.record.motion import Motion
 
 __all__ = ["Runs", "Store", "identity"]
 
@@ -51,7 +54,8 @@ class Store:
                         sorted(k for k in {*found, *about} if found.get(k) != about.get(k))
                     )
                     raise InputError(
-                        f"directory {str(directory)!r} holds other runs (other {differing}); choose another directory, "
+                        f"directory {str(directory)!r} holds other runs (other {differing}); "
+                        "choose another directory, "
                         "or ask for the same runs to continue them"
                     )
             else:
@@ -146,7 +150,7 @@ class Runs:
         )
 
     def chunks(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield (indices of runs, q, v) piece by piece, so that not all need to be in memory at once."""
+        """Yield (indices of runs, q, v) chunk by chunk, so that memory need not hold them all."""
         for first in self._firsts:
             if first in self.store:
                 chunk = self.store[first]
@@ -164,7 +168,7 @@ class Runs:
 
     @cached_property
     def steps(self) -> np.ndarray:
-        """Number of steps of each run, shape (n,): 0 for those not integrated, negative for those that failed."""
+        """Number of steps of each run, shape (n,): 0 if not integrated, negative if it failed."""
         steps = np.zeros(len(self), dtype=int)
         for first in self._firsts:
             if first in self.store:
@@ -189,7 +193,7 @@ class Runs:
             "coordinate, velocity or parameter", name, (*m.coordinates, *m.velocities)
         )
 
-    def motion(self, index: int, **options: Any) -> Any:
+    def motion(self, index: int, **options: Any) -> Motion:
         """Return one run as a `Motion`, integrated again by `simulate`.
 
         Args:
@@ -219,7 +223,8 @@ class Runs:
 
     def __repr__(self) -> str:
         return (
-            f"<Runs of {self.mechanism.name!r}: {self.done} of {len(self)} runs, {len(self.t)} samples, "
+            f"<Runs of {self.mechanism.name!r}: {self.done} of {len(self)} runs, "
+            f"{len(self.t)} samples, "
             f"t = {self.t[0]:g}…{self.t[-1]:g} s>"
         )
 

@@ -1,4 +1,4 @@
-"""Many motions of one mechanism: sweeps over initial states and parameters, on one machine or on many."""
+"""Simulate many motions of one mechanism, from other states or with other parameters."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ Given: TypeAlias = (
 )
 
 CHUNK = 5000
-"""Runs in a chunk for each thread: the overhead of Python is small, and threads seldom wait for each other."""
+"""Runs in a chunk for each thread: enough that Python's overhead and waiting are small."""
 
 WAITING = 64
 """Most chunks handed to an executor at a time, so that memory stays bounded."""
@@ -232,7 +232,8 @@ def _chosen(
         limited = ", ".join(mechanism.limits)
         if method != "auto":
             raise InputError(
-                f"method {method!r} does not watch the limits of {limited}; expected 'single' or 'auto'"
+                f"method {method!r} does not watch the limits of {limited}; "
+                "expected 'single' or 'auto'"
             )
         return "single", f"; chosen because it watches the limits of {limited}"
     try:
@@ -256,7 +257,7 @@ def _chosen(
 
 
 def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.ndarray]) -> None:
-    """Compare the equations with the reference, for the least and the largest values of each parameter."""
+    """Compare the equations with the reference at the extreme values of each parameter."""
     from mecanique.reference import Reference
 
     extremes = {0} | {

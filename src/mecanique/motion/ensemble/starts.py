@@ -17,7 +17,7 @@ __all__ = ["swept"]
 def swept(
     mechanism: Mechanism, q: Any, v: Any, parameters: Any
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """Return the starts of all runs, shape (n, nq + nv), and the parameters that are given, shape (n,) each.
+    """Return the starts of all runs, shape (n, nq + nv), and the given parameters, shape (n,) each.
 
     Args:
         mechanism: what moves.

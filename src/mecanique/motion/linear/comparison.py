@@ -1,11 +1,11 @@
-"""The linear and the exact motion side by side, and how wide they may swing before they differ."""
+"""Compare linear and exact motion, and find the amplitude at which they differ."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from mecanique.motion.record.events import Event
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.simulate import simulate
 
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
+
 __all__ = ["Comparison", "compare"]
 
 RTOL = 1e-11
@@ -27,10 +30,10 @@ SAME = 1e-8
 """Differences below this are the integrator's."""
 
 LONGEST = 20.0
-"""A motion that has not come back after this many linear periods is no oscillation any more."""
+"""A motion that has not returned after this many linear periods is no longer an oscillation."""
 
 ROUNDS = 40
-"""Most amplitudes that are tried."""
+"""Largest number of amplitudes to try."""
 
 
 @final
@@ -78,7 +81,7 @@ class Comparison:
 
     @cached_property
     def exact_period(self) -> float | None:
-        """Period of the exact motion; None if it is not defined or the motion does not come back [s]."""
+        """Period of the exact motion; None if it has none, or does not return [s]."""
         if not _periodic(self.linearization):
             return None
         period = _exact_period(self.linearization, self.mode, self.amplitude, self.motion.reference)
@@ -86,7 +89,7 @@ class Comparison:
 
     @cached_property
     def difference(self) -> float:
-        """The relative difference at this amplitude; infinite if the exact motion does not come back."""
+        """The relative difference; infinite if the exact motion does not return."""
         return _difference(self.linearization, self.mode, self.motion.reference)(self.amplitude)
 
     @property
@@ -99,14 +102,15 @@ class Comparison:
         name, unit = self.linearization.deviations[largest], self.linearization.units[largest]
         start = f"{name} = {self.amplitude:.6g} {unit}".rstrip()
         lines = [
-            f"{self.linearization.mechanism.name}, mode {self.mode + 1}, started {start} from the equilibrium"
+            f"{self.linearization.mechanism.name}, mode {self.mode + 1}, "
+            f"started {start} from the equilibrium"
         ]
         lines.append(f"  linear period {self.linear_period:.9g} s")
         if self.measure == "period":
             period = self.exact_period
             lines.append(
                 "  exact period  "
-                + ("none: it does not come back" if period is None else f"{period:.9g} s")
+                + ("none: it does not return" if period is None else f"{period:.9g} s")
             )
         lines.append(f"  {self.measure} differs by {self.difference:.3%}")
         if np.isfinite(self.limit):
@@ -180,7 +184,7 @@ def _exact(
     linearization: Linearization,
     mode: int,
     amplitude: float,
-    reference: Any,
+    reference: Reference,
     span: float,
     **options: Any,
 ) -> Motion:
@@ -199,7 +203,7 @@ def _exact(
 
 
 def _exact_period(
-    linearization: Linearization, mode: int, amplitude: float, reference: Any
+    linearization: Linearization, mode: int, amplitude: float, reference: Reference
 ) -> float:
     """Until the velocity is zero again on the side it started from."""
     span = LONGEST * _period(linearization, mode)
@@ -219,7 +223,7 @@ def _exact_period(
 
 
 def _difference(
-    linearization: Linearization, mode: int, reference: Any
+    linearization: Linearization, mode: int, reference: Reference
 ) -> Callable[[float], float]:
     """The relative difference by amplitude."""
     period = _period(linearization, mode)
@@ -242,7 +246,7 @@ def _difference(
 
 
 def _limit(difference: Callable[[float], float], start: float, tolerance: float) -> float:
-    """The amplitude of a given difference, by the secant method in logarithms, kept between bounds."""
+    """Return the amplitude of a given difference, by a bounded secant method in logarithms."""
     low, high, amplitude, power = 0.0, np.inf, start / 4, 2.0
     before: tuple[float, float] | None = None
     for _ in range(ROUNDS):
@@ -275,7 +279,8 @@ def _limit(difference: Callable[[float], float], start: float, tolerance: float)
             amplitude = (low + high) / 2 if np.isfinite(high) else 2 * low
         if high < 1e-6 * start:
             raise InputError(
-                "the linear and the exact motion differ however small they are: the forces have a kink there"
+                "the linear and the exact motion differ however small they are: the forces have a "
+                "kink there"
             )
         if np.isfinite(high) and high - low < 1e-9 * high:
             break

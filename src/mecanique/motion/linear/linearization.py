@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
+from mecanique.motion.simulation.arguments import Values
+
+if TYPE_CHECKING:
+    from mecanique.derivation.printing.equations import Equation
+    from mecanique.derivation.small_motions import Linearized
+    from mecanique.motion.linear.comparison import Comparison
+    from mecanique.motion.linear.response import Response
+    from mecanique.motion.record.motion import Motion
 
 __all__ = ["Linearization"]
 
@@ -21,10 +29,10 @@ UNDAMPED = 1e-10
 @final
 @dataclass(frozen=True, eq=False)
 class Linearization:
-    """M δ̈ + C δ̇ + K δ = 0 for small deviations δ from a state; where v is not q̇, δ is a displacement along v.
+    """M δ̈ + C δ̇ + K δ = 0 for small deviations δ from a state.
 
-    In a mechanism with loops M, C and K are those of n independent deviations; the others follow by
-    `tangent`.
+    Where v is not q̇, δ is a displacement along v. In a mechanism with loops M, C and K are those of
+    n independent deviations; the others follow by `tangent`.
 
     Args:
         mechanism: what moves.
@@ -53,12 +61,12 @@ class Linearization:
 
     @property
     def deviations(self) -> tuple[str, ...]:
-        """Names of all deviations, one for each velocity: the coordinate's, or δ and the velocity's."""
+        """Names of all deviations, one per velocity: the coordinate's, or δ and the velocity's."""
         return tuple(v[:-1] if v.endswith("'") else f"δ{v}" for v in self.mechanism.velocities)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """Unit of each deviation; "" where it cannot be told."""
+        """Unit of each deviation; "" where it is not known."""
         known = units(self.mechanism)
         return tuple(
             known[v[:-1]] if v.endswith("'") else known[v].removesuffix("/s")
@@ -72,7 +80,7 @@ class Linearization:
 
     @cached_property
     def undamped(self) -> bool:
-        """Whether C is zero and K symmetric: then modes are real and the frequencies those of (K, M)."""
+        """Whether C is zero and K symmetric, so that the modes are the real ones of (K, M)."""
         stiffness = np.abs(self.K).max(initial=0.0)
         scale = np.sqrt(np.abs(self.M).max(initial=0.0) * stiffness) + 1e-300
         skew = np.abs(self.K - self.K.T).max(initial=0.0)
@@ -132,17 +140,17 @@ class Linearization:
 
     @property
     def frequencies(self) -> np.ndarray:
-        """Natural frequencies |λ|, shape (n,), ascending; 0 for motions that do not oscillate [rad/s]."""
+        """Natural frequencies |λ|, shape (n,), ascending; 0 where nothing oscillates [rad/s]."""
         return self._modal[0]
 
     @property
     def damping(self) -> np.ndarray:
-        """Damping ratios −Re λ / |λ|, shape (n,), as the frequencies; not a number where nothing oscillates."""
+        """Damping ratios −Re λ / |λ|, shape (n,), NaN where nothing oscillates."""
         return self._modal[1]
 
     @property
     def modes(self) -> np.ndarray:
-        """Mode shapes of all deviations as columns, shape (nv, n), as the frequencies; the largest component is 1."""
+        """Mode shapes as columns, shape (nv, n), each with a largest component of 1."""
         return self._modal[2]
 
     @property
@@ -152,8 +160,8 @@ class Linearization:
         return bool((self.eigenvalues.real <= 1e-7 * size).all())
 
     @cached_property
-    def symbolic(self) -> Any:
-        """The same in letters: a `Linearized` with matrices, equations and, of one degree of freedom, its frequency.
+    def symbolic(self) -> Linearized:
+        """The same in letters: matrices, equations and, of one degree of freedom, the frequency.
 
         Raises:
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
@@ -163,18 +171,20 @@ class Linearization:
 
         if self.mechanism.loops:
             raise DerivationError(
-                f"mechanism {self.mechanism.name!r} has loops, and M, C and K with loops have no closed form here"
+                f"mechanism {self.mechanism.name!r} has loops, and M, "
+                "C and K with loops have no closed form here"
             )
         if self.v.any():
             raise DerivationError(
-                "the symbolic linear equations are about an equilibrium, not about a state in motion"
+                "the symbolic linear equations are about an equilibrium, "
+                "not about a state in motion"
             )
         place = dict(zip(self.mechanism.coordinates, self.q.tolist(), strict=True))
         return linearized(derive(self.mechanism).derivation, place)
 
     @property
-    def equations(self) -> Any:
-        """The linear equations as a textbook prints them, e.g. q'' + 3 g q/(2 l) = 0, a tuple.
+    def equations(self) -> tuple[Equation, ...]:
+        """The linear equations as a textbook prints them, e.g. q'' + 3 g q/(2 l) = 0.
 
         Raises:
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
@@ -187,8 +197,7 @@ class Linearization:
         Raises:
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
         """
-        written: str = self.symbolic.text()
-        return written
+        return self.symbolic.text()
 
     def latex(self) -> str:
         """Return the linear equations in letters, in LaTeX.
@@ -196,8 +205,7 @@ class Linearization:
         Raises:
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
         """
-        written: str = self.symbolic.latex()
-        return written
+        return self.symbolic.latex()
 
     def mathml(self) -> str:
         """Return the linear equations in letters, in MathML.
@@ -205,11 +213,10 @@ class Linearization:
         Raises:
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
         """
-        written: str = self.symbolic.mathml()
-        return written
+        return self.symbolic.mathml()
 
-    def response(self, force: Any, frequencies: np.ndarray | None = None) -> Any:
-        """Return the steady response to a harmonic force over its frequency, a `Response`.
+    def response(self, force: Values, frequencies: np.ndarray | None = None) -> Response:
+        """Return the steady response to a harmonic force over its frequency.
 
         Args:
             force: amplitudes F of the generalized forces: shape (nv,), or by coordinate or velocity
@@ -231,8 +238,8 @@ class Linearization:
         *,
         periods: float = 3.0,
         fps: float = 60.0,
-    ) -> Any:
-        """Return a mode as a `Motion`, to be looked at: the linear solution, not one of the exact equations.
+    ) -> Motion:
+        """Return a mode as a `Motion`: the linear solution, not one of the exact equations.
 
         Args:
             mode: which one, 0 for the slowest; by default the slowest that oscillates.
@@ -250,8 +257,8 @@ class Linearization:
 
     def compare(
         self, amplitude: float | None = None, *, mode: int | None = None, tolerance: float = 0.01
-    ) -> Any:
-        """Return a mode by the linear and by the exact equations side by side, a `Comparison`.
+    ) -> Comparison:
+        """Compare a mode by the linear and by the exact equations.
 
         Args:
             amplitude: of the mode's largest component [rad or m]; by default the one at which they

@@ -1,9 +1,8 @@
-"""A mode as a motion: the linear solution, wide enough to be looked at."""
+"""Turn a mode into a motion: the linear solution, wide enough to be seen."""
 
 from __future__ import annotations
 
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -21,10 +20,10 @@ NODES = 32
 """Points per period between which the linear motion is interpolated."""
 
 TICK = 1e-4
-"""Step, in periods, of the differences that give the rates of a mode whose loops are closed again."""
+"""Step, in periods, of the differences that give the rates of a mode with loops."""
 
 ANGLE = 0.2
-"""Amplitude that is well seen [rad]."""
+"""Amplitude that is easily seen [rad]."""
 
 
 def mode_motion(
@@ -40,7 +39,7 @@ def mode_motion(
     Args:
         linearization: about which state.
         mode: which one, 0 for the slowest; None for the slowest that oscillates.
-        amplitude: of the mode's largest component [rad or m], or None for one that is well seen.
+        amplitude: of the mode's largest component [rad or m], or None for one that is easily seen.
         periods: how many periods.
         fps: samples per second.
 
@@ -65,7 +64,8 @@ def mode_motion(
     curve = Curve(nodes, q, v, a, np.array([0]), rates)
     times = sample_times(0.0, duration, fps, None)
     q, v, _ = _closed_solution(linearization, mode, size, times)
-    text = f"mode {mode + 1} of the linear equations, {abs(root.imag) / (2 * np.pi):.6g} Hz, amplitude {size:.4g}"
+    frequency = abs(root.imag) / (2 * np.pi)
+    text = f"mode {mode + 1} of the linear equations, {frequency:.6g} Hz, amplitude {size:.4g}"
     statistics = Statistics(0, 0, perf_counter() - begin, 0.0, 0.0)
     return Motion(mechanism, times, q, v, curve, text, statistics)
 
@@ -126,7 +126,7 @@ def linear_solution(
 def _closed_solution(
     linearization: Linearization, mode: int, amplitude: float, t: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The linear motion with every loop closed again: where the mode is wide, straight deviations open them."""
+    """Return the linear motion with its loops closed; wide straight deviations open them."""
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import closed_position
 
@@ -146,7 +146,7 @@ def _closed_solution(
 
 
 def usual_amplitude(linearization: Linearization, mode: int) -> float:
-    """Return an amplitude of a mode's largest component that is well seen: 0.2 rad, or 0.2 typical lengths.
+    """Return an amplitude that is easily seen: 0.2 rad, or 0.2 characteristic lengths.
 
     Args:
         linearization: about which state.
@@ -161,5 +161,4 @@ def usual_amplitude(linearization: Linearization, mode: int) -> float:
 def _length(linearization: Linearization) -> float:
     from mecanique.verification.states.random import characteristic_length
 
-    length: Any = characteristic_length(linearization.mechanism)
-    return float(length)
+    return float(characteristic_length(linearization.mechanism))

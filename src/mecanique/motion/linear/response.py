@@ -106,7 +106,7 @@ def response(
 def frequency_response(
     linearization: Linearization, force: Values, frequencies: float | np.ndarray
 ) -> np.ndarray:
-    """Return the complex amplitude of the steady response to a harmonic force, shape (nv,) or (n, nv).
+    """Return the complex amplitude of the steady response, shape (nv,) or (n, nv).
 
     (K − ω² M + i ω C) X = F; the response to F cos ωt is Re X e^(iωt) (Clough & Penzien, Dynamics
     of Structures, 1993, ch. 3).
@@ -130,7 +130,8 @@ def frequency_response(
     if (condition > 1e14).any():
         at = omega[int(condition.argmax())]
         raise InputError(
-            f"the response grows without bound at {at:.9g} rad/s, a natural frequency without damping"
+            f"the response grows without bound at {at:.9g} rad/s, "
+            "a natural frequency without damping"
         )
     along = linearization.tangent.T @ amplitude
     moved = np.linalg.solve(

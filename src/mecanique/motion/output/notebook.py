@@ -7,14 +7,17 @@ it is imported.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mecanique.motion.record.motion import Motion
 
 __all__ = ["html", "shown_by"]
 
-_makers: list[Callable[[Any], str]] = []
+_makers: list[Callable[[Motion], str]] = []
 
 
-def shown_by(maker: Callable[[Any], str]) -> None:
+def shown_by(maker: Callable[[Motion], str]) -> None:
     """Name the function that gives a motion's HTML; the last one named counts.
 
     Args:
@@ -23,8 +26,8 @@ def shown_by(maker: Callable[[Any], str]) -> None:
     _makers[:] = [maker]
 
 
-def html(motion: Any) -> str | None:
-    """Return a motion as HTML, or None if nobody can draw it.
+def html(motion: Motion) -> str | None:
+    """Return a motion as HTML, or None if no maker is named.
 
     Args:
         motion: the `Motion`.

@@ -63,7 +63,8 @@ def _phase(motion: Motion, figure: Any, joint: str | None) -> None:
     pairs = [(name, f"{name}'") for name in m.coordinates if f"{name}'" in m.velocities]
     if not pairs:
         raise InputError(
-            f"mechanism {m.name!r} has no coordinate whose rate is a velocity; expected one for a phase plot"
+            f"mechanism {m.name!r} has no coordinate whose rate is a velocity; "
+            "expected one for a phase plot"
         )
     columns = int(np.ceil(np.sqrt(len(pairs))))
     grid = figure.subplots(int(np.ceil(len(pairs) / columns)), columns, squeeze=False).ravel()

@@ -11,7 +11,7 @@ __all__ = ["found", "provenance"]
 
 
 def provenance(mechanism: Mechanism) -> dict[str, Any]:
-    """Return what identifies a mechanism: names, parameter values, and its place in the catalogue or its URDF text.
+    """Return what identifies a mechanism: names, values, and its catalogue entry or URDF text.
 
     Args:
         mechanism: what moved.
@@ -50,7 +50,8 @@ def found(about: dict[str, Any], mechanism: Mechanism | None, path: str) -> Mech
         place = about.get("catalogue")
         if not isinstance(place, dict):
             raise InputError(
-                f"{path!r} is a motion of {about.get('mechanism')!r}, which is not in the catalogue; "
+                f"{path!r} is a motion of {about.get('mechanism')!r}, "
+                "which is not in the catalogue; "
                 "give the mechanism: Motion.load(path, mechanism)"
             )
         from mecanique import textbook

@@ -91,7 +91,8 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
         about = json.loads(str(data["about"]))
         if about["format"] != FORMAT:
             raise InputError(
-                f"expected a file of format {FORMAT!r}, got {about['format']!r} in {os.fspath(path)!r}"
+                f"expected a file of format {FORMAT!r}, got {about['format']!r} in "
+                f"{os.fspath(path)!r}"
             )
         steps = [data[f"step_{name}"] for name in _STEPS]
         t, q, v, happened = (data[name] for name in ("t", "q", "v", "events"))
@@ -270,6 +271,7 @@ def _check_accelerations(motion: Motion, path: str) -> None:
     size = 1 + np.abs(curve.a[at]).max()
     if not gap <= 1e-6 * size:
         raise InputError(
-            f"{path!r} holds a motion of another mechanism than {motion.mechanism.name!r}: its accelerations differ by "
+            f"{path!r} holds a motion of another mechanism than {motion.mechanism.name!r}: its "
+            "accelerations differ by "
             f"{gap:.2g} (of {size:.2g}); give the mechanism, inputs included, that moved"
         )
