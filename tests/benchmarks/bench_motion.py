@@ -211,7 +211,9 @@ def growth() -> None:
         build, run = built(case, "taylor", 1e-10) if FAST and n <= 8 else (np.nan, None)
 
         def default(
-            mechanism: mq.Mechanism = mechanism, q: np.ndarray = case.q, engine: object = reference
+            mechanism: mq.Mechanism = mechanism,
+            q: np.ndarray = case.q,
+            engine: mq.Reference = reference,
         ) -> mq.Motion:
             return mq.simulate(
                 mechanism, q=q, rtol=1e-10, method="dop853", samples=2, reference=engine

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import tracemalloc
 
 import pytest
 
@@ -24,3 +25,27 @@ def test_motion_after_motion_keeps_no_integrator_alive(method: str) -> None:
             mechanism, q=dict.fromkeys(mechanism.coordinates, 1.0), duration=0.2, method=method
         )
     assert tasks() <= before
+
+
+def test_a_restart_leaves_next_to_nothing_behind() -> None:
+    """SciPy 1.17 never gives back an integrator that it has run: one a motion, not one a restart."""
+    mechanism = mq.textbook.load("four_bar_linkage")
+
+    def run(duration: float) -> tuple[int, int]:
+        gc.collect()
+        before = tracemalloc.get_traced_memory()[0]
+        motion = mq.simulate(mechanism, duration=duration, rtol=1e-8, method="dop853", samples=2)
+        steps = motion.statistics.steps
+        del motion
+        gc.collect()
+        return steps, tracemalloc.get_traced_memory()[0] - before
+
+    run(0.1)
+    tracemalloc.start()
+    try:
+        run(0.1)
+        short, long = run(0.1), run(1.0)
+    finally:
+        tracemalloc.stop()
+    assert long[0] > short[0] + 20
+    assert long[1] - short[1] < 1000 * (long[0] - short[0])

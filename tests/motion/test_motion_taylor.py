@@ -12,7 +12,6 @@ import pytest
 import mecanique as mq
 from mecanique.motion.compile.cache import compiled
 from mecanique.motion.compile.heyoka import building, installed
-from mecanique.motion.simulation.choice import Plan
 
 needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
 METHODS = ["closed_form", pytest.param("taylor", marks=needs_heyoka)]
@@ -159,7 +158,7 @@ def test_auto_takes_what_is_compiled_already_and_says_so() -> None:
 
 def test_auto_compiles_when_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mecanique.motion.simulation.choice.installed", lambda: False)
-    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYOFF", 0.0)
     monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("double_pendulum")
     motion = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0)
@@ -170,7 +169,7 @@ def test_auto_compiles_when_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @needs_heyoka
 def test_auto_takes_taylor_series_for_a_long_motion(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYOFF", 0.0)
     monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("rigid_bar_pendulum")
     motion = mq.simulate(mechanism, q=[1.0], duration=5.0)
@@ -181,7 +180,7 @@ def test_auto_takes_taylor_series_for_a_long_motion(monkeypatch: pytest.MonkeyPa
 def test_auto_stays_with_the_reference_where_there_is_no_closed_form(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYOFF", 0.0)
     monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("two_blocks")
     motion = mq.simulate(mechanism, q=[0.1, 0.2], duration=2.0)
@@ -194,10 +193,9 @@ def test_what_is_compiled_goes_with_its_mechanism() -> None:
     assert compiled(mechanism) is compiled(mechanism)
     assert compiled(mechanism) is not compiled(mechanism.replace(l=3.0))
     reference = mq.Reference(mechanism)
-    plan = Plan(mechanism, reference, "closed_form", 1e-10, 1.0, ())
-    np.testing.assert_allclose(
-        plan.rhs(0.0, np.array([0.3, 0.1])), reference.rhs()(0.0, np.array([0.3, 0.1]))
-    )
+    rhs, y = compiled(mechanism).rhs(reference), np.array([0.3, 0.1])
+    np.testing.assert_allclose(rhs(0.0, y), reference.rhs()(0.0, y))
+    assert mq.simulate(mechanism, q=[0.3], duration=0.1, method="closed_form").t[-1] == 0.1
     assert sys.getrefcount(mechanism) < 10
 
 
@@ -247,7 +245,7 @@ def test_an_input_that_is_no_formula_is_refused_and_avoided(
         match="input F is a function or a record; write it as an expression in t",
     ):
         mq.simulate(mechanism, duration=2.0, method="taylor")
-    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.0)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYOFF", 0.0)
     monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 3)
     motion = mq.simulate(mechanism, duration=2.0)
     assert motion.method.startswith("dop853")
@@ -271,7 +269,7 @@ def test_auto_compiles_for_a_mechanism_that_moves_again_and_again(
     fast: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("mecanique.motion.simulation.choice.installed", lambda: fast)
-    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYS", 0.2)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.PAYOFF", 0.2)
     if fast:
         import_module("heyoka")  # the time that takes must not count
     mechanism = mq.textbook.load("rigid_bar_pendulum")

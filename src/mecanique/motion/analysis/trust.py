@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.motion.simulation.methods import Task, advance
+from mecanique.motion.simulation.methods import EquationsError, Task, advance
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
@@ -108,7 +108,10 @@ def _lyapunov(motion: Motion, begin: float, end: float) -> float:
     for t0, t1 in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
         state = motion.curve(t0)
         y = np.concatenate([state.q, state.v])
-        away = advance(task, t0, y + departure, t1) - advance(task, t0, y, t1)
+        try:
+            away = advance(task, t0, y + departure, t1).y - advance(task, t0, y, t1).y
+        except EquationsError:
+            return float("nan")
         distance = float(np.linalg.norm(away))
         if not 0 < distance < np.inf:
             return float("nan")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from mecanique.model.states import States
 from mecanique.verification.rows import TOLERANCE, rows_of
 from mecanique.verification.states.random import random_states
 
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
+
 __all__ = ["SAMPLES", "require_agreement"]
 
 SAMPLES = 10
@@ -20,7 +23,10 @@ SAMPLES = 10
 
 
 def require_agreement(
-    mechanism: Mechanism, reference: Any, accelerations: Callable[[States], np.ndarray], source: str
+    mechanism: Mechanism,
+    reference: Reference,
+    accelerations: Callable[[States], np.ndarray],
+    source: str,
 ) -> None:
     """Compare accelerations with the reference's at random states.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import Batched, batched, overwriting, scalar
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
+
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
 
 __all__ = ["Compiled", "compiled"]
 
@@ -48,7 +51,7 @@ class Compiled:
         self._taken: dict[float, int] = {}
         self._optimized: set[float] = set()
 
-    def program(self, reference: Any) -> Program:
+    def program(self, reference: Reference) -> Program:
         """Return the equations as a program, after it was compared with the reference.
 
         Args:
@@ -68,7 +71,7 @@ class Compiled:
             raise self._program
         return self._program
 
-    def rhs(self, reference: Any) -> RightHandSide:
+    def rhs(self, reference: Reference) -> RightHandSide:
         """Return the equations as a function of floats; it overwrites its last answer and is for one user alone.
 
         Args:
@@ -95,7 +98,7 @@ class Compiled:
         """Whether a Taylor integrator of this tolerance is there."""
         return tolerance in self._pools
 
-    def borrow(self, reference: Any, tolerance: float) -> Any:
+    def borrow(self, reference: Reference, tolerance: float) -> Any:
         """Return a Taylor integrator; whoever borrows it alone uses it, and gives it back.
 
         Args:
@@ -114,7 +117,20 @@ class Compiled:
             return pool.pop()
         return integrator(self.program(reference), tolerance, optimized=self.optimized(tolerance))
 
-    def exchanged(self, reference: Any, tolerance: float, machine: Any, steps: int) -> Any:
+    def build_integrator(self, reference: Reference, tolerance: float) -> None:
+        """Build a Taylor integrator, if none is there.
+
+        Args:
+            reference: the mechanism's `Reference`.
+            tolerance: relative error of a step.
+
+        Raises:
+            InputError: if heyoka is not installed.
+            DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
+        """
+        self.give_back(tolerance, self.borrow(reference, tolerance))
+
+    def exchange(self, reference: Reference, tolerance: float, machine: Any, steps: int) -> Any:
         """Return a Taylor integrator to go on with: the same, or an optimized one if that pays by now.
 
         Args:
@@ -146,7 +162,7 @@ class Compiled:
         self._taken[tolerance] = self._taken.get(tolerance, 0) + steps
         self._pools.setdefault(tolerance, []).append(machine)
 
-    def batched(self, reference: Any) -> Batched:
+    def batched(self, reference: Reference) -> Batched:
         """Return the equations as a function of arrays."""
         return batched(self.program(reference))
 
@@ -183,7 +199,7 @@ def compiled(mechanism: Mechanism) -> Compiled:
     return found[1]
 
 
-def _agreed(mechanism: Mechanism, reference: Any) -> Program:
+def _agreed(mechanism: Mechanism, reference: Reference) -> Program:
     program = program_of(mechanism)
     rhs = scalar(program)
 

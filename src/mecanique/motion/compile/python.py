@@ -15,8 +15,8 @@ from mecanique.motion.record.steps import RightHandSide
 
 __all__ = ["Batched", "batched", "overwriting", "owning", "scalar"]
 
-Batched: TypeAlias = Callable[[float, np.ndarray, np.ndarray], None]
-"""f(t, Y, out): rates of many states at once, shape (nq + nv, n) both."""
+Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
+"""f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
 
 _NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Abs": "abs"}
 _DEEPEST = 40

@@ -86,9 +86,9 @@ def linearize(
             )
     position, velocity = mechanism.position(at), mechanism.velocity(v)
     if mechanism.loops:
-        from mecanique.motion.record.loops import Closing
+        from mecanique.motion.record.loops import ClosedLoops
 
-        state, _ = Closing(mechanism, reference, ACCURATE).start(at, v, t)
+        state, _ = ClosedLoops(mechanism, reference, ACCURATE).start(at, v, t)
         position, velocity = state[: mechanism.nq], state[mechanism.nq :]
     acceleration = reference.acceleration(position, velocity, t)
     tangent = np.eye(mechanism.nv)

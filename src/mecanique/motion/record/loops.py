@@ -10,23 +10,29 @@ VII.2).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, final
 
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.simulation.arguments import Values
 
-__all__ = ["Closing"]
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
+
+__all__ = ["ClosedLoops"]
 
 _LEFT = 1e-3
 """A state that this part of the tolerance, or more, brings back onto the loops has left them."""
 
 _ROUNDING = 1e-14
 
+_REPORTED = 1e-9
+"""Changes beyond this are reported when the loops are closed at the start."""
+
 
 @final
-class Closing:
+class ClosedLoops:
     """The loops of a mechanism in motion.
 
     Args:
@@ -38,8 +44,9 @@ class Closing:
     share: ClassVar[float] = 0.1
     """Part of the tolerance that the steps may use: each starts afresh, and their errors add up without canceling."""
 
-    def __init__(self, mechanism: Mechanism, reference: Any, rtol: float) -> None:
+    def __init__(self, mechanism: Mechanism, reference: Reference, rtol: float) -> None:
         self._mechanism = mechanism
+        assert reference.closed is not None, "the mechanism has loops"
         self._closed = reference.closed
         self._most = max(_LEFT * rtol, _ROUNDING)
         self._nq = mechanism.nq
@@ -66,24 +73,23 @@ class Closing:
 
         m = self._mechanism
         given_q, given_v = m.position(q), m.velocity(v)
-        none = np.zeros(m.nv, dtype=bool)
-        position = position_near(self._closed, q, given_q, t, none)
+        held = np.zeros(m.nv, dtype=bool)
+        position = position_near(self._closed, q, given_q, t, held)
         limit_rank(self._closed, position, t)
-        held = none
         if isinstance(v, Mapping):
             named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
             held = np.array([name in named for name in m.velocities])
         velocity = closed_velocity(self._closed, position, given_v, t, held if held.any() else None)
         position, velocity = projected(self._closed, position, velocity, t)
-        moved = [
+        changes = [
             f"{what} changed by up to {size:.3g}"
             for what, size in (
                 ("positions", float(np.abs(position - given_q).max(initial=0.0))),
                 ("velocities", float(np.abs(velocity - given_v).max(initial=0.0))),
             )
-            if size > 1e-9
+            if size > _REPORTED
         ]
-        remark = "; loops closed at the start" + (f" ({', '.join(moved)})" if moved else "")
+        remark = "; loops closed at the start" + (f" ({', '.join(changes)})" if changes else "")
         return np.concatenate([position, velocity]), remark
 
     def has_left(self, t: float, y: np.ndarray) -> bool:
@@ -93,14 +99,14 @@ class Closing:
             t: its time [s].
             y: shape (nq + nv,).
         """
-        gap = np.abs(self.back(t, y) - y)
+        gap = np.abs(self.closed(t, y) - y)
         speed = 1.0 + float(np.abs(y[self._nq :]).max(initial=0.0))
         return bool(
             max(gap[: self._nq].max(initial=0.0), gap[self._nq :].max(initial=0.0) / speed)
             > self._most
         )
 
-    def back(self, t: float, y: np.ndarray) -> np.ndarray:
+    def closed(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the state on the loops next to a state, shape (nq + nv,).
 
         Args:
@@ -109,7 +115,7 @@ class Closing:
         """
         return np.concatenate(self._both(y[: self._nq], y[self._nq :], t))
 
-    def all_back(
+    def all_closed(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the states on the loops next to some states, shape (n, nq) and (n, nv).

@@ -335,10 +335,10 @@ class Motion:
         """The state with its loops closed to rounding, not only to the tolerance of the interpolation."""
         if not self.mechanism.loops:
             return state
-        from mecanique.motion.record.loops import Closing
+        from mecanique.motion.record.loops import ClosedLoops
 
-        closing = Closing(self.mechanism, self.reference, self.statistics.rtol)
-        q, v = closing.all_back(
+        loops = ClosedLoops(self.mechanism, self.reference, self.statistics.rtol)
+        q, v = loops.all_closed(
             np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
         )
         return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])

@@ -28,6 +28,7 @@ class Steps:
         dy: their rates.
         breaks: index of the first step of each smooth stretch.
         spread: whether each step is a stretch of several points.
+        evaluations: number of evaluations of the equations.
     """
 
     t: list[float] = field(default_factory=list)
@@ -35,6 +36,7 @@ class Steps:
     dy: list[np.ndarray] = field(default_factory=list)
     breaks: list[int] = field(default_factory=lambda: [0])
     spread: bool = False
+    evaluations: int = 0
 
     @property
     def first(self) -> int:

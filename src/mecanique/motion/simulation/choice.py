@@ -1,25 +1,25 @@
-"""Which equations and which method a motion is integrated with, and why."""
+"""Which equations a motion is integrated with, by which method, and why."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from time import perf_counter
-from typing import Any, final
+from dataclasses import dataclass, replace
+from typing import final
 
-import numpy as np
-
-from mecanique.errors import DerivationError, InputError, IntegrationError
+from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.cache import compiled
 from mecanique.motion.compile.heyoka import installed
-from mecanique.motion.compile.python import owning
-from mecanique.motion.record.events import Event
-from mecanique.motion.record.motion import Motion, Statistics
 from mecanique.motion.record.steps import RightHandSide
-from mecanique.motion.simulation.limits import tell_end
-from mecanique.motion.simulation.taylor import flow
+from mecanique.motion.simulation.methods import METHODS
+from mecanique.motion.simulation.problem import Integration, Problem
 
-__all__ = ["COMPILED", "Plan", "flowed"]
+__all__ = [
+    "COMPILED",
+    "Choice",
+    "first_choice",
+    "next_choice",
+    "seconds_per_step",
+    "worth_reconsidering",
+]
 
 COMPILED = {
     "closed_form": "dop853 on the closed form, compiled in Python",
@@ -31,251 +31,214 @@ SMALL = 3
 """With more velocities than this the closed form in Python is no faster than the reference."""
 
 STEPS = 1200
-"""Steps after which to see whether compiling would pay; by then dop853 knows whether the equations are stiff."""
+"""Steps after which to see whether compiling pays; by then dop853 knows if equations are stiff."""
 
-PAYS = 3.0
+PAYOFF = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
 
-TIGHT = 1e-11
-"""Whoever asks for this tolerance or a smaller one wants the whole motion that accurate, and not each step alone."""
+TIGHT_RTOL = 1e-11
+"""At this tolerance or a smaller one, the whole motion is to be that accurate, not each step."""
 
-MANY = 10_000
+MANY_STEPS = 10_000
 """So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
 
-FEW = 300
-"""So many steps may err by the tolerance each, one way, before their sum is looked at."""
+FREE_STEPS = 300
+"""So many steps may err by the tolerance each, one way, before their sum counts."""
 
-LEAST = 1e-14
+MIN_RTOL = 1e-14
 """The least tolerance of a step of dop853: below it, rounding decides."""
 
 
 @final
-class Plan:
-    """The choice of equations and method, which may change while integrating.
+@dataclass(frozen=True)
+class Choice:
+    """A method and the equations it integrates.
 
     Args:
-        mechanism: what moves.
-        reference: its `Reference`.
+        method: of `METHODS`, or "taylor", which integrates what is compiled for the mechanism.
+        equations: the right-hand side, which may overwrite its last answer; None for "taylor".
+        closed_form: whether these are the closed form.
+        share: part of the tolerance that a step may use.
+        reason: why, where "auto" chose.
+        automatic: whether "auto" may change the method.
+        compiles: whether it may also compile; not any more once that failed.
+    """
+
+    method: str
+    equations: RightHandSide | None
+    closed_form: bool = False
+    share: float = 1.0
+    reason: str = ""
+    automatic: bool = False
+    compiles: bool = False
+
+    @property
+    def title(self) -> str:
+        """What it is and why, for people."""
+        if self.method == "taylor":
+            text = f"taylor ({COMPILED['taylor']})"
+        else:
+            source = " on the closed form" if self.closed_form else ""
+            text = f"{self.method} ({METHODS[self.method].title}){source}"
+        return f"{text}; chosen for {self.reason}" if self.reason else text
+
+
+def first_choice(problem: Problem, method: str) -> Choice:
+    """Return what to start with.
+
+    Args:
+        problem: what is integrated.
         method: what was asked for.
-        rtol: relative tolerance.
-        span: duration [s].
-        events: what is watched for.
 
     Raises:
         InputError: if the method does not allow what is asked for, or is not installed.
         DerivationError: if the method needs a closed form and there is none.
     """
-
-    def __init__(
-        self,
-        mechanism: Mechanism,
-        reference: Any,
-        method: str,
-        rtol: float,
-        span: float,
-        events: Sequence[Event],
-    ) -> None:
-        self.mechanism = mechanism
-        self.reference = reference
-        self.code = compiled(mechanism)
-        self.taylor = False
-        self.reason = ""
-        self.share = 1.0
-        """Part of the tolerance that a step of dop853 may use."""
-        self._rtol = rtol
-        self._span = span
-        self._auto = method == "auto"
-        self._flows = not (
-            events or mechanism.loops or any(callable(i.signal) for i in mechanism.inputs)
-        )
-        self._closed: RightHandSide | None = None
-        self._own: RightHandSide | None = None
-        self._left = 0.0
-        self.method = "dop853" if method in ("auto", *COMPILED) else method
-        if method == "taylor":
-            if events:
-                names = ", ".join(repr(event.name) for event in events)
-                raise InputError(
-                    f"method 'taylor' watches for no events, got {names}; expected another method: 'closed_form', or "
-                    "'auto', which takes one that does"
-                )
-            self.code.give_back(rtol, self.code.borrow(reference, rtol))
-            self.taylor = True
-        elif method == "closed_form":
-            self._close()
-        elif self._auto and self.code.possible and not mechanism.loops:
-            if self._flows and self.code.has_integrator(rtol):
-                self.taylor, self.reason = True, "equations that are compiled already"
-            elif self._can_flow and self.code.spent > PAYS * self.code.seconds_to_build():
-                self._try(self._flow, "a mechanism that has moved long enough to pay for compiling")
-            elif self._can_close and (
-                self.code.has_rhs or self.code.spent > PAYS * self.code.seconds_to_derive()
-            ):
-                self._try(self._close)
-
-    @property
-    def rhs(self) -> RightHandSide:
-        """The right-hand side to integrate; each answer is an array of its own."""
-        return owning(self.quick)
-
-    @property
-    def quick(self) -> RightHandSide:
-        """The same but faster, because it may overwrite its last answer."""
-        if self._closed is not None:
-            return self._closed
-        if self._own is None:
-            self._own = self.reference.rhs(overwriting=True)
-        return self._own
-
-    @property
-    def source(self) -> str:
-        """Whose equations are integrated, for the method's description."""
-        return " on the closed form" if self._closed is not None else ""
-
-    def watch(self, begin: float, end: float) -> Callable[[float], bool] | None:
-        """Return what says, at the time of each step, whether to start again in another way; None if never.
-
-        It counts steps and looks at no clock, so that the same calls always give the same motions.
-
-        Args:
-            begin: start of the motion [s].
-            end: its end [s].
-        """
-        if self.mechanism.loops:
-            return None
-        faster = self._auto and self.code.possible and (self._can_flow or self._can_close)
-        finer = self.share == 1.0 and LEAST < self._rtol <= TIGHT
-        if not (faster or finer):
-            return None
-        count = 0
-
-        def again(t: float) -> bool:
-            nonlocal count
-            count += 1
-            if count != STEPS:
-                return False
-            steps = STEPS * (end - begin) / (t - begin)
-            self._left = (steps - STEPS) * _seconds_per_step(self.mechanism)
-            tighten = finer and steps > MANY
-            if tighten:
-                self.share = max(FEW / steps, LEAST / self._rtol)
-            cost = (
-                self.code.seconds_to_derive() if self._can_close else self.code.seconds_to_build()
+    code, reference = problem.code, problem.reference
+    if method == "taylor":
+        if problem.events:
+            names = ", ".join(repr(event.name) for event in problem.events)
+            raise InputError(
+                f"method 'taylor' watches for no events, got {names}; expected another method: "
+                "'closed_form', or 'auto', which takes one that does"
             )
-            return tighten or (faster and self._left > PAYS * cost)
-
-        return again
-
-    def change(self) -> None:
-        """Compile, if that is faster from now on."""
-        if not (self._auto and self.code.possible):
-            return
-        if self._can_flow and self._left > PAYS * self.code.seconds_to_build():
-            self._try(self._flow, "a motion long enough to pay for compiling")
-        elif self._can_close and self._left > PAYS * self.code.seconds_to_derive():
-            self._try(self._close)
-
-    @property
-    def _can_flow(self) -> bool:
-        return self._flows and installed()
-
-    @property
-    def _can_close(self) -> bool:
-        return self.mechanism.nv <= SMALL and self._closed is None
-
-    def spend(self, steps: int) -> None:
-        """Note that a motion is done, so that the next ones may be compiled.
-
-        Args:
-            steps: how many steps of dop853 it took.
-        """
-        self.code.spent += steps * _seconds_per_step(self.mechanism)
-
-    def _try(self, make: Callable[[], None], reason: str = "") -> None:
-        try:
-            make()
-            self.reason = reason
-        except DerivationError as error:
-            self._auto, self.reason = False, str(error)
-
-    def _close(self) -> None:
-        self._closed = self.code.rhs(self.reference)
-
-    def _flow(self) -> None:
-        self.code.give_back(self._rtol, self.code.borrow(self.reference, self._rtol))
-        self.taylor = True
+        code.build_integrator(reference, problem.rtol)
+        return Choice("taylor", None)
+    if method == "closed_form":
+        return Choice("dop853", code.rhs(reference), closed_form=True)
+    if method != "auto":
+        return Choice(method, reference.rhs(overwriting=True))
+    plain = Choice(
+        "dop853",
+        None,
+        reason="non-stiff equations",
+        automatic=True,
+        compiles=code.possible and problem.loops is None,
+    )
+    chosen = _compiled_before(problem, plain) if plain.compiles else plain
+    if chosen.method == "taylor" or chosen.equations is not None:
+        return chosen
+    return replace(chosen, equations=reference.rhs(overwriting=True))
 
 
-def flowed(
-    plan: Plan,
-    start: np.ndarray,
-    times: np.ndarray,
-    span: tuple[float, float],
-    tolerances: tuple[float, float],
-    longest: float,
-    max_steps: int,
-    progress: Callable[[float], object] | None,
-    begin: float,
-) -> Motion:
-    """Return the motion by Taylor series.
+def _compiled_before(problem: Problem, choice: Choice) -> Choice:
+    """Choose what is compiled already, or what the mechanism has moved long enough to pay for."""
+    code = problem.code
+    if _has_series(problem) and code.has_integrator(problem.rtol):
+        return replace(choice, method="taylor", reason="equations that are compiled already")
+    if _can_take_series(problem) and code.spent > PAYOFF * code.seconds_to_build():
+        reason = "a mechanism that has moved long enough to pay for compiling"
+        return _with_series(problem, choice, reason)
+    if problem.mechanism.nv <= SMALL and (
+        code.has_rhs or code.spent > PAYOFF * code.seconds_to_derive()
+    ):
+        return _with_closed_form(problem, choice)
+    return choice
+
+
+def next_choice(problem: Problem, choice: Choice, integration: Integration) -> Choice | None:
+    """Return what to integrate with again from the start, after an integration; None if it stands.
 
     Args:
-        plan: what was decided.
-        start: shape (nq + nv,).
-        times: of the samples, shape (n,) [s].
-        span: start and end [s].
-        tolerances: relative and absolute.
-        longest: longest step [s].
-        max_steps: most steps.
-        progress: called with the fraction done.
-        begin: when the work began, on `perf_counter` [s].
-
-    Raises:
-        IntegrationError: if the integration stops before its end; it carries the motion until then.
+        problem: what is integrated.
+        choice: what it was integrated with.
+        integration: how that went.
     """
-    mechanism, nq = plan.mechanism, plan.mechanism.nq
-    found = flow(
-        mechanism,
-        plan.reference,
-        plan.code,
-        start,
-        times,
-        span,
-        tolerances[0],
-        longest,
-        max_steps,
-        progress,
-    )
-    rates = plan.code.rates
-    times, states = times[: len(found.states)], found.states
-    text = f"taylor ({COMPILED['taylor']})" + (f"; chosen for {plan.reason}" if plan.reason else "")
-    statistics = Statistics(found.steps, found.steps, perf_counter() - begin, *tolerances)
-    q, v = rates.normalized(states[:, :nq]), states[:, nq:]
-    motion = Motion(mechanism, times, q, v, found.curve, text, statistics, (), (), plan.reference)
-    if found.trouble:
-        advice = {
-            "interrupted": ("interrupted", ""),
-            "too many steps": (
-                f"more than {max_steps} steps",
-                "; raise max_steps, shorten the duration or loosen rtol",
-            ),
-            "collapsed": (
-                "the step size collapsed",
-                ": a force or the mass matrix becomes singular there",
-            ),
-            "told to stop": (f"progress raised {found.fault!r}", ""),
-        }[found.trouble]
-        error = IntegrationError(
-            f"{advice[0]} at t = {found.last:.6g} s{advice[1]}; the motion until then is in the error's .motion",
-            time=found.last,
-            motion=motion,
-        )
-        error.__cause__ = KeyboardInterrupt() if found.trouble == "interrupted" else found.fault
-        raise error
-    tell_end(progress, motion)
-    return motion
+    kind = integration.outcome.kind
+    if kind == "stiff" and choice.automatic and choice.method == "dop853":
+        reason = f"stiff equations, found by dop853 at t = {integration.t:.4g} s"
+        return replace(choice, method="radau", reason=reason)
+    if kind == "reconsider":
+        return _reconsidered(problem, choice, integration.t)
+    return None
 
 
-def _seconds_per_step(mechanism: Mechanism) -> float:
-    """What a step of dop853 takes on the reference, about [s]."""
+def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) -> bool:
+    """Return whether another choice pays, as the first `STEPS` steps of dop853 suggest.
+
+    It looks at no clock, so that the same calls always give the same motions.
+
+    Args:
+        problem: what is integrated.
+        choice: what it is integrated with.
+        steps: how many steps it took so far.
+        t: the time they reached [s].
+    """
+    if steps != STEPS:
+        return False
+    if problem.loops is not None or choice.method != "dop853":
+        return False
+    if _can_tighten(problem, choice) and _steps_in_all(problem, t) > MANY_STEPS:
+        return True
+    code = problem.code
+    if not (choice.compiles and code.possible):
+        return False
+    left = _seconds_left(problem, t)
+    if _can_take_closed_form(problem, choice):
+        return left > PAYOFF * code.seconds_to_derive()
+    return _can_take_series(problem) and left > PAYOFF * code.seconds_to_build()
+
+
+def _reconsidered(problem: Problem, choice: Choice, t: float) -> Choice:
+    """Tighten the steps if there are many, and compile if that pays."""
+    steps, left, code = _steps_in_all(problem, t), _seconds_left(problem, t), problem.code
+    if _can_tighten(problem, choice) and steps > MANY_STEPS:
+        choice = replace(choice, share=max(FREE_STEPS / steps, MIN_RTOL / problem.rtol))
+    if not (choice.compiles and code.possible):
+        return choice
+    if _can_take_series(problem) and left > PAYOFF * code.seconds_to_build():
+        return _with_series(problem, choice, "a motion long enough to pay for compiling")
+    if _can_take_closed_form(problem, choice) and left > PAYOFF * code.seconds_to_derive():
+        return _with_closed_form(problem, choice)
+    return choice
+
+
+def _with_series(problem: Problem, choice: Choice, reason: str) -> Choice:
+    """Change to Taylor series, if the equations have them."""
+    try:
+        problem.code.build_integrator(problem.reference, problem.rtol)
+    except DerivationError:
+        return replace(choice, compiles=False)
+    return replace(choice, method="taylor", equations=None, reason=reason)
+
+
+def _with_closed_form(problem: Problem, choice: Choice) -> Choice:
+    """Change to the closed form, if there is one."""
+    try:
+        return replace(choice, equations=problem.code.rhs(problem.reference), closed_form=True)
+    except DerivationError:
+        return replace(choice, compiles=False)
+
+
+def _has_series(problem: Problem) -> bool:
+    blind = any(callable(signal.signal) for signal in problem.mechanism.inputs)
+    return not (problem.events or problem.loops or blind)
+
+
+def _can_take_series(problem: Problem) -> bool:
+    return _has_series(problem) and installed()
+
+
+def _can_take_closed_form(problem: Problem, choice: Choice) -> bool:
+    return problem.mechanism.nv <= SMALL and not choice.closed_form
+
+
+def _can_tighten(problem: Problem, choice: Choice) -> bool:
+    return choice.share == 1.0 and MIN_RTOL < problem.rtol <= TIGHT_RTOL
+
+
+def _steps_in_all(problem: Problem, t: float) -> float:
+    return STEPS * (problem.end - problem.t0) / (t - problem.t0)
+
+
+def _seconds_left(problem: Problem, t: float) -> float:
+    return (_steps_in_all(problem, t) - STEPS) * seconds_per_step(problem.mechanism)
+
+
+def seconds_per_step(mechanism: Mechanism) -> float:
+    """Return about what a step of dop853 takes on the reference [s].
+
+    Args:
+        mechanism: what moves.
+    """
     return 12 * (1.5e-6 + 0.5e-6 * mechanism.nv)

@@ -1,4 +1,4 @@
-"""The end of a motion: where it comes to the limit of a coordinate, or where whoever is told of it stops it."""
+"""End a motion at a coordinate's limit, and report that it is complete."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.motion import Motion
 
-__all__ = ["chart_ends", "refuse_end", "tell_end"]
+__all__ = ["limit_events", "refuse_limit", "report_end"]
 
 MARGIN = 1e-3
-"""A coordinate this near to its limit, in parts of the distance of its limits or of 1, has reached it: a motion may
-touch the limit and turn back, as the abscissa of a point on a circle does."""
+"""A coordinate this near to its limit, in parts of the distance of its limits or of 1, has reached it.
+
+A motion may touch the limit and turn back, as the abscissa of a point on a circle does.
+"""
 
 
 @final
@@ -41,13 +43,13 @@ class _Distance:
         return self.side * (float(q[self.index]) - self.bound) - self.margin
 
 
-def chart_ends(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
-    """Return what is to be watched for besides the events of the user: coordinates that reach their limits.
+def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
+    """Return the events at which coordinates reach their limits.
 
     Args:
         mechanism: what moves.
-        start: shape (nq,), from where; a motion that starts nearer to a limit may come half as
-            near.
+        start: shape (nq,), positions at the start; a motion that starts nearer to a limit may come
+            half as near.
     """
     ends = []
     for name, (lower, upper) in mechanism.limits.items():
@@ -62,7 +64,7 @@ def chart_ends(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
     return tuple(ends)
 
 
-def refuse_end(motion: Motion) -> None:
+def refuse_limit(motion: Motion) -> None:
     """Raise if a motion stopped because a coordinate reached its limit.
 
     Args:
@@ -76,20 +78,20 @@ def refuse_end(motion: Motion) -> None:
     for name in mechanism.limits:
         if last is not None and last.name == f"end of chart {name}":
             value = float(last.q[mechanism.coordinates.index(name)])
-            told = mechanism.limited(name, f", but comes to {value:.6g} at t = {last.t:.6g} s")
+            message = mechanism.limited(name, f", but comes to {value:.6g} at t = {last.t:.6g} s")
             raise IntegrationError(
-                f"{told}; the motion until then is in the error's .motion",
+                f"{message}; the motion until then is in the error's .motion",
                 time=last.t,
                 state=np.concatenate([last.q, last.v]),
                 motion=motion,
             )
 
 
-def tell_end(progress: Callable[[float], object] | None, motion: Motion) -> None:
-    """Tell that a motion is complete; what is raised then does not lose it.
+def report_end(progress: Callable[[float], object] | None, motion: Motion) -> None:
+    """Report that a motion is complete; what `progress` raises then does not lose it.
 
     Args:
-        progress: called with the fraction done, if anybody is to be told.
+        progress: called with the fraction done.
         motion: the whole motion.
 
     Raises:
@@ -101,5 +103,8 @@ def tell_end(progress: Callable[[float], object] | None, motion: Motion) -> None
         progress(1.0)
     except Exception as error:
         t = float(motion.t[-1])
-        message = f"progress raised {error!r} at the end, t = {t:.6g} s; the whole motion is in the error's .motion"
+        message = (
+            f"progress raised {error!r} at the end, t = {t:.6g} s; "
+            "the whole motion is in the error's .motion"
+        )
         raise IntegrationError(message, time=t, motion=motion) from error

@@ -1,36 +1,264 @@
-"""The integration methods: one table, one way to call them."""
+"""The integration methods: one table, one way to use them."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import Any, Literal, TypeAlias, final
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
+from typing import Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from mecanique.motion.record.steps import RightHandSide, Steps
+from mecanique.motion.simulation.outcome import Kind, Outcome
 
-__all__ = ["METHODS", "Method", "Outcome", "Task", "advance"]
+__all__ = ["METHODS", "EquationsError", "Method", "Reached", "Task", "advance"]
 
-_DOUBT = 200
-"""Steps after which stiffness is looked for across restarts."""
-
-LEAST_RTOL = 2.3e-14
+MIN_RTOL = 2.3e-14
 """The least relative tolerance that SciPy's classes take."""
 
-_DAMPING = 0.04
-"""How much of the last step's error the next step's length heeds; without it a sixth of all steps of a swinging motion
-are refused (K. Gustafsson, ACM Trans. Math. Softw. 17 (1991) 533; Hairer, Nørsett & Wanner, sect.
-II.4 and IV.2)."""
+DAMPING = 0.04
+"""How much of the last step's error the next step's length heeds.
 
-Outcome: TypeAlias = Literal["end", "stopped", "stiff", "too many steps", "step too small", "fault"]
-"""How a stretch ended: at its end, by the watcher, or by what stopped the method."""
+Without it a sixth of all steps of a swinging motion are refused (K. Gustafsson, ACM Trans. Math.
+Softw. 17 (1991) 533; Hairer, Nørsett & Wanner, sect. II.4 and IV.2).
+"""
+
+STABILITY_LIMIT = 6.1
+"""Step length times rate of decay at which dop853 becomes unstable (DOP853, Hairer et al.)."""
+
+STIFF_AFTER, STIFF_FORGET = 15, 6
+"""So many steps at the limit of stability are stiff; so many in a row below it start afresh."""
+
+MIN_STEPS = 200
+"""Steps before a restarted integration may count as stiff."""
 
 
 @final
-class _Doubt:
-    """Whether steps of dop853 are held short by stability rather than accuracy, counted across restarts.
+@dataclass(frozen=True)
+class Task:
+    """Equations to integrate and how accurately.
+
+    Args:
+        rhs: the equations.
+        implicit: whether they need an implicit method.
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+        max_step: longest step, infinite if it need not be bounded [s].
+        max_steps: most steps.
+        quick: the equations for the explicit method, if they may overwrite their last answer;
+            otherwise those above.
+        restarts: whether the integration restarts so often that stiffness has to be watched for
+            across restarts, which the explicit method's own count forgets.
+    """
+
+    rhs: RightHandSide
+    implicit: bool
+    rtol: float
+    atol: float
+    max_step: float = np.inf
+    max_steps: int = 1_000_000
+    quick: RightHandSide | None = None
+    restarts: bool = False
+
+
+Run: TypeAlias = Callable[[float], Outcome]
+"""Integrates on from the last of the steps to a time, adding steps."""
+
+Look: TypeAlias = Callable[[], Outcome | None]
+"""Looks at the last step; returns an outcome if the integration has to halt there."""
+
+
+@final
+@dataclass(frozen=True)
+class Method:
+    """An integration method.
+
+    Args:
+        title: what it is, in a few words.
+        open: makes it ready for a task, to record steps and to look at each.
+        smooth: whether the rates at its steps are as accurate as the states, so that neighboring
+            steps can be interpolated with them; otherwise each step is noted by several points of
+            the method's own interpolation.
+    """
+
+    title: str
+    open: Callable[[Task, Steps, Look], AbstractContextManager[Run]]
+    smooth: bool
+
+
+class EquationsError(Exception):
+    """The equations failed on the way to a state; the cause is what they raised."""
+
+
+class Reached(NamedTuple):
+    """A state reached from an earlier one, and the evaluations of the equations that took."""
+
+    y: np.ndarray
+    evaluations: int
+
+
+def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
+    """Return the state at a time, from the state at an earlier time near it.
+
+    Args:
+        task: the equations and tolerances.
+        t: time of the state [s].
+        y: the state.
+        end: time asked for [s].
+
+    Raises:
+        EquationsError: if the equations raise anything on the way.
+    """
+    if end == t:
+        return Reached(y.copy(), 0)
+    with _guarded(task.rhs) as guard:
+        step = _radau_step if task.implicit else _dop853_step
+        result = step(guard, task, t, y, end)
+        if guard.fault is not None:
+            raise EquationsError from guard.fault
+        return Reached(result, guard.evaluations)
+
+
+def _radau_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
+    from scipy.integrate import Radau
+
+    rtol = max(task.rtol, MIN_RTOL)
+    solver = Radau(guard.rates, t, y, end, rtol=rtol, atol=task.atol, first_step=end - t)
+    while solver.status == "running":
+        solver.step()
+    return np.array(solver.y) if solver.status == "finished" else np.full(len(y), np.nan)
+
+
+def _dop853_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
+    from scipy.integrate import ode
+
+    solver = ode(guard.rates).set_integrator(
+        "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
+    )
+    with warnings.catch_warnings():
+        # a failure shows as a state that is not finite, or at the next step
+        warnings.simplefilter("ignore")
+        result: np.ndarray = solver.set_initial_value(y, t).integrate(end)
+    return result
+
+
+@final
+class _Guard:
+    """The equations as SciPy's integrators may call them: counted, and raising nothing.
+
+    No exception may pass through compiled code: what the equations raise is kept, and answered by
+    a rate that is not a number, which ends the integration.
+    """
+
+    __slots__ = ("_rhs", "evaluations", "fault", "last")
+
+    def __init__(self, rhs: RightHandSide) -> None:
+        self._rhs = rhs
+        self.evaluations = 0
+        self.fault: BaseException | None = None
+        self.last: np.ndarray = np.empty(0)
+
+    def rates(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Return the rates, and keep them as the last."""
+        self.evaluations += 1
+        try:
+            self.last = rate = self._rhs(t, y)
+        except BaseException as error:
+            self.fault = error
+            self.last = rate = np.full(len(y), np.nan)
+        return rate
+
+    def let_go(self) -> None:
+        """Forget the equations and what they gave."""
+        self._rhs, self.fault, self.last = _nothing, None, np.empty(0)
+
+
+def _pass(t: float, y: np.ndarray) -> Literal[0]:
+    return 0
+
+
+def _nothing(t: float, y: np.ndarray) -> np.ndarray:
+    return np.full(len(y), np.nan)
+
+
+@contextmanager
+def _guarded(rhs: RightHandSide) -> Iterator[_Guard]:
+    """Lend equations to SciPy: 1.17's compiled dop853 never gives back what it has called."""
+    guard = _Guard(rhs)
+    try:
+        yield guard
+    finally:
+        guard.let_go()
+
+
+@contextmanager
+def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
+    """Integrate by SciPy's compiled dop853: one integrator, restarted for each stretch."""
+    from scipy.integrate import ode
+
+    stability = _Stability()
+    rhs, reused = task.quick or task.rhs, task.quick is not None
+    add, times = steps.add, steps.t
+    at_start = True
+    halted: Outcome | None = None
+
+    def accepted(t: float, y: np.ndarray) -> Literal[-1, 0]:
+        nonlocal at_start, halted
+        if at_start:  # which is already among the steps
+            at_start = False
+            return 0
+        # the last evaluation was at the step's end
+        add(t, y, guard.last.copy() if reused else guard.last)
+        if task.restarts and stability.lost(t - times[-2]) and len(times) > MIN_STEPS:
+            halted = Outcome("stiff")
+        else:
+            halted = _looked(look)
+        return 0 if halted is None else -1
+
+    def run(end: float) -> Outcome:
+        nonlocal at_start, halted
+        at_start, halted = True, None
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # the return code says the same
+            solver.set_initial_value(steps.y[-1], times[-1]).integrate(end)
+        if guard.fault is not None:
+            return Outcome("fault", guard.fault)
+        if halted is not None:
+            return halted
+        return Outcome(_DOP853_CODES[solver.get_return_code()])
+
+    with _guarded(stability.noting(rhs) if task.restarts else rhs) as guard:
+        solver = ode(guard.rates).set_integrator(
+            "dop853",
+            rtol=task.rtol,
+            atol=task.atol,
+            nsteps=task.max_steps,
+            max_step=0.0 if np.isinf(task.max_step) else task.max_step,
+            beta=DAMPING,
+        )
+        solver.set_solout(accepted)
+        try:
+            yield run
+        finally:
+            solver.set_solout(_pass)
+            steps.evaluations += guard.evaluations
+
+
+_DOP853_CODES: dict[int, Kind] = {
+    1: "end",
+    2: "halt",
+    -1: "step too small",
+    -2: "too many steps",
+    -3: "step too small",
+    -4: "stiff",
+}
+
+
+@final
+class _Stability:
+    """Whether steps of dop853 are held short by stability rather than accuracy, across restarts.
 
     The last two evaluations of a step are at its end and estimate the greatest rate of decay there;
     as in Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I (1993), DOP853,
@@ -42,270 +270,96 @@ class _Doubt:
         self._evaluations = [(np.zeros(0), np.zeros(0))] * 2
         self._at_limit = self._below = 0
 
-    def note(self, y: np.ndarray, rate: np.ndarray) -> None:
-        """Keep an evaluation."""
-        self._evaluations = [self._evaluations[1], (y.copy(), rate)]
+    def noting(self, rhs: RightHandSide) -> RightHandSide:
+        """Return the same equations, whose last two evaluations are kept."""
 
-    def step(self, length: float) -> bool:
+        def noted(t: float, y: np.ndarray) -> np.ndarray:
+            rate = rhs(t, y)
+            self._evaluations = [self._evaluations[1], (y.copy(), rate.copy())]
+            return rate
+
+        return noted
+
+    def lost(self, length: float) -> bool:
         """Return whether the equations are stiff, after a step of a length [s]."""
         (y, rate), (last, last_rate) = self._evaluations
         apart = float(np.linalg.norm(last - y)) if len(y) == len(last) else 0.0
-        if apart > 0.0 and length * float(np.linalg.norm(last_rate - rate)) > 6.1 * apart:
+        decay = length * float(np.linalg.norm(last_rate - rate)) if apart else 0.0
+        if apart and decay > STABILITY_LIMIT * apart:
             self._at_limit, self._below = self._at_limit + 1, 0
         else:
             self._below += 1
-            if self._below == 6:
+            if self._below == STIFF_FORGET:
                 self._at_limit = 0
-        return self._at_limit >= 15
+        return self._at_limit >= STIFF_AFTER
 
 
-@final
-@dataclass
-class Task:
-    """Equations to integrate and how accurately.
-
-    No exception may leave a function that SciPy's compiled integrators call: what the equations
-    raise is kept in `fault` and answered by a rate that is not a number, which ends the
-    integration.
-
-    Args:
-        rhs: the equations.
-        implicit: whether they need an implicit method.
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-        max_step: longest step, infinite if it need not be bounded [s].
-        max_steps: most steps.
-        quick: the equations for the explicit method, if they may overwrite their last answer;
-            otherwise those above.
-        doubtful: whether to watch for stiffness across restarts, which the explicit method's own
-            count forgets.
-        evaluations: number of evaluations of the equations so far.
-        fault: what the equations raised, if anything.
-    """
-
-    rhs: RightHandSide
-    implicit: bool
-    rtol: float
-    atol: float
-    max_step: float
-    max_steps: int
-    quick: RightHandSide | None = None
-    doubtful: bool = False
-    evaluations: int = 0
-    fault: BaseException | None = field(default=None, init=False)
-    doubt: _Doubt = field(default_factory=_Doubt, init=False)
+def _looked(look: Look) -> Outcome | None:
+    """Look at the last step; what that raises is the outcome, as no caller may let it pass."""
+    try:
+        return look()
+    except BaseException as error:
+        return Outcome("fault", error)
 
 
-Run: TypeAlias = Callable[[Task, Steps, float, Callable[[], bool]], Outcome]
-"""Integrates from the last of the steps to a time, adding steps; after each one the watcher says whether to halt."""
-
-
-@final
-@dataclass(frozen=True)
-class Method:
-    """An integration method.
-
-    Args:
-        title: what it is, in a few words.
-        run: how it integrates.
-        smooth: whether the rates at its steps are as accurate as the states, so that neighboring
-            steps can be interpolated with them; otherwise each step is noted by several points of
-            the method's own interpolation.
-    """
-
-    title: str
-    run: Run
-    smooth: bool
-
-
-def advance(task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
-    """Return the state at a time, from the state at an earlier time near it.
-
-    Args:
-        task: the equations and tolerances.
-        t: time of the state [s].
-        y: the state.
-        end: time asked for [s].
-    """
-    if end == t:
-        same: np.ndarray = y.copy()
-        return same
-    follow = _Follower(task)
-    if task.implicit:
-        from scipy.integrate import Radau
-
-        solver = Radau(
-            follow, t, y, end, rtol=max(task.rtol, LEAST_RTOL), atol=task.atol, first_step=end - t
-        )
-        while solver.status == "running":
-            solver.step()
-        return np.array(solver.y) if solver.status == "finished" else np.full(len(y), np.nan)
-    from scipy.integrate import ode
-
-    def called(t: float, y: np.ndarray) -> np.ndarray:
-        return follow(t, y)
-
-    explicit = ode(called).set_integrator(
-        "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
-    )
-    with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore"
-        )  # a failure shows as a state that is not finite, or at the next step
-        result: np.ndarray = explicit.set_initial_value(y, t).integrate(end)
-    _let_go(explicit, called)
-    return result
-
-
-@final
-class _Follower:
-    """The equations as SciPy's integrators may call them: counted, and raising nothing."""
-
-    def __init__(self, task: Task) -> None:
-        self._task = task
-
-    def __call__(self, t: float, y: np.ndarray) -> np.ndarray:
-        task = self._task
-        task.evaluations += 1
-        try:
-            return task.rhs(t, y)
-        except BaseException as error:
-            task.fault = error
-            return np.full(len(y), np.nan)
-
-
-def _dop853(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> Outcome:
-    from scipy.integrate import ode
-
-    rhs, add = task.quick or task.rhs, steps.add
-    rate = steps.dy[-1]
-    calls = 0
-
-    def follow(t: float, y: np.ndarray) -> np.ndarray:
-        nonlocal rate, calls
-        calls += 1
-        try:
-            rate = rhs(t, y)
-        except BaseException as error:
-            task.fault = error
-            rate = np.full(len(y), np.nan)
-        return rate
-
-    def doubted(t: float, y: np.ndarray) -> np.ndarray:
-        task.doubt.note(y, follow(t, y).copy())
-        return rate
-
-    stiff = False
-    first = True
-
-    def accepted(t: float, y: np.ndarray) -> Literal[-1, 0]:
-        nonlocal first, stiff
-        if first:  # the start, which is already among the steps
-            first = False
-            return 0
-        add(
-            t, y, rate if task.quick is None else rate.copy()
-        )  # the last evaluation was at the step's end
-        if task.doubtful and task.doubt.step(t - steps.t[-2]) and len(steps.t) > _DOUBT:
-            stiff = True
-            return -1
-        try:
-            return -1 if watch() else 0
-        except BaseException as error:
-            task.fault = error
-            return -1
-
-    solver = ode(doubted if task.doubtful else follow).set_integrator(
-        "dop853",
-        rtol=task.rtol,
-        atol=task.atol,
-        nsteps=task.max_steps,
-        max_step=0.0 if np.isinf(task.max_step) else task.max_step,
-        beta=_DAMPING,
-    )
-    solver.set_solout(accepted)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the return code says the same
-        solver.set_initial_value(steps.y[-1], steps.t[-1]).integrate(end)
-    task.evaluations += calls
-    outcomes: dict[int, Outcome] = {
-        1: "end",
-        2: "stopped",
-        -1: "step too small",
-        -2: "too many steps",
-        -3: "step too small",
-        -4: "stiff",
-    }
-    faulty = task.fault is not None
-    outcome: Outcome = (
-        "fault" if faulty else "stiff" if stiff else outcomes[solver.get_return_code()]
-    )
-    _let_go(solver, follow, accepted)
-    return outcome
-
-
-def _let_go(solver: Any, *functions: Callable[..., Any]) -> None:
-    """Empty what would be kept for ever: SciPy 1.17 gives back no function that its compiled dop853 has called."""
-    vars(solver._integrator).clear()
-    for function in functions:
-        for cell in function.__closure__ or ():
-            cell.cell_contents = None
-
-
-def _implicit(name: Literal["LSODA", "Radau", "BDF"], degree: int) -> Run:
-    """The run of one of SciPy's classes, whose steps are polynomials of a degree."""
+def _implicit(
+    name: Literal["LSODA", "Radau", "BDF"], degree: int
+) -> Callable[[Task, Steps, Look], AbstractContextManager[Run]]:
+    """Integrate by one of SciPy's classes, whose steps are polynomials of a degree."""
     places = np.arange(1, degree + 1) / degree
 
-    def run(task: Task, steps: Steps, end: float, watch: Callable[[], bool]) -> Outcome:
+    @contextmanager
+    def opened(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
         from scipy import integrate
 
+        types = {"LSODA": integrate.LSODA, "Radau": integrate.Radau, "BDF": integrate.BDF}
         steps.spread = True
-        follow = _Follower(task)
-        solver_type = {"LSODA": integrate.LSODA, "Radau": integrate.Radau, "BDF": integrate.BDF}[
-            name
-        ]
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # the solver's status says the same
-            rtol = max(task.rtol, LEAST_RTOL)
-            solver = solver_type(
-                follow,
-                steps.t[-1],
-                steps.y[-1],
-                end,
-                rtol=rtol,
-                atol=task.atol,
-                max_step=task.max_step,
-            )
-            for _ in range(task.max_steps):
-                try:
-                    solver.step()
-                except (
-                    ValueError,
-                    ArithmeticError,
-                    np.linalg.LinAlgError,
-                ):  # a state that is not finite
-                    return "fault" if task.fault is not None else "step too small"
-                if task.fault is not None:
-                    return "fault"
-                if solver.status == "failed":
-                    return "step too small"
-                before, now = float(solver.t_old or 0.0), float(solver.t)
-                times = before + places * (now - before)
-                times[-1] = now
-                states = np.asarray(solver.dense_output()(times)).T
-                states[-1] = solver.y
-                steps.add_spread(
-                    times,
-                    states,
-                    np.array([follow(t, y) for t, y in zip(times, states, strict=True)]),
-                )
-                if watch():
-                    return "stopped"
-                if solver.status == "finished":
-                    return "fault" if task.fault is not None else "end"
-        return "too many steps"
 
-    return run
+        def failed() -> Outcome:
+            fault = guard.fault
+            return Outcome("step too small") if fault is None else Outcome("fault", fault)
+
+        def run(end: float) -> Outcome:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # the solver's status says the same
+                solver = types[name](
+                    guard.rates,
+                    steps.t[-1],
+                    steps.y[-1],
+                    end,
+                    rtol=max(task.rtol, MIN_RTOL),
+                    atol=task.atol,
+                    max_step=task.max_step,
+                )
+                for _ in range(task.max_steps):
+                    try:
+                        solver.step()
+                    except (ValueError, ArithmeticError, np.linalg.LinAlgError):
+                        return failed()  # a state that is not finite
+                    if guard.fault is not None or solver.status == "failed":
+                        return failed()
+                    before, now = float(solver.t_old or 0.0), float(solver.t)
+                    times = before + places * (now - before)
+                    times[-1] = now
+                    states = np.asarray(solver.dense_output()(times)).T
+                    states[-1] = solver.y
+                    rates = [guard.rates(t, y) for t, y in zip(times, states, strict=True)]
+                    steps.add_spread(times, states, np.array(rates))
+                    if (halted := _looked(look)) is not None:
+                        return halted
+                    if guard.fault is not None:
+                        return failed()
+                    if solver.status == "finished":
+                        return Outcome("end")
+            return Outcome("too many steps")
+
+        with _guarded(task.rhs) as guard:
+            try:
+                yield run
+            finally:
+                steps.evaluations += guard.evaluations
+
+    return opened
 
 
 METHODS: dict[str, Method] = {

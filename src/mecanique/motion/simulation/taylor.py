@@ -1,120 +1,104 @@
-"""A motion by Taylor series: the compiled integrator runs by itself, and keeps the series of every step."""
+"""Integrate by Taylor series: the compiled integrator runs by itself."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
-from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.cache import Compiled
-from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.simulation.outcome import Outcome
+from mecanique.motion.simulation.problem import Course, Integration, Problem
 
-__all__ = ["Flow", "flow"]
+__all__ = ["integrate_series"]
 
 AT_ONCE = 20_000
-"""Steps between looks at progress and interruption."""
+"""Steps between reports of progress and looks for an interruption."""
 
 PARTS = (2, 4, 8, 16)
-"""Into how many parts a step is cut for the curve through states; the first that is accurate is taken."""
+"""Into how many parts a step is cut for the curve through states; the first accurate one counts."""
+
+CLOSE = 10
+"""A curve this many tolerances from the series is accurate."""
+
+EPSILON = 1e-15
+"""Rounding of a state, relative."""
+
+NO_LENGTH = 1e-12
+"""Steps below this fraction of the duration are only rounding."""
 
 
-class Flow(NamedTuple):
-    """What the integrator yields.
-
-    Args:
-        last: time at its end [s].
-        states: shape (n, nq + nv), at the times asked for that it reached.
-        steps: number of steps.
-        curve: gives the motion as a curve through states.
-        trouble: what stopped it before its end; empty if nothing did.
-        fault: what `progress` raised, if it did.
-    """
-
-    last: float
-    states: np.ndarray
-    steps: int
-    curve: Callable[[], Curve]
-    trouble: str
-    fault: Exception | None = None
-
-
-def flow(
-    mechanism: Mechanism,
-    reference: Any,
-    code: Compiled,
-    start: np.ndarray,
-    times: np.ndarray,
-    span: tuple[float, float],
-    rtol: float,
-    max_step: float,
-    max_steps: int,
-    progress: Callable[[float], object] | None,
-) -> Flow:
-    """Integrate a motion.
+def integrate_series(problem: Problem) -> Integration:
+    """Integrate a problem, as far as it goes.
 
     Args:
-        mechanism: what moves.
-        reference: its `Reference`.
-        code: what is compiled for it.
-        start: shape (nq + nv,).
-        times: of the samples, shape (n,) [s].
-        span: start and end [s].
-        rtol: relative error of a step.
-        max_step: longest step [s].
-        max_steps: most steps.
-        progress: called with the fraction done.
+        problem: what to integrate; a Taylor integrator can be had for it.
     """
-    t0, end = span
+    code, reference, rtol, end = problem.code, problem.reference, problem.rtol, problem.end
     machine = code.borrow(reference, rtol)
-    options: dict[str, Any] = {} if np.isinf(max_step) else {"max_delta_t": max_step}
-    steps, trouble, states = 0, "", [start[None]] if times[0] == t0 else []
-    fault: Exception | None = None
-    inner = times[times > t0]
+    options = _options(problem)
+    left = problem.times[problem.times > problem.t0]
+    states = [problem.start[None]] if problem.times[0] == problem.t0 else []
+    steps, outcome = 0, None
     try:
-        machine.time = t0
-        machine.state[:] = start
-        while machine.time < end and not trouble:
-            machine = code.exchanged(reference, rtol, machine, steps)
-            limits = {"max_steps": min(AT_ONCE, max_steps - steps), **options}
-            some = inner[:AT_ONCE]
+        machine.time = problem.t0
+        machine.state[:] = problem.start
+        while outcome is None and machine.time < end:
+            machine = code.exchange(reference, rtol, machine, steps)
+            limits = {"max_steps": min(AT_ONCE, problem.max_steps - steps), **options}
+            some = left[:AT_ONCE]
             if len(some) and some[0] < end:  # samples on the way are read off the series
                 grid = np.concatenate([[machine.time], some])
-                outcome, _, _, taken, *_, found = machine.propagate_grid(grid, **limits)
+                stop, _, _, taken, *_, found = machine.propagate_grid(grid, **limits)
                 states.append(found[1:])
             else:
-                outcome, _, _, taken, *_ = machine.propagate_until(end, **limits)
-                asked = len(some) and machine.time == end
-                states.append(machine.state[None].copy() if asked else np.empty((0, len(start))))
-            inner = inner[len(states[-1]) :]
+                stop, _, _, taken, *_ = machine.propagate_until(end, **limits)
+                sampled = len(some) and machine.time == end
+                states.append(machine.state[None].copy() if sampled else machine.state[None][:0])
+            left = left[len(states[-1]) :]
             steps += taken
-            if outcome.name == "step_limit":
-                trouble = "too many steps" if steps >= max_steps else ""
-            elif outcome.name != "time_limit":
-                trouble = "collapsed"
-            if progress is not None:
-                try:
-                    progress((machine.time - t0) / (end - t0))
-                except Exception as error:
-                    trouble, fault = "told to stop", error
+            if stop.name == "step_limit":
+                outcome = Outcome("too many steps") if steps >= problem.max_steps else None
+            elif stop.name != "time_limit":
+                outcome = Outcome("step too small")
+            outcome = _report(problem, float(machine.time)) or outcome
     except KeyboardInterrupt:
-        trouble = "interrupted"
-    last = float(machine.time)
+        outcome = Outcome("interrupted")
+    last, y = float(machine.time), np.array(machine.state)
     code.give_back(rtol, machine, steps)
-
-    def curve() -> Curve:
-        return _curve(mechanism, code, reference, start, (t0, last), rtol, options)
-
-    return Flow(
+    return Integration(
+        outcome or Outcome("end"),
         last,
-        np.concatenate(states) if states else np.empty((0, len(start))),
+        y,
         steps,
-        curve,
-        trouble,
-        fault,
+        steps,
+        rtol,
+        partial(_course, problem, states, last),
     )
+
+
+def _options(problem: Problem) -> dict[str, Any]:
+    return {} if np.isinf(problem.max_step) else {"max_delta_t": problem.max_step}
+
+
+def _report(problem: Problem, t: float) -> Outcome | None:
+    """Report the progress; return how it ends the motion if that raises an exception."""
+    if problem.progress is not None:
+        try:
+            problem.progress((t - problem.t0) / (problem.end - problem.t0))
+        except Exception as error:
+            return Outcome("progress", error)
+    return None
+
+
+def _course(problem: Problem, states: list[np.ndarray], last: float) -> Course:
+    """The samples that were read off, and the curve that is made when it is asked for."""
+    y = np.concatenate(states) if states else np.empty((0, len(problem.start)))
+    nq = problem.mechanism.nq
+    samples = State(problem.times[: len(y)], problem.code.rates.normalized(y[:, :nq]), y[:, nq:])
+    return Course(samples, partial(_curve, problem, last))
 
 
 def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:
@@ -129,60 +113,51 @@ def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:
     )
 
 
-def _series(
-    machine: Any, start: np.ndarray, span: tuple[float, float], options: dict[str, Any]
-) -> list[Any]:
-    """The series of every step; integrated again, because keeping them takes longer than finding them."""
-    machine.time = span[0]
-    machine.state[:] = start
+def _series(problem: Problem, machine: Any, last: float) -> list[Any]:
+    """The series of every step; integrated again, because keeping them takes longer."""
+    machine.time = problem.t0
+    machine.state[:] = problem.start
     series = []
-    while machine.time < span[1]:
+    while machine.time < last:
         *_, output, _ = machine.propagate_until(
-            span[1], max_steps=AT_ONCE, c_output=True, **options
+            last, max_steps=AT_ONCE, c_output=True, **_options(problem)
         )
         series.append(output)
     return series
 
 
-def _curve(
-    mechanism: Mechanism,
-    code: Compiled,
-    reference: Any,
-    start: np.ndarray,
-    span: tuple[float, float],
-    rtol: float,
-    options: dict[str, Any],
-) -> Curve:
+def _curve(problem: Problem, last: float) -> Curve:
     """The curve through enough states that it is as accurate as the series."""
-    nq, rates, rhs = mechanism.nq, Rates.of(mechanism), code.batched(reference)
-    machine = code.borrow(reference, rtol)
-    series = _series(machine, start, span, options)
+    nq, rtol, code = problem.mechanism.nq, problem.rtol, problem.code
+    rates, rhs = code.rates, code.batched(problem.reference)
+    machine = code.borrow(problem.reference, rtol)
+    series = _series(problem, machine, last)
     code.give_back(rtol, machine)
+
+    def through(t: np.ndarray, y: np.ndarray) -> Curve:
+        q, v = rates.normalized(y[:, :nq]), y[:, nq:]
+        rate = np.empty(y.T.shape)
+        # t may be an array, because every operation on it is elementwise
+        rhs(t, np.hstack([q, v]).T, rate)
+        return Curve(t, q, v, rate[nq:].T.copy(), np.array([0]), rates)
+
     if not series:
-        y, rate = start[:, None], np.empty((len(start), 1))
-        _fill(rhs, np.array(span[:1]), y, rate)
-        return Curve(np.array(span[:1]), y[:nq].T, y[nq:].T, rate[nq:].T, np.array([0]), rates)
+        return through(np.array([problem.t0]), problem.start[None])
     marks = np.concatenate([series[0].times[:1], *(output.times[1:] for output in series)])
-    # a step that ends a rounding before the end is followed by one of no length to speak of
-    marks = np.append(marks[:-1][np.diff(marks) > 1e-12 * (span[1] - span[0])], marks[-1])
+    # a step that ends a rounding before the end is followed by one of next to no length
+    marks = np.append(
+        marks[:-1][np.diff(marks) > NO_LENGTH * (last - problem.t0)],
+        marks[-1],
+    )
     for parts in PARTS:
         inner = marks[:-1, None] + np.diff(marks)[:, None] * (np.arange(parts) / parts)
         t = np.append(inner.ravel(), marks[-1])
-        y = _values(series, t)
-        q, v, rate = rates.normalized(y[:, :nq]), y[:, nq:], np.empty(y.T.shape)
-        _fill(rhs, t, np.hstack([q, v]).T, rate)
-        curve = Curve(t, q, v, rate[nq:].T.copy(), np.array([0]), rates)
+        curve = through(t, _values(series, t))
         middle = (t[1:] + t[:-1]) / 2
         exact = _values(series, middle)
         found = curve(middle)
-        gap = np.abs(np.hstack([found.q, found.v]) - exact) / (
-            rtol + max(rtol, 1e-15) * np.abs(exact)
-        )
-        if gap.max(initial=0.0) <= 10:
+        gap = np.abs(np.hstack([found.q, found.v]) - exact)
+        allowed = rtol + max(rtol, EPSILON) * np.abs(exact)
+        if (gap / allowed).max(initial=0.0) <= CLOSE:
             break
     return curve
-
-
-def _fill(rhs: Any, t: np.ndarray, Y: np.ndarray, out: np.ndarray) -> None:
-    """Rates at many times; t may be an array, because every operation on it is elementwise."""
-    rhs(t, Y, out)

@@ -1,20 +1,19 @@
-"""What is watched between the integrator's steps: events, impacts, drift, progress, interruption."""
+"""Watch the integrator's steps: events, impacts, drift, progress, interruption."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import Any, final
+from typing import NamedTuple, final
 
 import numpy as np
 
-from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.events import Event, Occurrence
-from mecanique.motion.record.loops import Closing
-from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.events import Occurrence, Quantity
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.methods import Task, advance
+from mecanique.motion.simulation.outcome import Outcome
+from mecanique.motion.simulation.problem import Problem
 
 __all__ = ["Watcher"]
 
@@ -24,21 +23,34 @@ PLACES = (0.25, 0.5, 0.75, 1.0)
 SHORTEST_FLIGHT = 1e-9
 """Impacts that follow each other faster than this fraction of the duration are a lasting contact."""
 
+TINY = 1e-300
+"""Stands for zero with a sign."""
+
+MAX_HALVINGS = 50
+"""How often a step is halved to find where a quantity has left zero."""
+
+
+class _Crossing(NamedTuple):
+    """Between which times an event's quantity changes its sign, and its sign before."""
+
+    which: int
+    low: float
+    high: float
+    sign: float
+
 
 @final
 class Watcher:
-    """Looks at each step and says whether the integration must halt there; `settle` then does what is to be done.
+    """Looks at each step and says whether the integration must halt; `settle` then corrects it.
+
+    The first step, the start, must be there already.
 
     Args:
-        mechanism: what moves.
-        reference: its `Reference`.
-        rates: the maps between v and q̇.
+        problem: what is integrated.
         task: the equations and tolerances.
         steps: the steps so far.
-        events: what to watch for.
-        progress: called with the fraction done.
-        span: start and end of the motion [s].
-        closing: keeps the loops closed, if there are any.
+        interrupted: returns whether Ctrl-C was pressed.
+        reconsider: returns at a time whether another method may pay.
 
     Raises:
         UnknownNameError: if an event depends on a name that does not exist.
@@ -47,102 +59,98 @@ class Watcher:
 
     def __init__(
         self,
-        mechanism: Mechanism,
-        reference: Any,
-        rates: Rates,
+        problem: Problem,
         task: Task,
         steps: Steps,
-        events: Sequence[Event],
-        progress: Callable[[float], object] | None,
-        span: tuple[float, float],
-        closing: Closing | None = None,
+        interrupted: Callable[[], bool],
+        reconsider: Callable[[float], bool],
     ) -> None:
-        self.interrupted = False
-        self.reconsider: Callable[[float], bool] | None = None
-        """Says at a time whether another method would pay; the integration then halts and is `reconsidered`."""
-        self.reconsidered = False
-        self.contact = ""
-        self._reference = reference
+        mechanism, rates = problem.mechanism, problem.code.rates
+        self.interrupted = interrupted
+        """Returns whether Ctrl-C was pressed."""
+        self._reconsider = reconsider
+        self._reference = problem.reference
+        self._loops = problem.loops
         self._rates = rates
         self._task = task
         self._steps = steps
         self._nq = mechanism.nq
-        self._events = tuple(events)
-        self._quantities = [event.quantity(mechanism) for event in events]
+        self._events = problem.events
+        self._quantities = [event.quantity(mechanism) for event in problem.events]
         self._impacts = {
-            e.name: e.impact(mechanism, rates) for e in events if e.restitution is not None
+            event.name: event.impact(mechanism, rates)
+            for event in problem.events
+            if event.restitution is not None
         }
-        self._before: list[float] = []  # each quantity at the last step
-        self._crossings: list[tuple[int, float, float]] = []  # event, and the times it lies between
+        self._before = self._measure(steps.t[-1], steps.y[-1])  # each quantity at the last step
+        self._to_record: list[_Crossing] = []
+        self._halting: _Crossing | None = None
         self._found: list[Occurrence] = []
-        self._pending: tuple[int, float, float, float] | None = None
         self._last_impact: dict[str, float] = {}
-        self._progress = progress
-        self._span = span
-        self._next = span[0]
+        self._progress = problem.progress
+        self._begin, self._duration = problem.t0, problem.end - problem.t0
+        self._next_report = problem.t0
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
-        self._closing = closing
-        self.idle = not (events or progress or rates.balls or closing)
-        """Whether nothing but an interruption is watched for."""
+        self._idle = not (problem.events or problem.progress or rates.balls or problem.loops)
 
-    def __call__(self) -> bool:
-        """Look at the last step; return whether to halt."""
-        if self.interrupted:
-            return True
-        if self.reconsider is not None and self.reconsider(self._steps.t[-1]):
-            self.reconsidered = True
-            return True
-        if self.idle:
-            return False
-        t, y = self._steps.t[-1], self._steps.y[-1]
-        if self._progress is not None and t >= self._next:
-            begin, end = self._span
-            self._progress((t - begin) / (end - begin))
-            self._next = t + (end - begin) / 100
-        if self._events and self._crossed():
-            return True
-        if self._closing is not None and self._closing.has_left(t, y):
-            return True
-        return self._rates.drift(y[: self._nq]) > self._most_drift
+    def look(self) -> Outcome | None:
+        """Look at the last step; return why to halt, or None to continue."""
+        if self.interrupted():
+            return Outcome("interrupted")
+        t = self._steps.t[-1]
+        if self._reconsider(t):
+            return Outcome("reconsider")
+        if self._idle:
+            return None
+        y = self._steps.y[-1]
+        if self._progress is not None and t >= self._next_report:
+            try:
+                self._progress((t - self._begin) / self._duration)
+            except Exception as error:
+                return Outcome("progress", error)
+            self._next_report = t + self._duration / 100
+        halts = (
+            (self._events and self._has_crossed())
+            or (self._loops is not None and self._loops.has_left(t, y))
+            or self._rates.drift(y[: self._nq]) > self._most_drift
+        )
+        return Outcome("halt") if halts else None
 
-    def start(self) -> None:
-        """Note the quantities at the start, the first of the steps."""
-        self._before = self._measured(self._steps.t[-1], self._steps.y[-1])
+    def settle(self) -> Outcome | None:
+        """Correct the last step: end it at an event, or on the loops; return whether all ends there.
 
-    def settle(self) -> bool:
-        """Do what the last step asks for; return whether the motion ends there."""
-        steps = self._steps
-        t, y = steps.t[-1], self.renormalized(steps.t[-1], steps.y[-1])
-        if self._pending is None:
-            steps.end_at(t, y, self._task.rhs)
-            return False
-        which, low, high, sign = self._pending
-        self._pending = None
-        event = self._events[which]
-        found = self._located(which, low, high, sign)
-        if found is None:
-            steps.end_at(t, y, self._task.rhs)
-            return False
+        Raises:
+            EquationsError: if the equations fail on the way to an event.
+        """
+        steps, crossing = self._steps, self._halting
+        self._halting = None
+        found = None if crossing is None else self._locate(crossing)
+        if crossing is None or found is None:
+            t = steps.t[-1]
+            steps.end_at(t, self.corrected(t, steps.y[-1]), self._task.rhs)
+            return None
         t, y = found
-        self._crossings = [(k, a, min(b, t)) for k, a, b in self._crossings if a < t]
+        self._to_record = [
+            each._replace(high=min(each.high, t)) for each in self._to_record if each.low < t
+        ]
         steps.end_at(t, y, self._task.rhs)
+        event = self._events[crossing.which]
         q, v = y[: self._nq], y[self._nq :]
         after = v
         if event.name in self._impacts:
             after = self._impacts[event.name](t, q, v, partial(self._reference.response, q, t))
         self._found.append(Occurrence(event.name, t, q, v, after))
         if event.stop:
-            return True
-        flight = t - self._last_impact.get(event.name, -np.inf)
-        if flight < SHORTEST_FLIGHT * (self._span[1] - self._span[0]):
-            self.contact = event.name
-            return True
+            return Outcome("event")
+        if t - self._last_impact.get(event.name, -np.inf) < SHORTEST_FLIGHT * self._duration:
+            return Outcome("contact")
         self._last_impact[event.name] = t
         y = np.concatenate([q, after])
         steps.break_here(y, self._task.rhs(t, y))
-        self._before = self._measured(t, y)
-        self._before[which] = sign * 1e-300  # it bounces back to the side it came from
-        return False
+        self._before = self._measure(t, y)
+        # zero to rounding, but it bounces back to the side it came from
+        self._before[crossing.which] = crossing.sign * TINY
+        return None
 
     def occurrences(self, curve: Curve) -> tuple[Occurrence, ...]:
         """Return the events that took place, in the order of time.
@@ -152,47 +160,45 @@ class Watcher:
         """
         from scipy.optimize import brentq
 
-        for which, low, high in self._crossings:
-            quantity = self._quantities[which]
+        for crossing in self._to_record:
+            quantity = self._quantities[crossing.which]
 
-            def value(t: float, quantity: Any = quantity) -> float:
+            def value(t: float, quantity: Quantity = quantity) -> float:
                 state = curve(t)
                 return float(quantity(t, state.q, state.v))
 
-            high = min(high, float(curve.t[-1]))
+            low, high = crossing.low, min(crossing.high, float(curve.t[-1]))
             at_low, at_high = value(low), value(high)
-            if (
-                at_low * at_high > 0
-            ):  # the rough look and the motion differ: it only comes near zero
-                continue
-            t = (
-                low
-                if at_low == 0
-                else high
-                if at_high == 0
-                else float(brentq(value, low, high, xtol=1e-14, rtol=1e-14))
-            )
+            if at_low * at_high > 0:
+                continue  # on the curve it only comes near zero
+            if at_low == 0:
+                t = low
+            elif at_high == 0:
+                t = high
+            else:
+                t = float(brentq(value, low, high, xtol=1e-14, rtol=1e-14))
             state = curve(t)
-            self._found.append(Occurrence(self._events[which].name, t, state.q, state.v, state.v))
-        self._crossings = []
+            name = self._events[crossing.which].name
+            self._found.append(Occurrence(name, t, state.q, state.v, state.v))
+        self._to_record = []
         return tuple(sorted(self._found, key=lambda occurrence: occurrence.t))
 
-    def _measured(self, t: float, y: np.ndarray) -> list[float]:
-        q, v = y[: self._nq], y[self._nq :]
-        return [float(quantity(t, q, v)) for quantity in self._quantities]
-
-    def renormalized(self, t: float, y: np.ndarray) -> np.ndarray:
+    def corrected(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the state on the loops, and with unit quaternions, next to a state.
 
         Args:
             t: its time [s].
             y: shape (nq + nv,).
         """
-        if self._closing is not None:
-            return self._closing.back(t, y)
+        if self._loops is not None:
+            return self._loops.closed(t, y)
         return np.concatenate([self._rates.normalized(y[: self._nq]), y[self._nq :]])
 
-    def _crossed(self) -> bool:
+    def _measure(self, t: float, y: np.ndarray) -> list[float]:
+        q, v = y[: self._nq], y[self._nq :]
+        return [float(quantity(t, q, v)) for quantity in self._quantities]
+
+    def _has_crossed(self) -> bool:
         """Look for sign changes along the last step; note those to record, and the first to halt at."""
         steps = self._steps
         for at in range(steps.first, len(steps.t) - 1):
@@ -204,9 +210,9 @@ class Watcher:
                 a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
                 y = a * y0 + b * y1 + h * x * (1 - x) * ((1 - x) * d0 - x * d1) if x < 1 else y1
                 high = t0 + x * h if x < 1 else t1
-                now = self._measured(high, y)
+                now = self._measure(high, y)
                 self._compare(now, low, high)
-                if self._pending is not None:
+                if self._halting is not None:
                     return True
                 self._before, low = now, high
         return False
@@ -216,39 +222,43 @@ class Watcher:
             rising, falling = g0 < 0 <= g1, g0 > 0 >= g1
             if not ((rising and event.direction >= 0) or (falling and event.direction <= 0)):
                 continue
+            crossing = _Crossing(k, low, high, 1.0 if falling else -1.0)
             if not event.stop and event.restitution is None:
-                self._crossings.append((k, low, high))
-            elif self._pending is None:
-                self._pending = k, low, high, 1.0 if falling else -1.0
+                self._to_record.append(crossing)
+            elif self._halting is None:
+                self._halting = crossing
 
-    def _located(
-        self, which: int, low: float, high: float, sign: float
-    ) -> tuple[float, np.ndarray] | None:
+    def _locate(self, crossing: _Crossing) -> tuple[float, np.ndarray] | None:
         """Return when and in which state the quantity is zero, by integrating from the step before."""
         from scipy.optimize import brentq
 
         steps = self._steps
         t0, y0, t1 = steps.t[steps.first], steps.y[steps.first], steps.t[-1]
-        quantity, nq = self._quantities[which], self._nq
+        quantity, nq = self._quantities[crossing.which], self._nq
+        low, high, sign = crossing.low, crossing.high, crossing.sign
+
+        def state(t: float) -> np.ndarray:
+            reached = advance(self._task, t0, y0, t)
+            steps.evaluations += reached.evaluations
+            return reached.y
 
         def value(t: float) -> float:
-            y = advance(self._task, t0, y0, t)
+            y = state(t)
             return float(quantity(t, y[:nq], y[nq:]))
 
-        if (
-            not value(low) * sign > 0
-        ):  # just after an impact it is zero to rounding: find where it has left
+        if not value(low) * sign > 0:
+            # just after an impact it is zero to rounding: find where it has left
             width = high - low
-            for halvings in range(1, 50):
+            for halvings in range(1, MAX_HALVINGS):
                 if value(low + width / 2**halvings) * sign > 0:
                     low += width / 2**halvings
                     break
             else:
-                return low, advance(self._task, t0, y0, low)
+                return low, state(low)
         if value(high) * sign > 0:
             high = t1
             if value(high) * sign > 0:
-                self._before = self._measured(t1, steps.y[-1])
+                self._before = self._measure(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
-        return t, self.renormalized(t, advance(self._task, t0, y0, t))
+        return t, self.corrected(t, state(t))

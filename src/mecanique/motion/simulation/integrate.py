@@ -1,0 +1,216 @@
+"""Integrate a problem step by step, by a method of the table."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+
+import numpy as np
+
+from mecanique.errors import MecaniqueError
+from mecanique.motion.compile.python import owning
+from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.record.steps import Steps
+from mecanique.motion.simulation.arguments import kinks
+from mecanique.motion.simulation.choice import Choice, worth_reconsidering
+from mecanique.motion.simulation.methods import METHODS, EquationsError, Task, advance
+from mecanique.motion.simulation.outcome import Outcome
+from mecanique.motion.simulation.problem import Course, Integration, Problem
+from mecanique.motion.simulation.taylor import integrate_series
+from mecanique.motion.simulation.watcher import Watcher
+
+__all__ = ["integrate"]
+
+MIN_LENGTH = 1e-6
+"""Intervals below this fraction of the median are not halved: no step resolves the kink in them."""
+
+EPSILON = 2.2e-16
+"""Relative rounding of a number."""
+
+
+def integrate(problem: Problem, choice: Choice) -> Integration:
+    """Integrate a problem once, as far as it goes.
+
+    Args:
+        problem: what to integrate.
+        choice: the method and the equations.
+
+    Raises:
+        MecaniqueError: if the equations refuse the start.
+        UnknownNameError: if an event depends on a name that does not exist.
+    """
+    if choice.equations is None:
+        return integrate_series(problem)
+    task, steps = _task(problem, choice), Steps()
+    try:
+        rate = task.rhs(problem.t0, problem.start)
+    except MecaniqueError:
+        raise
+    except Exception as error:
+        return Integration(Outcome("fault", error), 0.0, None, 0, 0, task.rtol, None)
+    steps.add(problem.t0, problem.start, rate)
+    if not np.isfinite(rate).all():
+        outcome = Outcome("not finite")
+        return Integration(outcome, problem.t0, steps.y[0], 0, 0, task.rtol, None)
+    with _interruptible() as interrupted:
+        watcher = Watcher(
+            problem,
+            task,
+            steps,
+            interrupted,
+            lambda t: worth_reconsidering(problem, choice, steps.taken, t),
+        )
+        outcome = _integrate_stretches(problem, choice, task, steps, watcher)
+    return Integration(
+        outcome,
+        steps.t[-1],
+        steps.y[-1],
+        steps.taken,
+        steps.evaluations,
+        task.rtol,
+        partial(_course, problem, choice, task, steps, watcher, outcome),
+    )
+
+
+def _task(problem: Problem, choice: Choice) -> Task:
+    quick = choice.equations
+    assert quick is not None, "only Taylor series need none"
+    explicit = choice.method == "dop853"
+    rtol, atol = _accuracy(problem)
+    return Task(
+        owning(quick),
+        implicit=not METHODS[choice.method].smooth,
+        rtol=choice.share * rtol,
+        atol=choice.share * atol,
+        max_step=problem.max_step,
+        max_steps=problem.max_steps,
+        quick=quick if explicit else None,
+        restarts=choice.automatic and explicit and problem.loops is not None,
+    )
+
+
+def _accuracy(problem: Problem) -> tuple[float, float]:
+    """The tolerances of the steps; closing the loops restarts each, and their errors add up."""
+    part = 1.0 if problem.loops is None else ClosedLoops.share
+    return part * problem.rtol, part * problem.atol
+
+
+def _integrate_stretches(
+    problem: Problem, choice: Choice, task: Task, steps: Steps, watcher: Watcher
+) -> Outcome:
+    """Integrate from kink to kink of the inputs, and on from where a step needs a correction."""
+    end = problem.end
+    with METHODS[choice.method].open(task, steps, watcher.look) as run:
+        for stop in (*kinks(problem.mechanism, problem.t0, end), end):
+            while steps.t[-1] < stop:
+                outcome = run(stop)
+                if watcher.interrupted():
+                    return Outcome("interrupted")
+                if outcome.kind == "halt":
+                    try:
+                        ended = watcher.settle()
+                    except EquationsError as error:
+                        return Outcome("fault", error.__cause__)
+                    if ended is not None:
+                        return ended
+                elif outcome.kind == "end":
+                    # by rounding it may fall short, and no step is small enough for the rest
+                    steps.t[-1] = stop
+                else:
+                    return outcome
+            if stop < end:
+                y = steps.y[-1]
+                steps.break_here(y, task.rhs(stop, y))
+    return Outcome("end")
+
+
+def _course(
+    problem: Problem, choice: Choice, task: Task, steps: Steps, watcher: Watcher, outcome: Outcome
+) -> Course:
+    """Sample the motion through the steps, and find the events on it."""
+    rates, nq = problem.code.rates, problem.mechanism.nq
+    path: Callable[[], Curve] = partial(
+        steps.curve, nq, rates, smooth=METHODS[choice.method].smooth
+    )
+    if outcome.accurate:
+        path = partial(_refined, problem, choice, task, steps, watcher.corrected)
+    last = float(steps.t[-1])
+    times = problem.times
+    if last < problem.end:
+        times = np.append(times[times < last], last)
+    if not problem.events and problem.loops is None and times.tolist() == [steps.t[0], last]:
+        # the ends are steps: the curve between them can wait until it is asked for
+        ends = np.array([steps.y[0], steps.y[-1]])
+        return Course(State(times, rates.normalized(ends[:, :nq]), ends[:, nq:]), path)
+    curve = path()
+    samples = curve(times)
+    if problem.loops is not None:
+        samples = State(times, *problem.loops.all_closed(times, samples.q, samples.v))
+    return Course(samples, curve, watcher.occurrences(curve))
+
+
+def _refined(
+    problem: Problem,
+    choice: Choice,
+    task: Task,
+    steps: Steps,
+    corrected: Callable[[float, np.ndarray], np.ndarray],
+) -> Curve:
+    """Halve the intervals on which the polynomial is less accurate than the steps.
+
+    Once only: what is left then is not the polynomial's error but that of the steps, which fit each
+    other no better than to the tolerance, and looks the larger the closer they are.
+    """
+    nq, rates, smooth = problem.mechanism.nq, problem.code.rates, METHODS[choice.method].smooth
+    rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
+    rtol, atol = _accuracy(problem)
+    curve = steps.curve(nq, rates, smooth, close=rtol < 1000 * rounding)
+    left = curve.intervals
+    if not smooth or not len(left):
+        return curve
+    position, velocity = curve.errors()
+    first = rates.first(curve.q, curve.v)
+
+    def allowed(x: np.ndarray, rate: np.ndarray) -> np.ndarray:
+        # times of steps are rounded, and no step more makes that better
+        relative = np.abs(x[left]) * rtol + np.abs(rate[left]) * 100 * rounding
+        bound: np.ndarray = atol + relative.max(axis=1)
+        return bound
+
+    excess = np.maximum(position / allowed(curve.q, first), velocity / allowed(curve.v, curve.a))
+    length = curve.t[left + 1] - curve.t[left]
+    coarse = left[(excess > 1) & (length > MIN_LENGTH * float(np.median(length)))]
+    t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
+    states = []
+    try:
+        for i, middle in zip(coarse, t.tolist(), strict=True):
+            y = np.concatenate([curve.q[i], curve.v[i]])
+            states.append(corrected(middle, advance(task, float(curve.t[i]), y, middle).y))
+    except EquationsError:
+        return curve
+    if not states or not np.isfinite(y := np.array(states)).all():
+        return curve
+    dy = np.array([task.rhs(s, x) for s, x in zip(t.tolist(), states, strict=True)])
+    return curve.with_steps(coarse, t, y[:, :nq], y[:, nq:], dy[:, nq:])
+
+
+@contextmanager
+def _interruptible() -> Iterator[Callable[[], bool]]:
+    """Let Ctrl-C end the integration after a step, and yield whether it was pressed.
+
+    SciPy's compiled integrators survive no exception in a callback.
+    """
+    pressed: list[int] = []
+    in_main = threading.current_thread() is threading.main_thread()
+    if not in_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield lambda: bool(pressed)
+        return
+    signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
