@@ -99,7 +99,6 @@ UPWARD: dict[str, set[str]] = {
         "motion.linear.response",
     },
     # still to be untied
-    "motion.record.loops": {"motion.simulation.arguments"},
 }
 """The one exception, stated once: results whose methods reach for what works on them."""
 

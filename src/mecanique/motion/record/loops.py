@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, ClassVar, final
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.simulation.arguments import Values
+from mecanique.model.values import Given
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -51,7 +51,7 @@ class ClosedLoops:
         self._most = max(_LEFT * rtol, _ROUNDING)
         self._nq = mechanism.nq
 
-    def start(self, q: Values | None, v: Values | None, t: float) -> tuple[np.ndarray, str]:
+    def start(self, q: Given, v: Given, t: float) -> tuple[np.ndarray, str]:
         """Return the state to start from, and what was done to close it.
 
         What is given by name stays if the loops can be closed so.

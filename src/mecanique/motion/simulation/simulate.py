@@ -10,11 +10,11 @@ import numpy as np
 
 from mecanique.errors import InputError, IntegrationError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.values import Given
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.motion import Motion, Statistics
 from mecanique.motion.simulation.arguments import (
-    Values,
     longest_step,
     sample_times,
     span_and_tolerances,
@@ -40,8 +40,8 @@ __all__ = ["simulate"]
 def simulate(
     mechanism: Mechanism,
     *,
-    q: Values | None = None,
-    v: Values | None = None,
+    q: Given = None,
+    v: Given = None,
     duration: float = 10.0,
     rtol: float = 1e-10,
     atol: float | None = None,
