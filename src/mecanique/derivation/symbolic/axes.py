@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -13,9 +13,29 @@ from mecanique.derivation.tree.poses import Arithmetic, local, placement_matrix,
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Axes", "axes_of", "normal_of"]
+__all__ = ["Axes", "Direction", "axes_of", "normal_of"]
 
 _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+@final
+@dataclass(frozen=True)
+class Direction:
+    """A direction along which a joint may transmit a force, or about which a moment.
+
+    Args:
+        kind: "force" or "moment".
+        place: among the three directions of its kind.
+        row: shape (3,), in the axes of the body's carrier.
+        label: its name, e.g. "x"; "" for the normal of a plane.
+        sign: 1, or −1 where the reaction is counted against it.
+    """
+
+    kind: str
+    place: int
+    row: Sequence[Any]
+    label: str
+    sign: int
 
 
 @final
@@ -40,6 +60,14 @@ class Axes:
     turn_labels: tuple[str, str, str]
     sentence: str
     whose: str = "the world"
+
+    @property
+    def directions(self) -> Iterator[Direction]:
+        """Those of forces, then those of moments."""
+        for k, row in enumerate(self.rows):
+            yield Direction("force", k, row, self.labels[k], self.signs[k])
+        for k, row in enumerate(self.turns):
+            yield Direction("moment", k, row, self.turn_labels[k], 1)
 
 
 def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axes:

@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
-from mecanique.derivation.symbolic.vectors import along
+from mecanique.derivation.symbolic.vectors import Vector, along, lift
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.shapes import Shape
 from mecanique.model.visuals import Cylinder
@@ -29,17 +29,17 @@ class Distribution:
     Args:
         coordinate: name of the distance from the rod's end.
         length: of the rod [m].
-        direction: shape (3,), along the rod away from that end, in the axes of the body's carrier.
-        density: shape (3,), force per length at that distance, along the axes of the body [N/m].
-        resultant: shape (3,), its integral over the rod [N].
-        point: shape (3,), distance at which the resultant of each component acts; None where it has
+        direction: along the rod away from that end, in the axes of the body's carrier.
+        density: force per length at that distance, along the axes of the body [N/m].
+        resultant: its integral over the rod [N].
+        point: distance at which the resultant of each component acts; None where it has
             no single point.
     """
 
     coordinate: str
     length: Series
-    direction: tuple[Series, ...]
-    density: tuple[Series, ...]
+    direction: Vector
+    density: Vector
     resultant: tuple[Series, ...]
     point: tuple[Series | None, ...]
 
@@ -65,17 +65,17 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
         return None
     s = algebra.ring.unknown(name, Kind.PARAMETER)
     point = [c + (s - length / 2) * d for c, d in zip(center, direction, strict=True)]
-    rate = [algebra.lifted(combination(row, [*point, 1])) for row in kinematics.rate(cut.body)]
-    acceleration = along(algebra, cut.axes.rows, kinematics.change(rate, cut.carrier))
-    density = [tidy(-(cut.mass / length) * a) for a in acceleration]
+    rate = [combination(row, [*point, 1]) for row in kinematics.rate(cut.body)]
+    a = kinematics.change(lift(algebra.ring, rate), cut.carrier)
+    density = (along(cut.axes.rows, a) * -(cut.mass / length)).tidy()
     resultants, points = [], []
     for component in density:
         force, moment = (_integral(component, name, length, order) for order in (0, 1))
         resultants.append(force)
         points.append(_quotient(moment, force))
     turn = kinematics.turn(kinematics.place[cut.body])
-    away = tuple(tidy(algebra.lifted(combination(row, direction))) for row in turn)
-    return Distribution(name, length, away, tuple(density), tuple(resultants), tuple(points))
+    away = lift(algebra.ring, [combination(row, direction) for row in turn]).tidy()
+    return Distribution(name, length, away, density, tuple(resultants), tuple(points))
 
 
 def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
@@ -83,13 +83,8 @@ def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | N
     algebra = cuts.algebra
     if len(shape.visuals) != 1 or not isinstance(cylinder := shape.visuals[0].geometry, Cylinder):
         return None
-    turn = np.array(
-        [
-            [algebra.mechanism.evaluate(entry) for entry in row]
-            for row in shape.visuals[0].placement.rotation
-        ]
-    )
-    axis = turn[:, 2]
+    rotation = shape.visuals[0].placement.rotation
+    axis = np.array([algebra.mechanism.evaluate(row[2]) for row in rotation])
     if np.abs(axis).max() < 1 - 1e-12:
         return None
     at = [algebra.mechanism.evaluate(component) for component in shape.center]
@@ -100,11 +95,8 @@ def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | N
     squares = [1 - d * d for d in direction]
     wanted = [across * square for square in squares] + [algebra.ring.number(0)] * 3
     given = [algebra.series(entry) for entry in shape.inertia]
-    if (
-        not length
-        or not across
-        or any(not (a - b).vanishes() for a, b in zip(wanted, given, strict=True))
-    ):
+    fits = all((a - b).vanishes() for a, b in zip(wanted, given, strict=True))
+    if not length or not across or not fits:
         return None
     return length, direction, [algebra.series(component) for component in shape.center]
 

@@ -1,37 +1,25 @@
 """Reactions eliminated from the tips of the tree to the ground, in series: what each joint must transmit.
 
 For a body with all that hangs on it, F = d/dt p − m g − F_applied + Σ F_child, and the same for
-moments about the origin of the body's frame: no equation is ever solved but by moving terms, so
+moments about the origin of the body's frame: equations are only ever solved by moving terms, so
 that closed forms stay short.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
-from mecanique.derivation.symbolic.vectors import Vector, cross, total
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total
+from mecanique.derivation.tree.links import Link
 from mecanique.derivation.tree.poses import combination
 
-__all__ = ["Demand", "JointRate", "demands", "joint_rates", "project"]
-
-
-@final
-@dataclass(frozen=True)
-class Demand:
-    """What a joint must transmit to its child, in the axes of the child's carrier.
-
-    Args:
-        force: shape (3,) [N].
-        moment: shape (3,), about the origin of the child's frame [N·m].
-    """
-
-    force: Vector
-    moment: Vector
+__all__ = ["JointRate", "demands", "joint_rates", "project"]
 
 
 @final
@@ -42,7 +30,7 @@ class JointRate:
     Args:
         body: the child that it moves.
         kind: "force" or "moment".
-        axis: shape (3,), its direction in the axes of the child's carrier.
+        axis: its direction in the axes of the child's carrier.
         name: of the joint coordinate or quasi-velocity.
         partials: its derivative by each generalized velocity.
         rotor: moment or force that the joint's rotor takes.
@@ -58,96 +46,94 @@ class JointRate:
 
 def demands(
     cuts: Cuts,
-    part: Callable[[Cut], tuple[Vector, Vector]],
+    part: Callable[[Cut], Wrench],
     free: Mapping[str, Sequence[JointRate]] | None = None,
-) -> dict[str, Demand]:
+) -> dict[str, Wrench]:
     """Return what every joint must transmit, by name of its child.
+
+    Force and moment are in the axes of the child's carrier, the moment about the child's origin.
 
     Args:
         cuts: the bodies.
-        part: gives the force and the moment about its origin that a body needs from its joint by
-            itself.
+        part: gives what a body needs from its joint by itself.
         free: by name of the child, the motions in which its joint transmits nothing but what its
             rotor takes, which is then used; left out, the components there are kept as the bodies
             beyond need them.
     """
-    algebra = cuts.algebra
-    found: dict[str, Demand] = {}
+    found: dict[str, Wrench] = {}
     behind: dict[str, list[str]] = {}
     for cut in cuts.bodies:
         behind.setdefault(cut.joint.parent, []).append(cut.body)
     for cut in reversed(cuts.bodies):
-        force, moment = part(cut)
-        forces, moments = [force], [moment]
+        own = part(cut)
+        forces, moments = [own.force], [own.moment]
         for child in behind.get(cut.body, ()):
-            push = cuts.carried(found[child].force, child, cut.body)
-            forces.append(push)
-            moments += [
-                cuts.carried(found[child].moment, child, cut.body),
-                cross(cuts.between_seats(cut.body, child), push),
-            ]
-        sums = {"force": total(algebra, forces), "moment": total(algebra, moments)}
+            carried = cuts.carried_wrench(found[child], child, cut.body)
+            arm = cuts.between_seats(cut.body, child)
+            forces.append(carried.force)
+            moments += [carried.moment, cross(arm, carried.force)]
+        sums = {"force": total(forces), "moment": total(moments)}
         for rate in () if free is None else free[cut.body]:
-            vector = sums[rate.kind]
-            size = (
-                algebra.ring.sum([a * c for a, c in zip(rate.axis, vector, strict=True)])
-                + rate.rotor
-            )
-            sums[rate.kind] = [c - size * a for a, c in zip(rate.axis, vector, strict=True)]
-        found[cut.body] = Demand(*([tidy(c) for c in sums[kind]] for kind in ("force", "moment")))
+            size = dot(rate.axis, sums[rate.kind]) + rate.rotor
+            sums[rate.kind] = sums[rate.kind] - rate.axis * size
+        found[cut.body] = Wrench(**sums).tidy()
     return found
 
 
 def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:
-    """Return the joint velocities in the order of the tree.
-
-    Args:
-        cuts: the bodies.
-    """
-    algebra, kinematics = cuts.algebra, cuts.kinematics
-    child = {joint.name: joint.child for joint in algebra.mechanism.joints}
-    nothing = algebra.ring.number(0)
-    found = []
-    for place, link in enumerate(kinematics.tree):
-        body = child[link.joint]
-        turn = kinematics.turn(place)
+    """Return the joint velocities in the order of the tree."""
+    child = {joint.name: joint.child for joint in cuts.algebra.mechanism.joints}
+    found: list[JointRate] = []
+    for place, link in enumerate(cuts.kinematics.tree):
         if link.kind in ("turn", "slide"):
-            r = algebra.lifted(algebra.values[link.coordinates[0]])
-            axis = [algebra.arithmetic(component, {}) for component in link.axis]
-            direction = [tidy(algebra.lifted(combination(row, axis))) for row in turn]
-            inertia = algebra.series(link.armature)
-            rotor = tidy(inertia * r.ddt().ddt()) if inertia else nothing
-            kind = "moment" if link.kind == "turn" else "force"
-            partials = tuple(tidy(slope) for slope in algebra.along(r))
-            found.append(JointRate(body, kind, direction, link.coordinates[0], partials, rotor))
+            found.append(_axial(cuts, place, child[link.joint]))
         elif link.kind in ("ball", "free"):
-            kinds = ("force",) * (len(link.velocities) - 3) + ("moment",) * 3
-            for k, name in enumerate(link.velocities):
-                axis = [algebra.ring.number(1 if i == k % 3 else 0) for i in range(3)]
-                partials = tuple(
-                    algebra.ring.number(1 if v == name else 0) for v in algebra.velocities
-                )
-                found.append(JointRate(body, kinds[k], axis, name, partials, nothing))
+            found += _quasi(cuts.algebra, link, child[link.joint])
     return tuple(found)
 
 
+def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
+    """The rate of a hinge or a slide."""
+    algebra, link = cuts.algebra, cuts.kinematics.tree[place]
+    r = algebra.lifted(algebra.values[link.coordinates[0]])
+    axis = [algebra.arithmetic(component, {}) for component in link.axis]
+    turn = cuts.kinematics.turn(place)
+    inertia = algebra.series(link.armature)
+    return JointRate(
+        body=body,
+        kind="moment" if link.kind == "turn" else "force",
+        axis=lift(algebra.ring, [combination(row, axis) for row in turn]).tidy(),
+        name=link.coordinates[0],
+        partials=tuple(tidy(slope) for slope in algebra.along(r)),
+        rotor=tidy(inertia * r.ddt().ddt()) if inertia else algebra.ring.number(0),
+    )
+
+
+def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
+    """The quasi-velocities of a quaternion's joint, along and about the child's own axes."""
+    number = algebra.ring.number
+    kinds = ("force",) * (len(link.velocities) - 3) + ("moment",) * 3
+    for k, (name, kind) in enumerate(zip(link.velocities, kinds, strict=True)):
+        axis = Vector(*(number(int(i == k % 3)) for i in range(3)))
+        partials = tuple(number(int(v == name)) for v in algebra.velocities)
+        yield JointRate(body, kind, axis, name, partials, number(0))
+
+
 def project(
-    cuts: Cuts, rates: tuple[JointRate, ...], found: dict[str, Demand], *, rotors: bool
+    cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, Wrench], *, rotors: bool
 ) -> list[Series]:
-    """Return the work of reactions by each virtual displacement: Σ ∂u/∂v × (component along the joint + rotor).
+    """Return the work of reactions by each virtual displacement, Σ ∂u/∂v × (reaction · axis + rotor).
 
     Args:
         cuts: the bodies.
-        rates: the joint velocities.
+        rates: the joint velocities u.
         found: what the joints transmit.
         rotors: whether the rotors are counted.
     """
     ring = cuts.algebra.ring
     sums: list[list[Series]] = [[] for _ in cuts.algebra.velocities]
     for rate in rates:
-        demand = found[rate.body]
-        vector = demand.force if rate.kind == "force" else demand.moment
-        size = ring.sum([a * c for a, c in zip(rate.axis, vector, strict=True)])
+        size = dot(rate.axis, found[rate.body].part(rate.kind))
         if rotors:
             size = size + rate.rotor
         for terms, slope in zip(sums, rate.partials, strict=True):

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from mecanique.derivation.laws import laws_of
-from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
-from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
-from mecanique.derivation.symbolic.vectors import Vector, cross, total, zero
-from mecanique.derivation.tree.poses import combination
+from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
+from mecanique.derivation.tree.poses import Matrix, combination
 from mecanique.model.expression import Scalar
 from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.joints import Joint
@@ -28,10 +27,10 @@ class Applied:
 
     Args:
         name: of the force.
-        force: shape (3,) [N].
-        moment: shape (3,), a couple [N·m].
-        arm: shape (3,), its point against the origin of the body's frame [m].
-        velocity: shape (3,), of that point [m/s].
+        force: [N].
+        moment: a couple [N·m].
+        arm: its point against the origin of the body's frame [m].
+        velocity: of that point [m/s].
     """
 
     name: str
@@ -53,15 +52,15 @@ class Cut:
         axes: in which its equations are written.
         mass: [kg].
         fixed: whether the origin of its frame rests.
-        center: shape (3,), its center of mass against the origin of its frame; zero for one without
+        center: its center of mass against the origin of its frame; zero for one without
             mass [m].
-        center_velocity: shape (3,) [m/s].
-        spin: shape (3,), angular velocity [rad/s].
-        push: shape (3,), rate of the linear momentum [N].
-        turning: shape (3,), moment of the rates of momentum about the origin of its frame, ∫ y ×
+        center_velocity: [m/s].
+        spin: angular velocity [rad/s].
+        push: rate of the linear momentum [N].
+        turning: moment of the rates of momentum about the origin of its frame, ∫ y ×
             x'' dm [N·m].
-        weight: shape (3,) [N].
-        weight_moment: shape (3,), about the origin of its frame [N·m].
+        weight: [N].
+        weight_moment: about the origin of its frame [N·m].
         applied: springs, dampers, drives and loads.
     """
 
@@ -80,15 +79,12 @@ class Cut:
     weight_moment: Vector
     applied: tuple[Applied, ...]
 
-    def loads(self) -> tuple[Vector, Vector]:
-        """Resultant of what is applied, and its moment about the origin of the body's frame."""
-        force = [component - component for component in self.push]
-        moment = list(force)
-        for one in self.applied:
-            force = [a + b for a, b in zip(force, one.force, strict=True)]
-            lever = cross(one.arm, one.force)
-            moment = [a + b + c for a, b, c in zip(moment, one.moment, lever, strict=True)]
-        return [tidy(c) for c in force], [tidy(c) for c in moment]
+    def loads(self) -> Wrench:
+        """Return the resultant of what is applied, about the origin of the body's frame."""
+        nothing = zero(self.mass.ring)
+        forces = [one.force for one in self.applied]
+        moments = [one.moment + cross(one.arm, one.force) for one in self.applied]
+        return Wrench(total([nothing, *forces]), total([nothing, *moments])).tidy()
 
 
 @final
@@ -111,11 +107,12 @@ class Cuts:
         normal = normal_of(kinematics)
         self.planar = normal is not None and any(link.kind == "turn" for link in kinematics.tree)
         self.bodies = tuple(
-            self._cut(joint, axes_of(kinematics, joint.child, normal)) for joint in self._joints()
+            self._cut(joint, axes_of(kinematics, joint.child, normal))
+            for joint in self.algebra.mechanism.tree
         )
 
     def between_seats(self, parent: str, child: str) -> Vector:
-        """Return the origin of a child's frame against its parent's, in the axes of the parent's carrier.
+        """Return a child's origin against its parent's, in the axes of the parent's carrier.
 
         Args:
             parent: name of the body that carries.
@@ -126,48 +123,46 @@ class Cuts:
         if start == end:
             ends = (kinematics.seat(parent), kinematics.seat(child))
         else:
-            ends = (kinematics.point(parent, (0, 0, 0)), kinematics.point(child, (0, 0, 0)))
-        reach = [b - a for a, b in zip(*ends, strict=True)]
+            ends = (kinematics.point(parent, ORIGIN), kinematics.point(child, ORIGIN))
+        reach = ends[1] - ends[0]
         return reach if start == end else kinematics.between(reach, -1, start)
 
-    def carried(self, vector: Sequence[Series], start: str, end: str) -> Vector:
+    def carried(self, vector: Vector, start: str, end: str) -> Vector:
         """Return a vector in the axes of another body's carrier.
 
         Args:
-            vector: shape (3,).
+            vector: what to carry over.
             start: name of the body in whose carrier's axes it is.
             end: name of the other body.
         """
         kinematics = self.kinematics
         return kinematics.between(vector, kinematics.carrier(start), kinematics.carrier(end))
 
-    def _joints(self) -> tuple[Joint, ...]:
-        return self.algebra.mechanism.tree
+    def carried_wrench(self, wrench: Wrench, start: str, end: str) -> Wrench:
+        """Return a force and a moment in the axes of another body's carrier.
+
+        Args:
+            wrench: what to carry over.
+            start: name of the body in whose carrier's axes it is.
+            end: name of the other body.
+        """
+        return Wrench(
+            self.carried(wrench.force, start, end), self.carried(wrench.moment, start, end)
+        )
 
     def _cut(self, joint: Joint, axes: Axes) -> Cut:
         kinematics, algebra, body = self.kinematics, self.algebra, joint.child
-        carrier = kinematics.carrier(body)
-        turn = kinematics.turn(kinematics.place[body])
-        rate = kinematics.rate(body)
+        ring, carrier = algebra.ring, kinematics.carrier(body)
+        K, Kd = kinematics.turn(kinematics.place[body]), kinematics.rate(body)
         J = kinematics.moments(body)
-        first = [algebra.lifted(combination(row, [J[k][3] for k in range(3)])) for row in turn]
-        momentum = [algebra.lifted(combination(row, [J[k][3] for k in range(4)])) for row in rate]
-        push = [tidy(c) for c in kinematics.change(momentum, carrier)]
-        # ∫ y y'ᵀ dm = K J K'ᵀ, whose skew part is ∫ y × y' dm
-        inner = [[combination(row, [J[i][k] for i in range(3)]) for k in range(3)] for row in turn]
-        outer = [[combination(row, other[:3]) for other in rate] for row in inner]
-        own = [
-            algebra.lifted(outer[i][k]) - algebra.lifted(outer[k][i])
-            for i, k in ((1, 2), (2, 0), (0, 1))
-        ]
-        origin_velocity = kinematics.velocity(body, (0, 0, 0))
-        origin_acceleration = kinematics.change(origin_velocity, carrier)
-        turning = total(
-            algebra, [kinematics.change(own, carrier), cross(first, origin_acceleration)]
-        )
+        first = lift(ring, [combination(row, [J[k][3] for k in range(3)]) for row in K])
+        momentum = lift(ring, [combination(row, [J[k][3] for k in range(4)]) for row in Kd])
+        velocity = kinematics.velocity(body)
+        acceleration = kinematics.change(velocity, carrier)
+        tumbling = kinematics.change(self._spin_momentum(K, Kd, J), carrier)
         described = algebra.mechanism.body(body)
         mass = algebra.lifted(J[3][3])
-        point = tuple(algebra.series(c) for c in described.center) if mass else tuple(zero(algebra))
+        point = [algebra.series(c) for c in described.center] if mass else [*zero(ring)]
         fall = kinematics.vector(algebra.mechanism.gravity, "world", body)
         return Cut(
             body=body,
@@ -175,19 +170,23 @@ class Cuts:
             carrier=carrier,
             axes=axes,
             mass=mass,
-            fixed=not any(origin_velocity),
-            center=[tidy(algebra.lifted(combination(row, point))) for row in turn],
-            center_velocity=[tidy(algebra.lifted(c)) for c in self._moved(rate, point)],
+            fixed=not any(velocity),
+            center=lift(ring, [combination(row, point) for row in K]).tidy(),
+            center_velocity=lift(ring, [combination(row, [*point, 1]) for row in Kd]).tidy(),
             spin=kinematics.spin(body),
-            push=push,
-            turning=[tidy(c) for c in turning],
-            weight=[mass * g for g in fall],
+            push=kinematics.change(momentum, carrier).tidy(),
+            turning=total([tumbling, cross(first, acceleration)]).tidy(),
+            weight=fall * mass,
             weight_moment=cross(first, fall),
             applied=tuple(self._applied.get(body, ())),
         )
 
-    def _moved(self, rate: Any, point: Sequence[Any]) -> list[Any]:
-        return [combination(row, [*point, 1]) for row in rate]
+    def _spin_momentum(self, K: Matrix, Kd: Matrix, J: Matrix) -> Vector:
+        """∫ y × y' dm, the skew part of ∫ y y'ᵀ dm = K J K'ᵀ."""
+        lifted = self.algebra.lifted
+        KJ = [[combination(row, [J[i][k] for i in range(3)]) for k in range(3)] for row in K]
+        outer = [[lifted(combination(row, rate[:3])) for rate in Kd] for row in KJ]
+        return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
     def _of(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:
         """What a force does to each body that can move."""
@@ -206,7 +205,7 @@ class Cuts:
 
     def _components(self, wrench: WrenchOnBody, given: Sequence[Scalar] | None) -> Vector:
         if given is None:
-            return zero(self.algebra)
+            return zero(self.algebra.ring)
         return self.kinematics.vector(given, wrench.axes, wrench.body)
 
     def _at(
@@ -215,7 +214,7 @@ class Cuts:
         kinematics, algebra = self.kinematics, self.algebra
         here = [algebra.arithmetic(component, algebra.values) for component in point]
         turn = kinematics.turn(kinematics.place[body])
-        arm = [tidy(algebra.lifted(combination(row, here))) for row in turn]
+        arm = lift(algebra.ring, [combination(row, here) for row in turn]).tidy()
         return Applied(name, force, moment, arm, kinematics.velocity(body, point))
 
     def _along_line(self, force: LineLoad) -> Iterator[tuple[str, Applied]]:
@@ -223,7 +222,7 @@ class Cuts:
         kinematics, algebra = self.kinematics, self.algebra
         span = Span(kinematics, force)
         laws = laws_of(force, algebra.series)
-        pull = total(algebra, [law.pull(span) for law in laws])
+        pull = total([law.pull(span) for law in laws])
         if span.length is not None:
             self.lengths[force.name] = span.length
         # elsewhere the length enters with its square, so its sign does not matter
@@ -232,11 +231,8 @@ class Cuts:
         for end, sign in zip(force.ends, (1, -1), strict=True):
             body = end.body
             if kinematics.place[body] >= 0:
-                turned = kinematics.between([sign * p for p in pull], -1, kinematics.carrier(body))
-                yield (
-                    body,
-                    self._at(force.name, body, end.point, [tidy(c) for c in turned], zero(algebra)),
-                )
+                F = kinematics.between(pull * sign, -1, kinematics.carrier(body)).tidy()
+                yield body, self._at(force.name, body, end.point, F, zero(algebra.ring))
 
     def _in_joint(self, force: JointLoad) -> Iterator[tuple[str, Applied]]:
         """A force in a joint on child and parent, along or about its axis."""
@@ -248,19 +244,14 @@ class Cuts:
         pulls = [law.pull(travel) for law in laws_of(force, algebra.series)]
         size = -algebra.ring.sum(pulls)
         axis = [algebra.arithmetic(component, {}) for component in link.axis]
-        direction = [algebra.lifted(combination(row, axis)) for row in kinematics.turn(place)]
-        vector, nothing = [tidy(size * c) for c in direction], zero(algebra)
-        parts = (vector, nothing) if link.kind == "slide" else (nothing, vector)
-        yield joint.child, self._at(force.name, joint.child, (0.0, 0.0, 0.0), *parts)
-        if kinematics.place[joint.parent] >= 0:
-            back = [[-c for c in self.carried(part, joint.child, joint.parent)] for part in parts]
-            arm = self.between_seats(joint.parent, joint.child)
+        e = lift(algebra.ring, [combination(row, axis) for row in kinematics.turn(place)])
+        F, nothing = (e * size).tidy(), zero(algebra.ring)
+        wrench = Wrench(F, nothing) if link.kind == "slide" else Wrench(nothing, F)
+        child, parent = joint.child, joint.parent
+        yield child, self._at(force.name, child, ORIGIN, wrench.force, wrench.moment)
+        if kinematics.place[parent] >= 0:
+            back = -self.carried_wrench(wrench, child, parent)
+            arm = self.between_seats(parent, child)
             # the point of the parent that is where the joint is now
-            velocity = total(
-                algebra,
-                [
-                    kinematics.velocity(joint.parent, (0, 0, 0)),
-                    cross(kinematics.spin(joint.parent), arm),
-                ],
-            )
-            yield joint.parent, Applied(force.name, back[0], back[1], arm, velocity)
+            v, w = kinematics.velocity(parent), kinematics.spin(parent)
+            yield parent, Applied(force.name, back.force, back.moment, arm, v + cross(w, arm))

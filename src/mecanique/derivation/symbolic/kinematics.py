@@ -6,12 +6,13 @@ joint frees from the ground, in whose axes the quaternion does not appear.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import Vector, lift, zero
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import (
     IDENTITY,
@@ -26,7 +27,10 @@ from mecanique.derivation.tree.poses import (
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
 
-__all__ = ["Kinematics"]
+__all__ = ["ORIGIN", "Kinematics"]
+
+ORIGIN = (0, 0, 0)
+"""Of a body's frame."""
 
 
 @final
@@ -81,22 +85,18 @@ class Kinematics:
             body: name of the body.
         """
         place = self.place[body]
-        return (
-            product(self._frames[self._of(place)], self._relative[place])
-            if place >= 0
-            else IDENTITY
-        )
+        if place < 0:
+            return IDENTITY
+        return product(self._frames[self._of(place)], self._relative[place])
 
-    def point(self, body: str, point: Sequence[Scalar]) -> list[Series]:
-        """Return a point of a body in the world, three series [m].
+    def point(self, body: str, point: Sequence[Scalar]) -> Vector:
+        """Return a point of a body in the world [m].
 
         Args:
             body: name of the body.
             point: shape (3,), in the body's frame.
         """
-        algebra = self.algebra
-        here = [algebra.arithmetic(component, algebra.values) for component in point]
-        return [algebra.lifted(c) for c in times_point(self.pose(body), here)]
+        return lift(self.algebra.ring, times_point(self.pose(body), self._scalars(point)))
 
     def rate(self, body: str) -> Matrix:
         """Return the rate of a body's pose in its carrier's axes, three rows of four scalars.
@@ -121,31 +121,29 @@ class Kinematics:
             for row, more in zip(carried, change, strict=True)
         ]
 
-    def velocity(self, body: str, point: Sequence[Scalar]) -> list[Series]:
-        """Return the velocity of a point of a body in its carrier's axes, three series [m/s].
+    def velocity(self, body: str, point: Sequence[Scalar] = ORIGIN) -> Vector:
+        """Return the velocity of a point of a body in its carrier's axes [m/s].
 
         Args:
             body: name of the body.
             point: shape (3,), in the body's frame.
         """
-        algebra = self.algebra
-        here = [algebra.arithmetic(component, algebra.values) for component in point]
-        return [algebra.lifted(c) for c in times_point(self.rate(body), here)]
+        return lift(self.algebra.ring, times_point(self.rate(body), self._scalars(point)))
 
-    def spin(self, body: str) -> list[Series]:
-        """Return the angular velocity of a body in its carrier's axes, three series [rad/s].
+    def spin(self, body: str) -> Vector:
+        """Return the angular velocity of a body in its carrier's axes [rad/s].
 
         Args:
             body: name of the body.
         """
-        place = self.place[body]
+        place, ring = self.place[body], self.algebra.ring
         if place < 0:
-            return [self.algebra.ring.number(0)] * 3
+            return zero(ring)
         turn, rate = self._relative[place], self.rate(body)
         pairs = ((2, 1), (0, 2), (1, 0))
-        return [self.algebra.lifted(combination(rate[i][:3], turn[k][:3])) for i, k in pairs]
+        return lift(ring, [combination(rate[i][:3], turn[k][:3]) for i, k in pairs])
 
-    def vector(self, components: Sequence[Scalar], axes: str, body: str) -> list[Series]:
+    def vector(self, components: Sequence[Scalar], axes: str, body: str) -> Vector:
         """Return a vector in the axes of a body's carrier.
 
         Args:
@@ -153,15 +151,13 @@ class Kinematics:
             axes: name of a body, or "world".
             body: name of the body.
         """
-        algebra = self.algebra
-        given = [algebra.arithmetic(component, algebra.values) for component in components]
-        carrier = self.carrier(body)
+        given = self._scalars(components)
         at = -1 if axes == "world" else self.place[axes]
         if at >= 0:
             given = [combination(row[:3], given) for row in self._relative[at]]
-        return self.between(given, self._of(at), carrier)
+        return self.between(given, self._of(at), self.carrier(body))
 
-    def between(self, components: Sequence[Any], start: int, end: int) -> list[Series]:
+    def between(self, components: Iterable[Any], start: int, end: int) -> Vector:
         """Return a vector in the axes of another carrier.
 
         Args:
@@ -171,39 +167,31 @@ class Kinematics:
         """
         given = list(components)
         if start != end:
-            for frame, back in ((self._frames[start], False), (self._frames[end], True)):
-                rows = (
-                    [[row[i] for row in frame] for i in range(3)]
-                    if back
-                    else [row[:3] for row in frame]
-                )
-                given = [combination(row, given) for row in rows]
-        return [self.algebra.lifted(component) for component in given]
+            out, back = self._frames[start], [*zip(*self._frames[end], strict=True)][:3]
+            given = [combination(row[:3], given) for row in out]
+            given = [combination(column, given) for column in back]
+        return lift(self.algebra.ring, given)
 
-    def change(self, components: Sequence[Series], carrier: int) -> list[Series]:
+    def change(self, vector: Vector, carrier: int) -> Vector:
         """Return the rate of a vector in the inertial frame, in the axes of its carrier: x' + ω × x.
 
         Args:
-            components: shape (3,), in the axes of the carrier.
+            vector: in the axes of the carrier.
             carrier: place of that link, −1 for the world.
         """
-        rates = [component.ddt() for component in components]
+        rate = Vector(*(component.ddt() for component in vector))
         if carrier < 0:
-            return rates
-        turned = [combination(row[:3], components) for row in self._twist(carrier)]
-        return [rate + self.algebra.lifted(term) for rate, term in zip(rates, turned, strict=True)]
+            return rate
+        turned = [combination(row[:3], vector) for row in self._twist(carrier)]
+        return rate + lift(self.algebra.ring, turned)
 
-    def seat(self, body: str) -> list[Series]:
-        """Return the origin of a body's frame against that of its carrier, in the axes of the carrier.
+    def seat(self, body: str) -> Vector:
+        """Return the origin of a body's frame against that of its carrier, in the carrier's axes.
 
         Args:
             body: name of the body.
         """
-        place = self.place[body]
-        return [
-            self.algebra.lifted(row[3])
-            for row in (self._relative[place] if place >= 0 else IDENTITY)
-        ]
+        return lift(self.algebra.ring, [row[3] for row in self._pose(self.place[body])])
 
     def turn(self, place: int) -> Matrix:
         """Return the axes of a link in those of its carrier, three rows of three scalars.
@@ -211,7 +199,7 @@ class Kinematics:
         Args:
             place: of the link in the tree, −1 for the ground.
         """
-        return [row[:3] for row in (self._relative[place] if place >= 0 else IDENTITY)]
+        return [row[:3] for row in self._pose(place)]
 
     def moments(self, body: str) -> Matrix:
         """Return the mass moments of a body about its origin, four rows of four scalars.
@@ -225,9 +213,15 @@ class Kinematics:
     @cached_property
     def bodies(self) -> tuple[str, ...]:
         """Names of the bodies that can move and have shapes."""
-        return tuple(
-            b.name for b in self.algebra.mechanism.bodies if b.shapes and self.place[b.name] >= 0
-        )
+        described = self.algebra.mechanism.bodies
+        return tuple(b.name for b in described if b.shapes and self.place[b.name] >= 0)
+
+    def _scalars(self, components: Sequence[Scalar]) -> list[Any]:
+        return [self.algebra.arithmetic(c, self.algebra.values) for c in components]
+
+    def _pose(self, place: int) -> Matrix:
+        """The pose of a link in its carrier."""
+        return self._relative[place] if place >= 0 else IDENTITY
 
     def _of(self, place: int) -> int:
         return self._carriers[place] if place >= 0 else -1

@@ -7,7 +7,7 @@ the operator gains the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import final
 
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
@@ -25,6 +25,7 @@ from mecanique.derivation.symbolic.steps import (
     work_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import Vector, cross
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
@@ -162,25 +163,19 @@ class Lagrange:
             + (" The loops add their own equations, Φ = 0." if self.ties else "")
         )
 
-    def _turning(self, momenta: list[Series]) -> list[Series]:
-        """ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion's joint, zero for all other velocities."""
+    def _turning(self, momenta: Sequence[Series]) -> list[Series]:
+        """ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion's joint, else zero."""
         algebra = self.algebra
         found = [algebra.ring.number(0)] * len(momenta)
         for joint in algebra.mechanism.joints:
             if joint.quaternion:
                 at = [algebra.velocities.index(name) for name in joint.velocities]
                 rates = [algebra.ring[name] for name in joint.velocities]
-                spin, moment = rates[-3:], [momenta[k] for k in at[-3:]]
-                turned = _cross(spin, moment)
+                w, H = Vector(*rates[-3:]), Vector(*(momenta[k] for k in at[-3:]))
+                turned = [*cross(w, H)]
                 if joint.linear_velocities:
-                    push = [momenta[k] for k in at[:3]]
-                    turned = [a + b for a, b in zip(turned, _cross(rates[:3], push), strict=True)]
-                    turned = _cross(spin, push) + turned
+                    v, p = Vector(*rates[:3]), Vector(*(momenta[k] for k in at[:3]))
+                    turned = [*cross(w, p), *(cross(w, H) + cross(v, p))]
                 for k, term in zip(at, turned, strict=True):
                     found[k] = term
         return found
-
-
-def _cross(a: list[Series], b: list[Series]) -> list[Series]:
-    (x, y, z), (u, v, w) = a, b
-    return [y * w - z * v, z * u - x * w, x * v - y * u]

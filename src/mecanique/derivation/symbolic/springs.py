@@ -16,7 +16,7 @@ from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.vectors import Vector, zero
+from mecanique.derivation.symbolic.vectors import Vector, dot, zero
 from mecanique.model.forces import LineLoad
 
 __all__ = ["Assumption", "Span", "Travel", "length_names"]
@@ -60,7 +60,7 @@ class Span:
         self._kinematics = kinematics
         self._subject = f"the length of {force.name}"
         a, b = (kinematics.point(end.body, end.point) for end in force.ends)
-        self.reach = [tidy(end - start) for start, end in zip(a, b, strict=True)]
+        self.reach = (b - a).tidy()
         """From the first end to the other, world axes [m]."""
         self.length: Series | None = None
         """The distance, once it was asked for."""
@@ -68,7 +68,7 @@ class Span:
     @cached_property
     def square(self) -> Series:
         """The square of the distance."""
-        return self._kinematics.algebra.ring.sum([c * c for c in self.reach])
+        return dot(self.reach, self.reach)
 
     @cached_property
     def x(self) -> Series:
@@ -83,12 +83,11 @@ class Span:
 
     def directed(self, slope: Series | None, size: Series | None) -> Vector:
         """Return (slope · x + size) e."""
-        algebra = self._kinematics.algebra
-        pull = zero(algebra) if slope is None else [slope * c for c in self.reach]
+        pull = zero(self._kinematics.algebra.ring) if slope is None else self.reach * slope
         if size is None:
             return pull
-        unit = [_ratio(c, self.x) for c in self.reach]
-        return [p + size * u for p, u in zip(pull, unit, strict=True)]
+        unit = Vector(*(_ratio(component, self.x) for component in self.reach))
+        return pull + unit * size
 
     @property
     def assumption(self) -> Assumption | None:

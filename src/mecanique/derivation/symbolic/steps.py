@@ -10,7 +10,14 @@ from mecanique.derivation.symbolic.forces import Work
 from mecanique.derivation.symbolic.loops import Tie
 from mecanique.derivation.symbolic.symbols import Algebra
 
-__all__ = ["coordinate_stages", "energy_stages", "loop_stages", "quaternion_stages", "work_stages"]
+__all__ = [
+    "coordinate_of",
+    "coordinate_stages",
+    "energy_stages",
+    "loop_stages",
+    "quaternion_stages",
+    "work_stages",
+]
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:
@@ -104,7 +111,7 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
         results = []
         for k, name in enumerate(algebra.velocities):
             total = algebra.ring.sum([work.forces[k] for work in loads])
-            results.append(Result(Left("Q", of(name), component=True), total))
+            results.append(Result(Left("Q", coordinate_of(name), component=True), total))
         found.append(Stage("Virtual work of drives and loads", sentence, tuple(results)))
     return found
 
@@ -151,23 +158,23 @@ def coordinate_stages(
         if turning:
             results.append(Result(Left("T", name, turning=True), turning))
         if slope or not quasi:
-            results.append(Result(Left("T", of(name)), slope))
+            results.append(Result(Left("T", coordinate_of(name)), slope))
         if fall or not quasi:
-            results.append(Result(Left("V", of(name)), fall))
+            results.append(Result(Left("V", coordinate_of(name)), fall))
         if loss:
             results.append(Result(Left("D", name), loss))
         sentence = (
-            f"Lagrange's operator for {of(name)}: the momentum that belongs to it, how that changes in time, and how "
+            f"Lagrange's operator for {coordinate_of(name)}: the momentum that belongs to it, how that changes in time, and how "
             "T and V change with the coordinate while the velocities stay."
             if not quasi
             else f"The operator for {name}, which is no rate of a coordinate: because its axes turn with the body, the "
             "terms of Euler and Kirchhoff enter."
         )
-        found.append(Stage(f"Operator for {of(name)}", sentence, tuple(results)))
+        found.append(Stage(f"Operator for {coordinate_of(name)}", sentence, tuple(results)))
     return found
 
 
-def of(velocity: str) -> str:
+def coordinate_of(velocity: str) -> str:
     """Return the coordinate a velocity is the rate of, or the name of a quasi-velocity itself.
 
     Args:

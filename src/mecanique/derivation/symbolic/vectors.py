@@ -1,57 +1,109 @@
-"""Small vectors of series."""
+"""Vectors of three series, and forces with their moments."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, final
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.scalars.series import Basis, Series
 from mecanique.derivation.tree.poses import combination
 
-__all__ = ["Vector", "along", "cross", "total", "zero"]
-
-Vector = list[Series]
-"""Three components."""
+__all__ = ["Vector", "Wrench", "along", "component", "cross", "dot", "lift", "total", "zero"]
 
 
-def cross(a: Sequence[Series], b: Sequence[Series]) -> Vector:
-    """Return a × b.
+@final
+@dataclass(frozen=True)
+class Vector:
+    """Three components."""
+
+    x: Series
+    y: Series
+    z: Series
+
+    def __iter__(self) -> Iterator[Series]:
+        return iter((self.x, self.y, self.z))
+
+    def __getitem__(self, place: int) -> Series:
+        return (self.x, self.y, self.z)[place]
+
+    def __add__(self, other: Vector) -> Vector:
+        return Vector(self.x + other.x, self.y + other.y, self.z + other.z)
+
+    def __sub__(self, other: Vector) -> Vector:
+        return Vector(self.x - other.x, self.y - other.y, self.z - other.z)
+
+    def __neg__(self) -> Vector:
+        return Vector(-self.x, -self.y, -self.z)
+
+    def __mul__(self, factor: Series | int) -> Vector:
+        return Vector(factor * self.x, factor * self.y, factor * self.z)
+
+    def tidy(self) -> Vector:
+        """Return it with what can be cancelled cancelled."""
+        return Vector(tidy(self.x), tidy(self.y), tidy(self.z))
+
+
+@final
+@dataclass(frozen=True)
+class Wrench:
+    """A force and a moment.
 
     Args:
-        a: shape (3,).
-        b: shape (3,).
+        force: [N].
+        moment: about a point that its user knows [N·m].
     """
-    (x, y, z), (u, v, w) = a, b
-    return [y * w - z * v, z * u - x * w, x * v - y * u]
+
+    force: Vector
+    moment: Vector
+
+    def part(self, kind: str) -> Vector:
+        """Return the "force" or the "moment"."""
+        return self.force if kind == "force" else self.moment
+
+    def __sub__(self, other: Wrench) -> Wrench:
+        return Wrench(self.force - other.force, self.moment - other.moment)
+
+    def __neg__(self) -> Wrench:
+        return Wrench(-self.force, -self.moment)
+
+    def tidy(self) -> Wrench:
+        """Return it with what can be cancelled cancelled."""
+        return Wrench(self.force.tidy(), self.moment.tidy())
 
 
-def total(algebra: Algebra, vectors: Sequence[Sequence[Series]]) -> Vector:
-    """Return a sum of vectors.
-
-    Args:
-        algebra: of the mechanism.
-        vectors: shape (n, 3).
-    """
-    return [algebra.ring.sum([vector[i] for vector in vectors]) for i in range(3)]
+def zero(ring: Basis) -> Vector:
+    """Return the vector 0."""
+    return Vector(*[ring.number(0)] * 3)
 
 
-def zero(algebra: Algebra) -> Vector:
-    """Return the vector 0.
-
-    Args:
-        algebra: of the mechanism.
-    """
-    return [algebra.ring.number(0)] * 3
+def lift(ring: Basis, components: Sequence[Any]) -> Vector:
+    """Return a vector of three components of which some may be plain numbers."""
+    return Vector(*(c if isinstance(c, Series) else ring.number(c) for c in components))
 
 
-def along(algebra: Algebra, rows: Sequence[Sequence[Any]], vector: Sequence[Series]) -> Vector:
-    """Return the components of a vector along directions.
+def total(vectors: Iterable[Vector]) -> Vector:
+    """Return the sum of at least one vector, in one pass."""
+    return Vector(*(terms[0].ring.sum(terms) for terms in zip(*vectors, strict=True)))
 
-    Args:
-        algebra: of the mechanism.
-        rows: shape (k, 3), the directions.
-        vector: shape (3,).
-    """
-    return [tidy(algebra.lifted(combination(row, vector))) for row in rows]
+
+def dot(a: Vector, b: Vector) -> Series:
+    """Return a · b."""
+    return a.x.ring.sum([p * q for p, q in zip(a, b, strict=True)])
+
+
+def cross(a: Vector, b: Vector) -> Vector:
+    """Return a × b."""
+    return Vector(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x)
+
+
+def component(row: Sequence[Any], vector: Vector) -> Series:
+    """Return the component of a vector along a direction, shape (3,)."""
+    found = combination(row, vector)
+    return tidy(found) if isinstance(found, Series) else vector.x.ring.number(found)
+
+
+def along(rows: Sequence[Sequence[Any]], vector: Vector) -> Vector:
+    """Return the components of a vector along three directions, shape (3, 3)."""
+    return Vector(*(component(row, vector) for row in rows))

@@ -1,4 +1,4 @@
-"""d'Alembert's principle and virtual work: inertia forces, equilibrium of every body, and a ledger of all work.
+"""d'Alembert's principle: inertia forces, equilibrium of every body, a ledger of virtual work.
 
 Fundamentals of Dynamics, sect. 1.3.2: with the forces −m a on every particle each body is in
 equilibrium (eqs. 1.21, 1.22), so that in a virtual displacement, time standing still, all forces
@@ -7,22 +7,38 @@ together do no work (eq. 1.27).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import final
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple, final
 
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
-from mecanique.derivation.symbolic.distribution import distribution_of
+from mecanique.derivation.symbolic.distribution import Distribution, distribution_of
 from mecanique.derivation.symbolic.free_bodies import Cut
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler, listed
 from mecanique.derivation.symbolic.springs import length_names
-from mecanique.derivation.symbolic.steps import quaternion_stages
+from mecanique.derivation.symbolic.steps import coordinate_of, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["VirtualWork"]
+
+_CLOSING = (
+    "What stands before each virtual displacement, with the sign changed, is an equation of motion."
+)
+
+
+class _Letters(NamedTuple):
+    """What acts, what it moves and its work."""
+
+    act: str
+    move: str
+    work: str
+
+
+_FORCE = _Letters("F", "δr", "δW")
+_COUPLE = _Letters("C", "δφ", "δW_couple")
 
 
 @final
@@ -42,18 +58,14 @@ class VirtualWork:
         self.balances = NewtonEuler(mechanism, self.algebra)
         self.cuts = self.balances.cuts
         ring = self.algebra.ring
-        self._names = tuple(f"δ{name.removesuffix(chr(39))}" for name in self.algebra.velocities)
+        self._names = tuple(f"δ{coordinate_of(v)}" for v in self.algebra.velocities)
         self._deltas = [ring.unknown(name, Kind.VARIATION) for name in self._names]
         self._unknowns = dict(self.balances.unknowns)
-        for name, velocity in zip(self._names, self.algebra.velocities, strict=True):
-            of = (
-                f"of {velocity[:-1]}"
-                if velocity.endswith("'")
-                else f"that belongs to the velocity {velocity}"
-            )
-            self._unknowns[name] = (
-                f"virtual displacement {of}: small, arbitrary, with time standing still"
-            )
+        for name, v in zip(self._names, self.algebra.velocities, strict=True):
+            q = coordinate_of(v)
+            of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
+            meaning = f"virtual displacement {of}: small, arbitrary, with time standing still"
+            self._unknowns[name] = meaning
         self._inertia: list[Series] = []
         self._weights: list[Series] = []
         self._loads: list[Series] = []
@@ -62,226 +74,183 @@ class VirtualWork:
         """Return the equations of motion with their steps."""
         algebra, ring = self.algebra, self.algebra.ring
         stages = [stage for cut in self.cuts.bodies for stage in self._body(cut)]
-        rotors = self._rotors()
-        rows = [-c for c in self._coefficients([*self._inertia, *self._weights, *rotors])]
+        inertia = [*self._inertia, *self._weights, *self._rotors()]
+        M, h = mass_and_bias(algebra, [-c for c in self._coefficients(inertia)])
         loads = self._coefficients(self._loads)
-        M, h = mass_and_bias(algebra, rows)
-        whole = ring.sum([*self._inertia, *self._weights, *rotors, *self._loads])
-        stages += self._reactions()
-        factors = self._coefficients([whole])
-        stages.append(
-            Stage(
-                "Sum of the virtual work",
-                "The work of all forces in the virtual displacement, inertia forces included, is zero. As "
-                f"{listed(self._names)} {'is' if len(self._names) == 1 else 'are'} arbitrary, what stands "
-                "before each is zero by itself.",
-                tuple(
-                    Result(
-                        Left("δW", name[1:], component=True),
-                        by_velocity(c, algebra.velocities) * delta,
-                    )
-                    for name, c, delta in zip(self._names, factors, self._deltas, strict=True)
-                ),
-            )
-        )
+        whole = ring.sum([*inertia, *self._loads])
         return Derivation(
             algebra=algebra,
             M=M,
             h=h,
             Q=tuple(by_velocity(load, algebra.velocities) for load in loads),
-            stages=(*quaternion_stages(algebra), *stages),
+            stages=(
+                *quaternion_stages(algebra),
+                *stages,
+                *self._reactions(),
+                self._sum(whole),
+            ),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(ring, self.cuts.lengths.items()),
-            closing="What stands before each virtual displacement, with the sign changed, is an equation of motion.",
+            closing=_CLOSING,
             unknowns=self._unknowns,
             reactions=self.balances.reactions,
         )
 
-    def _body(self, cut: Cut) -> list[Stage]:
+    def _sum(self, whole: Series) -> Stage:
+        """The sum of all work, by virtual displacement."""
+        are = "is" if len(self._names) == 1 else "are"
+        sentence = (
+            "The work of all forces in the virtual displacement, inertia forces included, is zero. "
+            f"As {listed(self._names)} {are} arbitrary, what stands before each is zero by itself."
+        )
+        results = []
+        factors = self._coefficients([whole])
+        for name, factor, delta in zip(self._names, factors, self._deltas, strict=True):
+            left = Left("δW", name[1:], component=True)
+            results.append(Result(left, by_velocity(factor, self.algebra.velocities) * delta))
+        return Stage("Sum of the virtual work", sentence, tuple(results))
+
+    def _body(self, cut: Cut) -> Iterator[Stage]:
         """Inertia forces of a body, its equilibrium with them, and the work of all forces on it."""
-        stages = []
         if cut.mass:
-            stages.append(self._inertia_forces(cut))
-        stages.append(self._equilibrium(cut))
+            yield self._inertia_forces(cut)
+        yield self._equilibrium(cut)
         ledger = self._ledger(cut)
         if ledger:
-            stages.append(
-                Stage(
-                    f"Virtual work on {cut.body}",
-                    "Each force F with the virtual displacement δr of its point, and each couple C with the virtual "
-                    "rotation δφ of the body: δW is the sum of the products of their components. Components that "
-                    f"are not listed are zero.{self._where(cut)}",
-                    tuple(ledger),
-                )
+            sentence = (
+                "Each force F with the virtual displacement δr of its point, and each couple C "
+                "with the virtual rotation δφ of the body: δW is the sum of the products of their "
+                f"components. Components that are not listed are zero.{self._where(cut)}"
             )
-        return stages
+            yield Stage(f"Virtual work on {cut.body}", sentence, tuple(ledger))
 
     def _inertia_forces(self, cut: Cut) -> Stage:
-        algebra, body = self.algebra, cut.body
-        push = [-c for c in along(algebra, cut.axes.rows, cut.push)]
-        couple = self._couple(cut)
+        """D'Alembert's inertia forces, spread over a rod, then moved to the center of mass."""
+        body, axes = cut.body, cut.axes
         spread = distribution_of(self.cuts, cut)
-        sentence = f"Against the acceleration of every particle of {body} acts its inertia force, -a dm. {cut.axes.sentence} "
+        parts = [
+            f"Against the acceleration of every particle of {body} acts its inertia force, -a dm.",
+            axes.sentence,
+        ]
         results = []
         if spread is not None:
-            sentence += (
-                f"On the rod they are spread with f per length at the distance {spread.coordinate} from its end; each "
-                f"component integrates to F, which acts at the distance s_{body} where its moment is that of f. "
+            self._unknowns[spread.coordinate] = f"distance along {body} from its end [m]"
+            parts.append(
+                f"On the rod they are spread with f per length at the distance {spread.coordinate} "
+                "from its end; each component integrates to F, which acts at the distance "
+                f"s_{body} where its moment is that of f."
             )
-            name = spread.coordinate
-            self._unknowns[name] = f"distance along {body} from its end [m]"
-            for label, density, force, point in zip(
-                cut.axes.labels, spread.density, spread.resultant, spread.point, strict=True
-            ):
-                if density:
-                    results += [
-                        Result(Left(f"f_{body}_{label}"), density),
-                        Result(Left(f"F_{body}_{label}"), force),
-                    ]
-                if point is not None:
-                    results.append(Result(Left(f"s_{body}_{label}"), point))
-        sentence += (
-            "Moved to the center of mass C, their resultant is F = -m a and a couple C, minus the rate of the angular "
-            "momentum about it."
+            results += _spread_forces(spread, cut)
+        else:
+            F = -along(axes.rows, cut.push)
+            named = zip(axes.labels, F, strict=True)
+            results += [Result(Left(f"F_{body}_{label}"), part) for label, part in named if part]
+        C = along(axes.turns, self._couple(cut))
+        for label, part in zip(axes.turn_labels, C, strict=True):
+            if part:
+                results.append(Result(Left(_joined("C", body, label)), part))
+        parts.append(
+            "Moved to the center of mass C, their resultant is F = -m a and a couple C, minus the "
+            "rate of the angular momentum about it."
         )
-        for label, component in zip(cut.axes.labels, push, strict=True):
-            if component and spread is None:
-                results.append(Result(Left(f"F_{body}_{label}"), component))
-        for label, component in zip(
-            cut.axes.turn_labels, along(algebra, cut.axes.turns, couple), strict=True
-        ):
-            if component:
-                results.append(Result(Left("_".join(filter(None, ("C", body, label)))), component))
-        if len(results) == 0:
-            sentence += " Here they are all zero."
-        return Stage(f"Inertia forces of {body}", sentence, tuple(results))
+        if not results:
+            parts.append("Here they are all zero.")
+        return Stage(f"Inertia forces of {body}", " ".join(parts), tuple(results))
 
     def _equilibrium(self, cut: Cut) -> Stage:
-        algebra, zero = self.algebra, self.algebra.ring.number(0)
-        pushes = along(algebra, cut.axes.rows, cut.push)
-        turnings = along(algebra, cut.axes.turns, self.balances.turning(cut))
-        given = (*self.balances.forces_along(cut), *self.balances.moments_along(cut))
-        sums = [a - b for a, b in zip(given, (*pushes, *turnings), strict=True)]
-        if not any(sums):
-            return Stage(
-                f"Equilibrium of {cut.body}",
-                f"{cut.body} has no mass, and nothing acts on it: all is zero.",
-            )
+        """The sums of all forces and moments on a body, inertia forces included."""
+        title, zero = f"Equilibrium of {cut.body}", self.algebra.ring.number(0)
+        F = self.balances.forces_along(cut) - along(cut.axes.rows, cut.push)
+        C = self.balances.moments_along(cut) - along(cut.axes.turns, self.balances.turning(cut))
+        lines = [Result(one, zero) for one in (*F, *C) if one]
+        if not lines:
+            return Stage(title, f"{cut.body} has no mass, and nothing acts on it: all is zero.")
         about = cut.joint.name if cut.fixed or not cut.mass else "the center of mass"
-        return Stage(
-            f"Equilibrium of {cut.body}",
-            "With its inertia forces the body is in equilibrium, the reactions R and M of its joints included: the "
-            f"sums of forces, then of moments about {about}, are zero.",
-            tuple(Result(one, zero) for one in sums if one),
+        sentence = (
+            "With its inertia forces the body is in equilibrium, the reactions R and M of its "
+            f"joints included: the sums of forces, then of moments about {about}, are zero."
         )
+        return Stage(title, sentence, tuple(lines))
 
     def _couple(self, cut: Cut) -> Vector:
         """Couple of the inertia forces about the center of mass."""
-        lever = cross(cut.center, cut.push)
-        return [tidy(b - a) for a, b in zip(cut.turning, lever, strict=True)]
+        return (cross(cut.center, cut.push) - cut.turning).tidy()
 
     def _ledger(self, cut: Cut) -> list[Result]:
-        algebra = self.algebra
+        """The work of weight, inertia forces and loads on a body, entry by entry."""
         lines: list[Result] = []
-        rotation = self._varied(cut.spin)
-        at_center = self._varied(cut.center_velocity)
-        body = cut.body
+        zero, body = self.algebra.ring.number(0), cut.body
+        rotation, at_center = self._vary(cut.spin), self._vary(cut.center_velocity)
         if cut.mass:
             if any(cut.weight):
-                self._weights.append(
-                    self._force(lines, f"weight_{body}", cut, cut.weight, at_center)
-                )
-            moved, couple = self._seat_of_inertia(cut)
-            moved = at_center if moved is None else moved
-            work = self._force(lines, f"inertia_{body}", cut, [-c for c in cut.push], moved)
+                work = self._force(lines, f"weight_{body}", cut, cut.weight, at_center)
+                self._weights.append(work)
+            seat, couple = self._seat_of_inertia(cut)
+            shift = at_center if seat is None else seat
+            work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift)
             work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation)
             self._inertia.append(work)
         for one in cut.applied:
-            work = algebra.ring.number(0)
+            work = zero
             if any(one.force):
-                work = work + self._force(
-                    lines, one.name, cut, one.force, self._varied(one.velocity)
-                )
+                shift = self._vary(one.velocity)
+                work = work + self._force(lines, one.name, cut, one.force, shift)
             if any(one.moment):
                 work = work + self._turn(lines, one.name, cut, one.moment, rotation)
             self._loads.append(work)
         return lines
 
     def _where(self, cut: Cut) -> str:
+        """Where weight and inertia forces act."""
         if not cut.mass:
             return ""
         if self._seat_of_inertia(cut)[0] is not None:
             weight = "The weight acts at the center of mass, t" if any(cut.weight) else "T"
-            return f" {weight}he inertia forces where their resultant acts, at the distance s_{cut.body}."
+            where = f"where their resultant acts, at the distance s_{cut.body}"
+            return f" {weight}he inertia forces {where}."
         both = "Weight and inertia forces act" if any(cut.weight) else "The inertia forces act"
         return f" {both} at the center of mass."
 
     def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
-        """Virtual displacement of the point at which a rod's inertia forces act, and the couple that is left there."""
+        """Virtual displacement of the point where a rod's inertia forces act, the couple there."""
         spread, couple = distribution_of(self.cuts, cut), self._couple(cut)
-        points = (
-            {point for point in spread.point if point is not None} if spread is not None else set()
-        )
-        if spread is None or len(points) != 1:
+        if spread is None:
+            return None, couple
+        points = {point for point in spread.point if point is not None}
+        if len(points) != 1:
             return None, couple
         (s,) = points
-        arm = [(s - spread.length / 2) * d for d in spread.direction]
-        left = [tidy(c + r) for c, r in zip(couple, cross(arm, cut.push), strict=True)]
+        arm = spread.direction * (s - spread.length / 2)
+        left = (couple + cross(arm, cut.push)).tidy()
         if any(left):
             return None, couple
-        velocity = total(self.algebra, [cut.center_velocity, cross(cut.spin, arm)])
-        return self._varied(velocity), left
+        return self._vary(total([cut.center_velocity, cross(cut.spin, arm)])), left
 
     def _force(
         self, lines: list[Result], name: str, cut: Cut, force: Vector, displacement: Vector
     ) -> Series:
-        rows, labels = cut.axes.rows, cut.axes.labels
-        return self._entry(lines, ("F", "δr", "δW"), name, rows, labels, force, displacement)
+        """Enter a force and return its work."""
+        acts, moves = along(cut.axes.rows, force), along(cut.axes.rows, displacement)
+        return _enter(lines, _FORCE, name, zip(cut.axes.labels, acts, moves, strict=True))
 
     def _turn(
         self, lines: list[Result], name: str, cut: Cut, couple: Vector, rotation: Vector
     ) -> Series:
+        """Enter a couple and return its work."""
         if not any(couple):
             return self.algebra.ring.number(0)
-        rows, labels = cut.axes.turns, cut.axes.turn_labels
-        return self._entry(lines, ("C", "δφ", "δW_couple"), name, rows, labels, couple, rotation)
+        acts, moves = along(cut.axes.turns, couple), along(cut.axes.turns, rotation)
+        return _enter(lines, _COUPLE, name, zip(cut.axes.turn_labels, acts, moves, strict=True))
 
-    def _entry(
-        self,
-        lines: list[Result],
-        letters: tuple[str, str, str],
-        name: str,
-        rows: Sequence[Sequence[object]],
-        labels: Sequence[str],
-        force: Vector,
-        displacement: Vector,
-    ) -> Series:
-        """Write one entry of the ledger and return its work."""
-        algebra = self.algebra
-        acts, moves = along(algebra, rows, force), along(algebra, rows, displacement)
-        work = tidy(algebra.ring.sum([f * d for f, d in zip(acts, moves, strict=True)]))
-        for label, act, move in zip(labels, acts, moves, strict=True):
-            if act:
-                lines.append(Result(Left("_".join(filter(None, (letters[0], name, label)))), act))
-                lines.append(Result(Left("_".join(filter(None, (letters[1], name, label)))), move))
-        lines.append(Result(Left(f"{letters[2]}_{name}"), work))
-        return work
-
-    def _varied(self, velocity: Vector) -> Vector:
+    def _vary(self, velocity: Vector) -> Vector:
         """The virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
-        algebra = self.algebra
-        return [
-            tidy(
-                algebra.ring.sum(
-                    [
-                        slope * delta
-                        for slope, delta in zip(algebra.partials(c), self._deltas, strict=True)
-                        if slope
-                    ]
-                )
-            )
-            for c in velocity
-        ]
+        partials = self.algebra.partials
+        return Vector(*(self._displacement(partials(c)) for c in velocity)).tidy()
+
+    def _displacement(self, slopes: Sequence[Series]) -> Series:
+        """Σ ∂v/∂q' δq."""
+        pairs = zip(slopes, self._deltas, strict=True)
+        return self.algebra.ring.sum([slope * delta for slope, delta in pairs if slope])
 
     def _coefficients(self, works: Sequence[Series]) -> list[Series]:
         """What stands before each virtual displacement in a sum of works."""
@@ -290,56 +259,80 @@ class VirtualWork:
 
     def _rotors(self) -> list[Series]:
         """Work of the inertia of the joints' rotors."""
-        found = []
-        for rate in self.balances.rates:
-            if rate.rotor:
-                turned = [
-                    slope * delta
-                    for slope, delta in zip(rate.partials, self._deltas, strict=True)
-                    if slope
-                ]
-                found.append(-rate.rotor * self.algebra.ring.sum(turned))
-        return found
+        rates = [rate for rate in self.balances.rates if rate.rotor]
+        return [-rate.rotor * self._displacement(rate.partials) for rate in rates]
 
     def _reactions(self) -> list[Stage]:
         """The work of each joint's reaction and its opposite together."""
-        algebra, kinematics = self.algebra, self.cuts.kinematics
         if not self.balances.unknowns:
             return []
         lines = []
         for cut in self.cuts.bodies:
-            force, moment = self.balances.symbols[cut.body]
-            shift = self._varied(kinematics.velocity(cut.body, (0, 0, 0)))
-            rotation = self._varied(cut.spin)
-            parent = cut.joint.parent
-            if kinematics.place[parent] >= 0:
-                turn = self._varied(kinematics.spin(parent))
-                arm = self.cuts.between_seats(parent, cut.body)
-                carrying = self._varied(kinematics.velocity(parent, (0, 0, 0)))
-                moved = total(algebra, [carrying, cross(turn, arm)])
-                shift = [
-                    a - b
-                    for a, b in zip(shift, self.cuts.carried(moved, parent, cut.body), strict=True)
-                ]
-                rotation = [
-                    a - b
-                    for a, b in zip(
-                        rotation, self.cuts.carried(turn, parent, cut.body), strict=True
-                    )
-                ]
-            products = [f * d for f, d in zip([*force, *moment], [*shift, *rotation], strict=True)]
-            lines.append(Result(Left(f"δW_{cut.joint.name}"), tidy(algebra.ring.sum(products))))
+            reaction = self.balances.symbols[cut.body]
+            shift, rotation = self._against_parent(cut)
+            forces, moves = [*reaction.force, *reaction.moment], [*shift, *rotation]
+            products = [f * d for f, d in zip(forces, moves, strict=True)]
+            work = tidy(self.algebra.ring.sum(products))
+            lines.append(Result(Left(f"δW_{cut.joint.name}"), work))
         sentence = (
-            "A reaction acts on the child, its opposite on the parent at the same point: together they do work only in "
-            "the displacement of one against the other, and the joint allows that only where it transmits nothing."
+            "A reaction acts on the child, its opposite on the parent at the same point: together "
+            "they do work only in the displacement of one against the other, and the joint allows "
+            "that only where it transmits nothing."
         )
         if guided := self.balances.guided():
             sentence += (
-                " What guides the coordinates that follow others does work joint by joint, but none in all, as the "
-                "last lines say."
+                " What guides the coordinates that follow others does work joint by joint, but "
+                "none in all, as the last lines say."
             )
             lines += guided
-        rotors = any(rate.rotor for rate in self.balances.rates)
-        if rotors:
+        if any(rate.rotor for rate in self.balances.rates):
             sentence += " Where a joint has a rotor, its inertia is what is left."
         return [Stage("Virtual work of the reactions", sentence, tuple(lines))]
+
+    def _against_parent(self, cut: Cut) -> tuple[Vector, Vector]:
+        """Virtual displacement and rotation of a body against its parent, at its origin."""
+        cuts, kinematics, parent = self.cuts, self.cuts.kinematics, cut.joint.parent
+        shift, rotation = self._vary(kinematics.velocity(cut.body)), self._vary(cut.spin)
+        if kinematics.place[parent] < 0:
+            return shift, rotation
+        turn = self._vary(kinematics.spin(parent))
+        arm = cuts.between_seats(parent, cut.body)
+        carrying = self._vary(kinematics.velocity(parent))
+        moved = total([carrying, cross(turn, arm)])
+        shift = shift - cuts.carried(moved, parent, cut.body)
+        return shift, rotation - cuts.carried(turn, parent, cut.body)
+
+
+def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
+    """The density f, its resultant F and where that acts, component by component."""
+    results = []
+    for k, label in enumerate(cut.axes.labels):
+        if spread.density[k]:
+            results.append(Result(Left(f"f_{cut.body}_{label}"), spread.density[k]))
+            results.append(Result(Left(f"F_{cut.body}_{label}"), spread.resultant[k]))
+        point = spread.point[k]
+        if point is not None:
+            results.append(Result(Left(f"s_{cut.body}_{label}"), point))
+    return results
+
+
+def _enter(
+    lines: list[Result],
+    letters: _Letters,
+    name: str,
+    components: Iterable[tuple[str, Series, Series]],
+) -> Series:
+    """Write one entry of the ledger and return its work."""
+    products = []
+    for label, act, move in components:
+        products.append(act * move)
+        if act:
+            lines.append(Result(Left(_joined(letters.act, name, label)), act))
+            lines.append(Result(Left(_joined(letters.move, name, label)), move))
+    work = tidy(products[0].ring.sum(products))
+    lines.append(Result(Left(f"{letters.work}_{name}"), work))
+    return work
+
+
+def _joined(*words: str) -> str:
+    return "_".join(filter(None, words))

@@ -7,7 +7,7 @@ short.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
@@ -226,7 +226,7 @@ def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
     return [_plus(combination(row[:3], point), row[3]) for row in pose]
 
 
-def combination(factors: Sequence[Any], terms: Sequence[Any]) -> Any:
+def combination(factors: Iterable[Any], terms: Iterable[Any]) -> Any:
     """Return the sum of products of two sequences, in which zeros and ones cost nothing.
 
     Args:

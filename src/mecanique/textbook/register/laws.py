@@ -160,7 +160,7 @@ def _plate() -> Iterator[Row]:
     m, a, b, k, theta, alpha = (ring[name] for name in ("m", "a", "b", "k", "theta", "theta''"))
     I_o, I_C = m * (a**2 + b**2) / 3, m * (a**2 + b**2) / 12
     lever = cut.center[0] * cut.push[1] - cut.center[1] * cut.push[0]
-    M_o = cut.loads()[1][2]
+    M_o = cut.loads().moment.z
     yield identity(
         "1.13",
         "in a plane: M_o = I_o omega' or M_C = I_C omega'",

@@ -23,20 +23,20 @@ def rows() -> Iterator[Row]:
     ledger = {stage.title: stage.results for stage in work.derivation().stages}
     bodies = work.balances
     (cut,) = bodies.cuts.bodies
-    algebra, axes, turns = bodies.algebra, cut.axes.rows, cut.axes.turns
-    ring = algebra.ring
+    axes, turns = cut.axes.rows, cut.axes.turns
+    ring = bodies.algebra.ring
     m, l, g, q, v, a = (ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
     Rn, Rt, dq = ring["R_pin_n"], ring["R_pin_t"], ring["δq"]
     mu = m / l
     row = bodies.derivation().rows[0]
     equation = a + 3 * g * sin(q) / (2 * l)
-    H_rate = along(algebra, turns, bodies.turning(cut))[2]
-    M_o = along(algebra, turns, bodies.moment(cut))[2]
+    H_rate = along(turns, bodies.turning(cut))[2]
+    M_o = along(turns, bodies.moment(cut))[2]
 
     a_C = bodies.cuts.kinematics.change(cut.center_velocity, cut.carrier)
-    r_n, r_t, *_ = along(algebra, axes, cut.center)
-    v_n, v_t, *_ = along(algebra, axes, cut.center_velocity)
-    a_n, a_t, *_ = along(algebra, axes, a_C)
+    r_n, r_t, *_ = along(axes, cut.center)
+    v_n, v_t, *_ = along(axes, cut.center_velocity)
+    a_n, a_t, *_ = along(axes, a_C)
     yield identity(
         "1.14 a",
         "r_C = (l/2) n, v_C = (l/2) q' t, a_C = -(l/2) q'² n + (l/2) q'' t",
@@ -45,8 +45,8 @@ def rows() -> Iterator[Row]:
         *(v_n, v_t - l / 2 * v),
         *(a_n + l / 2 * v**2, a_t - l / 2 * a),
     )
-    p_n, p_t, *_ = along(algebra, axes, cut.push)
-    F_n, F_t, *_ = along(algebra, axes, bodies.resultant(cut))
+    p_n, p_t, *_ = along(axes, cut.push)
+    F_n, F_t, *_ = along(axes, bodies.resultant(cut))
     yield identity(
         "1.14",
         "m a_C = (m g cos q - R_n) n + (R_t - m g sin q) t",
