@@ -36,7 +36,12 @@ def test_the_list_of_names_is_sorted_and_whole() -> None:
     assert len(set(mq.__all__)) == len(mq.__all__)
     assert set(model.__all__) <= set(mq.__all__)
     assert set(errors.__all__) <= set(mq.__all__)
-    assert set(mq.__all__) <= set(dir(mq))
+
+
+def test_dir_shows_the_public_names_alone() -> None:
+    assert set(dir(mq)) == {*mq.__all__, "__version__"}
+    mq.textbook.load("rigid_bar_pendulum")
+    assert set(dir(mq)) == {*mq.__all__, "__version__"}
 
 
 @pytest.mark.parametrize("name", mq.__all__)

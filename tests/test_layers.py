@@ -40,7 +40,8 @@ ORDER: dict[str, list[str]] = {
     ],
     "textbook": ["facts", "system", "systems", "catalogue", "register"],
     "urdf": [
-        "dialect element names robots rules",
+        "dialect element limits names robots",
+        "rules",
         "findings",
         "xml",
         "reading",

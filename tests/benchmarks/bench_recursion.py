@@ -22,7 +22,8 @@ import mecanique as mq
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.states import States
-from mecanique.reference.engine.load import MOST_VELOCITIES, load
+from mecanique.reference.engine.load import load
+from mecanique.urdf.limits import MOST_VELOCITIES
 
 SIZES = (10, 20, 40, 80, 150, 200, 300, 600, 1000)
 JETS = 40

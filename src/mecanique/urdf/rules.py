@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, final
 
+from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
+
 __all__ = ["RULES", "Rule", "Severity"]
 
 Severity: TypeAlias = Literal["error", "warning", "info"]
@@ -474,14 +476,14 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "too-many-coordinates",
         "warning",
         "Pinocchio's memory grows with the cube of the number of coordinates (8 GB at 500).",
-        "Stay at or below 210 coordinates to verify against Pinocchio.",
+        f"Stay at or below {MOST_VELOCITIES} coordinates to verify against Pinocchio.",
     ),
     (
         "M702",
         "too-deep",
         "warning",
         "Pinocchio crashes on chains of thousands of links.",
-        "Stay below 1,000.",
+        f"Stay at or below {MOST_DEPTH:,}.",
     ),
     ("M703", "not-used", "info", "It does not enter the equations of motion.", "Nothing."),
     (

@@ -11,16 +11,11 @@ from mecanique.errors import EngineError
 from mecanique.model.bodies import Body
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
+from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.write import write_urdf
 from mecanique.urdf.writing.chains import SimpleJoint, chains
 
-__all__ = ["MOST_DEPTH", "MOST_VELOCITIES", "Engine", "Holder", "Seat", "load"]
-
-MOST_VELOCITIES = 210
-"""Pinocchio's work space takes about 63 bytes times the cube of the number of joint velocities: 0.6 GB at 210."""
-
-MOST_DEPTH = 1000
-"""Pinocchio's parser recurses along the tree; a few thousand joints in a row end the process."""
+__all__ = ["Engine", "Holder", "Seat", "load"]
 
 _WIDTHS = {
     "continuous": (2, 1),

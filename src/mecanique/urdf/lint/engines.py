@@ -7,13 +7,12 @@ import math
 from mecanique.urdf.dialect import DRAKE_JOINT, WORLD
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.joints import SINGLE, JointText
 
 __all__ = ["check"]
 
-_MOST_VELOCITIES = 210
-_MOST_DEPTH = 1000
 _VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 3, "floating": 6}
 
 
@@ -105,7 +104,7 @@ def _size(document: Document, report: Report) -> None:
         for joint in document.joints
         if joint.name not in document.mimics
     )
-    if count > _MOST_VELOCITIES:
+    if count > MOST_VELOCITIES:
         report.add("M701", document.element, "", f"the robot has {count} velocities")
     if document.root is None:
         return
@@ -117,7 +116,7 @@ def _size(document: Document, report: Report) -> None:
             chain.append(carrier[chain[-1]])
         start = depth[chain[-1]]
         depth.update({name: start + k for k, name in enumerate(reversed(chain))})
-    if max(depth.values()) > _MOST_DEPTH:
+    if max(depth.values()) > MOST_DEPTH:
         report.add(
             "M702", document.element, "", f"the longest chain has {max(depth.values())} joints"
         )

@@ -1,0 +1,99 @@
+"""A new type of force is written in few places: its class, its two tables of laws, its URDF tag."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import mecanique as mq
+from mecanique.derivation.laws import laws_of
+from mecanique.errors import DerivationError, EngineError
+from mecanique.model.forces import BodyLoad, JointLoad, LineLoad
+from mecanique.reference.engine.loads import law_of
+
+SOURCE = Path(__file__).parents[1] / "src" / "mecanique"
+
+FORCES: tuple[mq.AnyForce, ...] = (
+    mq.Spring("spring", "a", (0, 0, 0), "b", (1, 0, 0), stiffness=2.0, free_length=1.0),
+    mq.Damper("damper", "a", (0, 0, 0), "b", (1, 0, 0), damping=3.0),
+    mq.JointSpring("joint spring", "hinge", stiffness=2.0, reference=0.5),
+    mq.JointDamper("joint damper", "hinge", damping=3.0),
+    mq.JointForce("drive", "hinge", force=mq.time()),
+    mq.Force("force", "a", (0, 0, 1), (0, mq.coordinate("q"), 0), axes="b"),
+    mq.Torque("torque", "a", (0, 0, mq.velocity("q"))),
+)
+
+PLACES = {
+    "__init__.py",
+    "model/__init__.py",
+    "model/forces.py",
+    "derivation/laws.py",
+    "reference/engine/loads.py",
+    "urdf/writing/forces.py",
+    "urdf/reading/extensions.py",  # if its tag is read back
+    "urdf/dialect.py",  # if its tag is new
+}
+"""The files that a new type of force touches."""
+
+
+def leaves(base: type) -> set[type]:
+    return {base} if not base.__subclasses__() else set().union(*map(leaves, base.__subclasses__()))
+
+
+def test_every_type_is_among_the_samples() -> None:
+    types = {leaf for base in (LineLoad, JointLoad, BodyLoad) for leaf in leaves(base)}
+    types = {leaf for leaf in types if leaf.__module__ == LineLoad.__module__}
+    assert {type(force) for force in FORCES} == types
+    for leaf in types:
+        assert leaf.__name__ in mq.__all__
+
+
+@pytest.mark.parametrize("force", FORCES, ids=lambda force: force.name)
+def test_a_force_describes_itself(force: mq.AnyForce) -> None:
+    assert force.kind in {"spring", "damper", "load"}
+    assert force.conservative == (force.kind == "spring")
+    assert force.coefficient
+    assert force.symbols == {"drive": {"t"}, "force": {"q"}, "torque": {"q'"}}.get(
+        force.name, set()
+    )
+    if isinstance(force, LineLoad):
+        assert [end.body for end in force.ends] == ["a", "b"]
+    if isinstance(force, BodyLoad):
+        assert (force.wrench.force is None) == (force.name == "torque")
+        assert force.bodies == (("a", "b") if force.name == "force" else ("a",))
+
+
+@pytest.mark.parametrize("force", FORCES, ids=lambda force: force.name)
+def test_every_force_between_two_ends_has_a_law_on_each_side(force: mq.AnyForce) -> None:
+    laws = laws_of(force, lambda scalar: scalar)
+    assert bool(laws) == (not isinstance(force, BodyLoad))
+    if not isinstance(force, BodyLoad):
+        law = law_of(force)
+        assert any((law.stiffness, law.damping, law.drive is not None))
+
+
+def test_a_force_without_a_law_is_refused() -> None:
+    class Muscle(LineLoad):
+        kind = "load"
+        letter = "name"
+
+    muscle = Muscle("muscle", "a", (0, 0, 0), "b", (1, 0, 0))
+    with pytest.raises(DerivationError, match="no law is known of force 'muscle', a Muscle"):
+        laws_of(muscle, float)
+    with pytest.raises(EngineError, match="no law is known of force 'muscle', a Muscle"):
+        law_of(muscle)
+
+
+def test_only_those_places_name_a_type_of_force() -> None:
+    """Joint dampers and springs stand for all: their names mean nothing else."""
+    named = re.compile(r"\b(JointDamper|JointSpring|JointForce|Damper|Torque)\b")
+    found = {
+        path.relative_to(SOURCE).as_posix()
+        for path in SOURCE.rglob("*.py")
+        if "textbook" not in path.parts and named.search(path.read_text())
+    }
+    # a URDF's own <dynamics damping> is read where the joints are
+    assert found - {"urdf/read.py"} <= PLACES
+    assert len(PLACES) <= 8
