@@ -11,7 +11,8 @@ import mecanique as mq
 from mecanique.verification.states.random import random_states
 
 SENTENCE = (
-    r"x must stay within \(-R, R\) = \(-1, 1\), got {}: the chart x of 'particle_on_circle_x' ends there; "
+    r"x must stay within \(-R, R\) = \(-1, 1\), got {}: "
+    r"the chart x of 'particle_on_circle_x' ends there; "
     "use another coordinate, e.g. theta"
 )
 

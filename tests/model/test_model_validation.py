@@ -108,7 +108,8 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "idle coordinate": (
         {"coordinates": Coordinates(("u",))},
-        "coordinate 'u' moves nothing: no joint has it, and the coordinate map does not depend on it",
+        "coordinate 'u' moves nothing: no joint has it, "
+        "and the coordinate map does not depend on it",
     ),
     "free and driven": (
         {"coordinates": Coordinates(("x",), {"x": 2 * coordinate("x")})},
@@ -160,7 +161,8 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "strange function": (
         with_force(JointForce("f", "slide", sympy.gamma(time()))),
-        "force 'f' holds the function gamma; expected sin, cos, tan, asin, acos, atan, atan2, sqrt, exp, log, Abs, "
+        "force 'f' holds the function gamma; "
+        "expected sin, cos, tan, asin, acos, atan, atan2, sqrt, exp, log, Abs, "
         "sign, tanh",
     ),
     "undeclared in a loop": (
@@ -269,7 +271,8 @@ CASES: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "triangle": (
         with_body(Shape(1.0, inertia=(1.0, 1.0, 3.0, 0.0, 0.0, 0.0))),
-        "body 'block': its principal moments break the triangle inequality (1 + 1 < 3 kg·m²): no mass is spread "
+        "body 'block': its principal moments break the triangle inequality "
+        "(1 + 1 < 3 kg·m²): no mass is spread "
         "like that",
     ),
     "division by zero": (

@@ -18,7 +18,10 @@ from mecanique.model import (
     disk,
 )
 
-HOLONOMIC = "is the rate of a constraint on positions; state that one instead, by the coordinate map or a loop"
+HOLONOMIC = (
+    "is the rate of a constraint on positions; state that one instead, "
+    "by the coordinate map or a loop"
+)
 NOT_HOLONOMIC = "is not holonomic: it restricts velocities and yet no position"
 r = Parameter("r", 0.3, "m", "radius")
 

@@ -69,7 +69,8 @@ def _links(count: int) -> str:
 
 def _joints(count: int, more: str = "") -> str:
     return "".join(
-        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/><child link="l{k + 1}"/><axis xyz="0 0 1"/>'
+        f'<joint name="j{k}" type="continuous"><parent link="l{k}"/>'
+        f'<child link="l{k + 1}"/><axis xyz="0 0 1"/>'
         f"{more.format(k=k, next=(k + 1) % count)}</joint>"
         for k in range(count)
     )
@@ -116,7 +117,8 @@ def test_large_faulty_files_end_soon() -> None:
         f'<robot name="r">{_links(count + 1)}{pairs}</robot>',
         f'<robot name="r">{_links(1)}{_joints(count)}</robot>',
         f'<robot name="r">{_links(count)}</robot>',
-        f'<robot name="r">{"<link name=" + chr(34) + "l" + chr(34) + "/>" * 1}{_links(3)}{spring * 1000}</robot>',
+        f'<robot name="r">{"<link name=" + chr(34) + "l" + chr(34) + "/>" * 1}'
+        f"{_links(3)}{spring * 1000}</robot>",
     ]
     for text in texts:
         assert _seconds(text) < 10

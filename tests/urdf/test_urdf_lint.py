@@ -1,4 +1,4 @@
-"""Every rule of the linter: a text that triggers it, its line and words; a clean text that triggers none."""
+"""Every rule of the linter: a text that triggers it, its line and words; a clean text, none."""
 
 from __future__ import annotations
 
@@ -73,7 +73,8 @@ _BUSHING = """<drake:linear_bushing_rpy>
   <drake:bushing_force_stiffness value="0 0 0"/><drake:bushing_force_damping value="0 0 0"/>
 </drake:linear_bushing_rpy>
 """
-_ROTOR = """<transmission name="t"><type>SimpleTransmission</type><joint name="shoulder"/><actuator name="m">
+_ROTOR = """<transmission name="t"><type>SimpleTransmission</type><joint name="shoulder"/>\
+<actuator name="m">
   <drake:rotor_inertia value="0.1"/></actuator></transmission>
 """
 _LOOSE = '<link name="{0}"/><link name="{1}"/>\n'
@@ -102,7 +103,8 @@ def chain(count: int) -> str:
 
 
 def many(count: int) -> str:
-    inertial = '<mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    inertial = '<mass value="1"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     links = "".join(
         f'<link name="l{k}"><inertial>{inertial}</inertial></link>' for k in range(count)
     )
@@ -112,29 +114,36 @@ def many(count: int) -> str:
 
 _MIMIC_AXIS = f'{_WRIST_AXIS}<mimic joint="shoulder" multiplier="2"/>'
 _THIRD = (
-    '<link name="third"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    '<link name="third"><inertial><mass value="1"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     "</inertial></link>\n"
-    '<joint name="third" type="continuous"><parent link="hand"/><child link="third"/><axis xyz="0 0 1"/>'
+    '<joint name="third" type="continuous"><parent link="hand"/>'
+    '<child link="third"/><axis xyz="0 0 1"/>'
     '\n<mimic joint="wrist"/></joint>'
 )
 _BALL = '<drake:joint name="wrist" type="ball">'
 
 CASES: dict[str, tuple[str, int, str]] = {
     "M001": ("missing.urdf", 1, "cannot be read: No such file"),
-    "M002": (swap("<parent link", "<parent link link"), 26, "not well-formed XML: not well-formed (invalid token)"),
-    "M003": (swap("<robot", '<!DOCTYPE a [<!ENTITY b "c">]>\n<robot'), 2, "document type or entity"),
+    "M002": (swap("<parent link", "<parent link link"), 26,
+             "not well-formed XML: not well-formed (invalid token)"),
+    "M003": (swap("<robot", '<!DOCTYPE a [<!ENTITY b "c">]>\n<robot'), 2,
+             "document type or entity"),
     "M004": (swap("<robot", "<a>" * 70 + "<robot"), 2, "nested more than 64 deep"),
     "M005": ("<sdf/>", 1, "expected <robot> as the outermost element, got <sdf>"),
     "M006": (swap('<mass value="1"', '<mass value="${m}"'), 8, "got '${m}'"),
     "M101": (swap(' name="clean"', ""), 2, "the robot has no name"),
     "M102": ('<robot name="empty">\n</robot>', 1, "the robot has no link"),
     "M103": (swap('<mass value="1"', "<mass"), 8, "<mass> has no value=…"),
-    "M104": (swap('value="1"', 'value="1,5"'), 8, "expected a finite number for value of <mass>, got '1,5'"),
-    "M105": (swap('link name="base"', 'link name=" "'), 4, "expected a printable name of <link>, got ' '"),
+    "M104": (swap('value="1"', 'value="1,5"'), 8,
+             "expected a finite number for value of <mass>, got '1,5'"),
+    "M105": (swap('link name="base"', 'link name=" "'), 4,
+             "expected a printable name of <link>, got ' '"),
     "M106": (swap('<link name="hand">', '<link name="arm">'), 17, "it is there already at line 5"),
     "M107": (swap('parent link="arm"', 'parent link="Arm"'), 31, "its parent 'Arm' is no link"),
     "M108": (swap('parent link="arm"', 'parent link="hand"'), 31, "it joins link 'hand' to itself"),
-    "M109": (add(_JOINT.format("x", "base", "hand")), 37, "is the child of joint 'wrist' at line 31 already"),
+    "M109": (add(_JOINT.format("x", "base", "hand")), 37,
+             "is the child of joint 'wrist' at line 31 already"),
     "M110": (
         add(_LOOSE.format("a", "b") + _JOINT.format("x", "a", "b") + _JOINT.format("y", "b", "a")),
         37,
@@ -142,26 +151,37 @@ CASES: dict[str, tuple[str, int, str]] = {
     ),
     "M111": (add('<link name="lost"/>'), 37, "it is no joint's child, and neither is link 'base'"),
     "M112": (swap(_MASS, _MASS + "\n" + _MASS), 9, "<inertial> has 2 <mass>"),
-    "M113": (swap('<origin xyz="0 0 0.2"', '<orgin xyz="0 0 0.2"'), 25, "ignored; did you mean 'origin'?"),
-    "M114": (swap('joint name="wrist"', 'joint name="universe"'), 31, "Pinocchio has a joint of this name"),
+    "M113": (swap('<origin xyz="0 0 0.2"', '<orgin xyz="0 0 0.2"'), 25,
+             "ignored; did you mean 'origin'?"),
+    "M114": (swap('joint name="wrist"', 'joint name="universe"'), 31,
+             "Pinocchio has a joint of this name"),
     "M201": (swap('value="1"', 'value="-1"'), 8, "its mass is -1 kg"),
     "M202": (swap(_INERTIA, 'ixx="-0.1" iyy="1" izz="1"'), 9, "negative principal moment"),
-    "M203": (swap(_INERTIA, 'ixx="0.1" iyy="0.2" izz="0.4"'), 9, "triangle inequality (0.1 + 0.2 < 0.4"),
+    "M203": (swap(_INERTIA, 'ixx="0.1" iyy="0.2" izz="0.4"'), 9,
+             "triangle inequality (0.1 + 0.2 < 0.4"),
     "M204": (swap('value="1"', 'value="0"'), 5, "it has inertia but no mass"),
     "M205": (swap(_INERTIA, 'ixx="0" iyy="0" izz="0"'), 5, "a mass without inertia"),
-    "M206": (add('<link name="tip"/><joint name="x" type="continuous"><axis xyz="0 0 1"/><parent link="hand"/>'
+    "M206": (add('<link name="tip"/><joint name="x" type="continuous"><axis xyz="0 0 1"/>'
+                 '<parent link="hand"/>'
                  '<child link="tip"/></joint>'), 37, "it moves nothing that has mass"),
-    "M207": (swap('value="1"', 'value="1e-17"').replace(_INERTIA, 'ixx="0" iyy="0" izz="0"'), 5, "its mass is 1e-17"),
-    "M208": (swap(_INERTIA, 'ixx="84" iyy="84" izz="2"'), 5, "9.22 m away from the center, but it is 1 m large"),
+    "M207": (swap('value="1"', 'value="1e-17"').replace(_INERTIA, 'ixx="0" iyy="0" izz="0"'), 5,
+             "its mass is 1e-17"),
+    "M208": (swap(_INERTIA, 'ixx="84" iyy="84" izz="2"'), 5,
+             "9.22 m away from the center, but it is 1 m large"),
     "M209": (
-        swap("  </link>\n  <link name=\"hand\"", f'<collision>{_BOX}</collision></link>\n  <link name="hand"').replace(
+        swap(
+            "  </link>\n  <link name=\"hand\"",
+            f'<collision>{_BOX}</collision></link>\n  <link name="hand"',
+        ).replace(
             'value="1"', 'value="1000"'
         ).replace(_INERTIA, 'ixx="84" iyy="84" izz="2"'),
         5,
         "its density is 1e+05 kg/m³",
     ),
-    "M210": (swap('ixx="0.084" iyy="0.084"', 'ixx="0.334" iyy="0.334"'), 5, "about the link's origin, not about"),
-    "M211": (swap('<link name="base"/>', f'<link name="base"><inertial>{_MASS}<inertia {_INERTIA} ixy="0" ixz="0" '
+    "M210": (swap('ixx="0.084" iyy="0.084"', 'ixx="0.334" iyy="0.334"'), 5,
+             "about the link's origin, not about"),
+    "M211": (swap('<link name="base"/>', f'<link name="base"><inertial>{_MASS}'
+                  f'<inertia {_INERTIA} ixy="0" ixz="0" '
                   'iyz="0"/></inertial></link>'), 4, "the root link has a mass of 1 kg"),
     "M301": (wrist("", "hinge"), 31, "expected a type among revolute"),
     "M302": (wrist("", axis='<axis xyz="0 0 0"/>'), 35, "its axis '0 0 0' has no length"),
@@ -171,10 +191,12 @@ CASES: dict[str, tuple[str, int, str]] = {
     "M306": (swap('lower="-1"', 'lower="2"'), 29, "its lower limit 2 is above its upper limit 1"),
     "M307": (swap(' effort="10"', ""), 29, "<limit> has no effort; it is read as unbounded"),
     "M308": (swap('lower="-1" upper="1" ', ""), 29, "lets it move from 0 to 0"),
-    "M309": (swap('lower="-1" upper="1"', 'lower="-90" upper="90"'), 24, "its limits reach 90 radians"),
+    "M309": (swap('lower="-1" upper="1"', 'lower="-90" upper="90"'), 24,
+             "its limits reach 90 radians"),
     "M310": (swap('xyz="0 0 0.2"', 'xyz="0 0 200"'), 24, "its origin is 200 m away"),
     "M311": (wrist('<dynamics damping="-1"/>'), 35, "its damping is -1"),
-    "M312": (wrist('<dynamics damping="1"/>', "floating"), 35, "the damping of a floating joint is not modeled"),
+    "M312": (wrist('<dynamics damping="1"/>', "floating"), 35,
+             "the damping of a floating joint is not modeled"),
     "M313": (wrist('<dynamics friction="1"/>'), 31, "dry friction is left out"),
     "M314": (
         CLEAN.replace('<joint name="wrist"', '<drake:joint name="wrist"').replace(
@@ -185,27 +207,35 @@ CASES: dict[str, tuple[str, int, str]] = {
     ),
     "M401": (wrist('<mimic joint="elbow"/>'), 35, "it mimics 'elbow', which is no joint"),
     "M402": (wrist('<mimic joint="wrist"/>'), 35, "cycle: wrist → wrist"),
-    "M403": (wrist('<mimic joint="shoulder"/>', "floating"), 35, "a floating joint cannot mimic another"),
+    "M403": (wrist('<mimic joint="shoulder"/>', "floating"), 35,
+             "a floating joint cannot mimic another"),
     "M404": (wrist('<mimic joint="shoulder"/>'), 31, "it mimics another joint"),
-    "M405": (swap(_WRIST_AXIS, _MIMIC_AXIS).replace(_END, _THIRD + _END), 39, "'wrist', which mimics 'should"),
+    "M405": (swap(_WRIST_AXIS, _MIMIC_AXIS).replace(_END, _THIRD + _END), 39,
+             "'wrist', which mimics 'should"),
     "M406": (wrist('<mimic joint="shoulder" multiplier="0"/>'), 35, "multiplier 0"),
     "M407": (wrist('<mimic joint="shoulder"/>', "fixed"), 35, "it is fixed and mimics 'shoulder'"),
     "M501": (swap(_BOX, _MESH.format("package://a/b.stl")), 13, "its mesh file is not found"),
-    "M502": (swap(_BOX, _MESH.format("package://a/../../b.stl")), 13, "'package://a/../../b.stl' lies outside"),
+    "M502": (swap(_BOX, _MESH.format("package://a/../../b.stl")), 13,
+             "'package://a/../../b.stl' lies outside"),
     "M503": (swap(_BOX, "<geometry/>"), 13, "the shape of a <visual> is missing"),
     "M504": (swap("0.1 0.1 1", "0.1 0 1"), 13, "expected positive sizes of a <box>"),
-    "M505": (swap('<material name="red"/>', '<material name="blue"/>'), 14, "the material 'blue' is not described"),
+    "M505": (swap('<material name="red"/>', '<material name="blue"/>'), 14,
+             "the material 'blue' is not described"),
     "M506": (swap("1 0 0 1", "255 0 0 1"), 3, "expected colors from 0 to 1"),
-    "M507": (swap("<visual>", f"<collision>{_BOX}</collision><visual>"), 5, "collisions are not modeled"),
+    "M507": (swap("<visual>", f"<collision>{_BOX}</collision><visual>"), 5,
+             "collisions are not modeled"),
     "M601": (add("<drake:spring/>"), 37, "<drake:spring> in <robot> is not known"),
-    "M602": (add(_SPRING.replace('stiffness value="8"', 'stiffness value="-8"')), 41, "stiffness of at least 0"),
+    "M602": (add(_SPRING.replace('stiffness value="8"', 'stiffness value="-8"')), 41,
+             "stiffness of at least 0"),
     "M603": (add(_SPRING.replace('"hand"', '"foot"')), 37, "'foot' is no link"),
     "M604": (add("<drake:tendon_constraint/>"), 37, "<drake:tendon_constraint> is not modeled"),
     "M605": (add(_BUSHING), 37, "do not coincide on the axis of joint 'shoulder'"),
     "M606": (add(_SPRING), 37, "only Drake and mecanique read it"),
-    "M607": (add(_SPRING).replace(' xmlns:drake="http://drake.mit.edu"', ""), 37, "prefix drake: is used but not"),
+    "M607": (add(_SPRING).replace(' xmlns:drake="http://drake.mit.edu"', ""), 37,
+             "prefix drake: is used but not"),
     "M608": (add(_ROTOR), 38, "a rotor adds inertia"),
-    "M609": (add(_SPRING.replace('free_length value="1"', 'free_length value="0"')), 37, "Drake refuses a spring"),
+    "M609": (add(_SPRING.replace('free_length value="1"', 'free_length value="0"')), 37,
+             "Drake refuses a spring"),
     "M701": (many(210), 2, "the robot has 212 velocities"),
     "M702": (chain(1100), 2, "the longest chain has 1101 joints"),
     "M703": (add("<gazebo/>"), 37, "<gazebo> in <robot> is not used"),

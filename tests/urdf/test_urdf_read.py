@@ -55,7 +55,8 @@ def chain(joints: str, count: int, extra: str = "") -> str:
 def joint(
     k: int, more: str = '<axis xyz="0 0 1"/>', kind: str = "continuous", tag: str = "joint"
 ) -> str:
-    return f'<{tag} name="j{k}" type="{kind}"><parent link="l{k}"/><child link="l{k + 1}"/>{more}</{tag}>\n'
+    ends = f'<parent link="l{k}"/><child link="l{k + 1}"/>'
+    return f'<{tag} name="j{k}" type="{kind}">{ends}{more}</{tag}>\n'
 
 
 def test_revolute_joint() -> None:
@@ -271,7 +272,8 @@ SPRING = """<drake:linear_spring_damper>
   <drake:linear_spring_damper_body_A name="l0"/><drake:linear_spring_damper_p_AP value="1 2 3"/>
   <drake:linear_spring_damper_body_B name="l1"/><drake:linear_spring_damper_p_BQ value="4 5 6"/>
   <drake:linear_spring_damper_free_length value="0.5"/>
-  <drake:linear_spring_damper_stiffness value="8"/><drake:linear_spring_damper_damping value="0.25"/>
+  <drake:linear_spring_damper_stiffness value="8"/>\
+<drake:linear_spring_damper_damping value="0.25"/>
 </drake:linear_spring_damper>
 """
 
@@ -336,7 +338,8 @@ def test_faults_of_our_own_loops_are_told(given: dict[str, str], message: str) -
         read_urdf(chain(joint(0), 1, LOOP.format(**values)))
 
 
-BUSHING = """<frame name="A" link="l0" xyz="{a}" rpy="{turn_a}"/><frame name="C" link="l1" rpy="{turn_c}" xyz="{c}"/>
+BUSHING = """<frame name="A" link="l0" xyz="{a}" rpy="{turn_a}"/>\
+<frame name="C" link="l1" rpy="{turn_c}" xyz="{c}"/>
 <drake:linear_bushing_rpy><drake:bushing_frameA name="A"/><drake:bushing_frameC name="C"/>
 <drake:bushing_torque_stiffness value="1 2 3"/><drake:bushing_torque_damping value="4 5 6"/>
 <drake:bushing_force_stiffness value="10 20 30"/><drake:bushing_force_damping value="40 50 60"/>
@@ -364,7 +367,8 @@ def bushing(
 def test_bushing_as_a_joint_spring(
     kind: str, axis: str, frames: str, stiffness: float, damping: float, reference: float
 ) -> None:
-    more = f'<origin xyz="0 0 1"/><axis xyz="{axis}"/><limit effort="1" velocity="1" lower="-1" upper="1"/>'
+    limit = '<limit effort="1" velocity="1" lower="-1" upper="1"/>'
+    more = f'<origin xyz="0 0 1"/><axis xyz="{axis}"/>{limit}'
     spring, damper = read_urdf(chain(joint(0, more, kind), 1, frames)).forces
     assert isinstance(spring, mq.JointSpring)
     assert (spring.name, spring.joint, spring.stiffness) == ("j0_spring", "j0", stiffness)
@@ -391,7 +395,8 @@ def test_bushing_that_is_no_joint_spring(frames: str, message: str) -> None:
 def rotor(
     inertia: str = "0.5", ratio: str = '<drake:gear_ratio value="-4"/>', name: str = "j0"
 ) -> str:
-    return f"""<transmission><type>transmission_interface/SimpleTransmission</type><joint name="{name}"/>
+    return f"""<transmission><type>transmission_interface/SimpleTransmission</type>\
+<joint name="{name}"/>
     <actuator name="m"><drake:rotor_inertia value="{inertia}"/>{ratio}</actuator></transmission>"""
 
 
@@ -462,7 +467,8 @@ def test_devices_and_folders_are_not_read(tmp_path: Path) -> None:
 
 def test_numbers_need_no_sympy() -> None:
     code = (
-        "import sys\nfrom mecanique.urdf.read import read_urdf\nfrom mecanique.urdf.robots import robot\n"
+        "import sys\nfrom mecanique.urdf.read import read_urdf\n"
+        "from mecanique.urdf.robots import robot\n"
         "read_urdf(robot('kinova'))\nprint(*({'sympy', 'scipy', 'pinocchio'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -549,7 +555,10 @@ def test_every_robot_is_read_as_by_pinocchio_or_refused(name: str) -> None:
 
 
 def _spatial(body: mq.Body, pose: np.ndarray) -> np.ndarray:
-    """Spatial inertia about the world's origin, linear first (Featherstone, Rigid Body Dynamics Algorithms, 2008)."""
+    """Spatial inertia about the world's origin, linear first.
+
+    R. Featherstone, Rigid Body Dynamics Algorithms, 2008.
+    """
     ixx, iyy, izz, ixy, ixz, iyz = body.inertia
     turned = (
         pose[:3, :3]

@@ -56,7 +56,7 @@ def _readable() -> dict[str, mq.Mechanism]:
 
 
 def test_what_is_written_of_a_robot_is_read_again() -> None:
-    """The first writing adds a world link; from then on reading and writing change nothing at all."""
+    """The first writing adds a world link; from then on reading and writing change nothing."""
     readable = _readable()
     assert len(readable) == 52
     for name, first in readable.items():
@@ -80,7 +80,7 @@ def test_what_is_written_of_a_robot_is_read_again() -> None:
 
 @pytest.mark.parametrize("name", mq.textbook.names())
 def test_what_is_written_of_a_textbook_system_is_read_again(name: str) -> None:
-    """Springs, dampers and loops come back as what they were; loads and maps have no words in URDF."""
+    """Springs, dampers and loops come back as they were; URDF has no words for loads and maps."""
     first = mq.textbook.load(name)
     second = read_urdf(write_urdf(first))
     assert write_urdf(second) == write_urdf(read_urdf(write_urdf(second)))

@@ -247,7 +247,7 @@ def test_dampers_in_a_joint_add_up_and_the_armature_becomes_a_rotor() -> None:
 def test_a_spring_in_a_joint_is_a_bushing_along_its_axis(
     kind: type[Revolute | Prismatic], axis: tuple[float, float, float]
 ) -> None:
-    """Frame A at the reference, frame C on the child: they coincide when the coordinate is the reference."""
+    """Frame A at the reference, frame C on the child: they coincide at the reference."""
     joint = kind("j", "ground", "a", axis=axis, origin=Placement((1, 2, 3), (0.1, 0.2, 0.3)))
     root = parsed(
         write_urdf(mechanism(joint, forces=(JointSpring("s", "j", 12.5, reference=0.4),)))

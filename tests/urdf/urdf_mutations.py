@@ -249,11 +249,13 @@ def _numbers(mechanism: mq.Mechanism) -> Iterator[float]:
 SAMPLE = """<?xml version="1.0"?>
 <robot name="sample" xmlns:drake="http://drake.mit.edu">
   <material name="red"><color rgba="1 0 0 1"/></material>
-  <link name="l0"><visual><geometry><mesh filename="package://a/b.stl" scale="1 1 1"/></geometry></visual></link>
+  <link name="l0"><visual><geometry>\
+<mesh filename="package://a/b.stl" scale="1 1 1"/></geometry></visual></link>
   <link name="l1">
     <inertial><origin xyz="0 0 0.5" rpy="0.1 0.2 0.3"/><mass value="1"/>
       <inertia ixx="0.1" iyy="0.1" izz="0.02" ixy="0.001" ixz="0" iyz="0"/></inertial>
-    <visual><origin xyz="0 0 0.5"/><geometry><box size="0.1 0.1 1"/></geometry><material name="red"/></visual>
+    <visual><origin xyz="0 0 0.5"/><geometry><box size="0.1 0.1 1"/></geometry>\
+<material name="red"/></visual>
     <collision><geometry><sphere radius="0.1"/></geometry></collision>
   </link>
   <link name="l2">
@@ -272,7 +274,8 @@ SAMPLE = """<?xml version="1.0"?>
   </joint>
   <drake:joint name="j2" type="ball"><parent link="l2"/><child link="l3"/></drake:joint>
   <transmission name="t"><type>transmission_interface/SimpleTransmission</type><joint name="j0"/>
-    <actuator name="m"><drake:rotor_inertia value="0.01"/><drake:gear_ratio value="10"/></actuator></transmission>
+    <actuator name="m"><drake:rotor_inertia value="0.01"/>\
+<drake:gear_ratio value="10"/></actuator></transmission>
   <frame name="A" link="l0" xyz="0 0 0.2" rpy="0 0 1"/>
   <drake:linear_bushing_rpy>
     <drake:bushing_frameA name="A"/><drake:bushing_frameC name="l1"/>
@@ -283,7 +286,8 @@ SAMPLE = """<?xml version="1.0"?>
     <drake:linear_spring_damper_body_A name="l0"/><drake:linear_spring_damper_p_AP value="0 0 0"/>
     <drake:linear_spring_damper_body_B name="l2"/><drake:linear_spring_damper_p_BQ value="0 0 1"/>
     <drake:linear_spring_damper_free_length value="1"/>
-    <drake:linear_spring_damper_stiffness value="8"/><drake:linear_spring_damper_damping value="0.5"/>
+    <drake:linear_spring_damper_stiffness value="8"/>\
+<drake:linear_spring_damper_damping value="0.5"/>
   </drake:linear_spring_damper>
   <drake:ball_constraint>
     <drake:ball_constraint_body_A name="l0"/><drake:ball_constraint_p_AP value="0 0 0"/>

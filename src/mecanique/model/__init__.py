@@ -1,4 +1,4 @@
-"""What a mechanism is: parameters, shapes, bodies, joints, forces, coordinates. Frozen, pure data."""
+"""What a mechanism is: parameters, shapes, bodies, joints, forces, coordinates. Frozen data."""
 
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates

@@ -15,7 +15,7 @@ __all__ = ["Coordinates"]
 @final
 @dataclass(frozen=True)
 class Coordinates(Sequence[str]):
-    """Names of the independent generalized coordinates and how the joints follow them; a sequence of the names.
+    """The independent generalized coordinates and how joints follow them; a sequence of names.
 
     A joint coordinate that the map does not mention is a generalized coordinate itself. One map
     covers a textbook coordinate that is no joint angle, mimic joints, prescribed (rheonomic) motion

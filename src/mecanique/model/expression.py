@@ -1,4 +1,4 @@
-"""Scalars of a description: numbers, parameters and expressions in parameters, coordinates and time."""
+"""Scalars: numbers, parameters and expressions in parameters, coordinates and time."""
 
 from __future__ import annotations
 
@@ -101,7 +101,8 @@ def plain(scalar: Scalar) -> Scalar:
             return float(scalar)
         except OverflowError:
             raise InputError(
-                f"expected a number within the range of floats, got one of {len(str(scalar))} digits"
+                "expected a number within the range of floats, "
+                f"got one of {len(str(scalar))} digits"
             ) from None
     convert = getattr(scalar, "_sympy_", None)
     if convert is not None:

@@ -22,7 +22,7 @@ CLOSED: dict[str, tuple[str, ...]] = {
     "pin": ("x", "y"),
     "plate": ("x", "y", "rz"),
 }
-"""The relative motions each kind of loop closes, in the axes of frame a: along x, about x (rx), and so on."""
+"""The relative motions each kind closes, in the axes of frame a: along x, about x (rx), etc."""
 
 
 @final
@@ -142,7 +142,7 @@ class Loop:
         point_b: Vector,
         normal: Vector = (0.0, -1.0, 0.0),
     ) -> Loop:
-        """Keep two points together within a plane: the planar ball, without the redundant third equation.
+        """Keep two points together within a plane: the planar ball, without the third equation.
 
         Args:
             name: its name.

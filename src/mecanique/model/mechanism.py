@@ -95,7 +95,7 @@ class Mechanism:
 
     @cached_property
     def velocities(self) -> tuple[str, ...]:
-        """Names of the velocities v, in order: q' for a coordinate q, components for a quaternion."""
+        """Names of the velocities v: q' for a coordinate q, components for a quaternion."""
         quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
         inside = {name for joint in quasi.values() for name in joint.coordinates}
         names: list[str] = []

@@ -18,7 +18,7 @@ Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
 @final
 @dataclass(frozen=True)
 class Placement:
-    """Pose of a frame in its parent: first turned by roll, pitch, yaw about the fixed x, y, z, then moved.
+    """Pose of a frame in its parent: turned by roll, pitch, yaw about fixed x, y, z, then moved.
 
     Args:
         xyz: shape (3,), position of the origin [m].

@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
-"""ixx, iyy, izz, ixy, ixz, iyz: the tensor's entries, as in URDF (ixy is the entry, not the product)."""
+"""ixx, iyy, izz, ixy, ixz, iyz: entries of the tensor, as in URDF (ixy is no product)."""
 
 _BLUE: Rgba = (0.0, 0.447, 0.698, 1.0)
 _ORANGE: Rgba = (0.902, 0.624, 0.0, 1.0)
@@ -64,7 +64,8 @@ class Shape:
         inertia = tuple(plain(entry) for entry in self.inertia)
         if len(inertia) != 6:
             raise InputError(
-                f"expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, got {len(inertia)}"
+                "expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, "
+                f"got {len(inertia)}"
             )
         object.__setattr__(self, "inertia", inertia)
         object.__setattr__(self, "visuals", tuple(self.visuals))
@@ -139,7 +140,7 @@ def rod(
     start: Vector = (0.0, 0.0, 0.0),
     radius: Scalar = 0.02,
 ) -> Shape:
-    """Return a slender rod from a start point along a direction: m l²/12 about its center, m l²/3 about an end.
+    """Return a slender rod along a direction: m l²/12 about its center, m l²/3 about an end.
 
     Args:
         mass: [kg].

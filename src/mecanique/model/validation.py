@@ -117,7 +117,8 @@ def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
     if principal[0] + principal[1] < principal[2] - slack:
         return (
             "its principal moments break the triangle inequality "
-            f"({principal[0]:g} + {principal[1]:g} < {principal[2]:g} kg·m²): no mass is spread like that"
+            f"({principal[0]:g} + {principal[1]:g} < {principal[2]:g} kg·m²): "
+            "no mass is spread like that"
         )
     return None
 
@@ -158,7 +159,10 @@ def _names(m: Description) -> Iterator[str]:
         if name in driven:
             yield f"{name!r} is both a generalized coordinate and set by the coordinate map"
         elif name not in moved:
-            yield f"coordinate {name!r} moves nothing: no joint has it, and the coordinate map does not depend on it"
+            yield (
+                f"coordinate {name!r} moves nothing: no joint has it, and the coordinate map "
+                "does not depend on it"
+            )
     clash = {*m.coordinates.names} & {
         *(p.symbol for p in m.parameters),
         *(i.symbol for i in m.inputs),
@@ -206,7 +210,8 @@ def _symbols(m: Description) -> Iterator[str]:
 def _unknown(where: str, scalars: Iterable[Scalar], known: set[str]) -> Iterator[str]:
     scalars = [plain(scalar) for scalar in scalars]
     for name in sorted(frozenset().union(*map(symbols_in, scalars)) - known):
-        yield f"{where} depends on {name!r}, which is not declared (known: {', '.join(sorted(known)) or 'none'})"
+        names = ", ".join(sorted(known)) or "none"
+        yield f"{where} depends on {name!r}, which is not declared (known: {names})"
     from_sympy = [scalar for scalar in scalars if not isinstance(scalar, float)]
     for name in sorted(
         {type(f).__name__ for s in from_sympy for f in _functions(s)} - {*FUNCTIONS}
@@ -224,7 +229,8 @@ def _functions(scalar: Scalar) -> Iterator[Scalar]:
 def _tree(m: Description) -> Iterator[str]:
     bodies = {body.name for body in m.bodies}
     if m.ground not in bodies:
-        yield f"the ground {m.ground!r} is no body (bodies: {', '.join(sorted(map(str, bodies))) or 'none'})"
+        names = ", ".join(sorted(map(str, bodies))) or "none"
+        yield f"the ground {m.ground!r} is no body (bodies: {names})"
     carried = Counter(joint.child for joint in m.joints)
     for joint in m.joints:
         for role, name in (("parent", joint.parent), ("child", joint.child)):
@@ -236,7 +242,10 @@ def _tree(m: Description) -> Iterator[str]:
         if name == m.ground:
             yield f"the ground {name!r} is the child of a joint"
         elif count > 1:
-            yield f"body {name!r} is the child of {count} joints; close loops by a loop constraint, not by a joint"
+            yield (
+                f"body {name!r} is the child of {count} joints; close loops by a loop constraint, "
+                "not by a joint"
+            )
     children: dict[str, list[str]] = {}
     for joint in m.joints:
         children.setdefault(joint.parent, []).append(joint.child)
@@ -251,16 +260,20 @@ def _tree(m: Description) -> Iterator[str]:
 
 def _joints(m: Description) -> Iterator[str]:
     for joint in m.joints:
+        where = f"joint {joint.name!r}"
         if isinstance(joint, (Single, Planar)):
             length = math.sqrt(sum(component**2 for component in joint.axis))
             if not abs(length - 1) < 1e-9:
-                yield f"joint {joint.name!r}: expected an axis with a finite length, got {joint.axis}"
+                yield f"{where}: expected an axis with a finite length, got {joint.axis}"
         if isinstance(joint, Single) and joint.limits is not None:
             limits = joint.limits
             if not limits.lower <= limits.upper:
-                yield f"joint {joint.name!r}: its lower limit {limits.lower:g} is not below its upper {limits.upper:g}"
+                yield (
+                    f"{where}: its lower limit {limits.lower:g} is not below its upper "
+                    f"{limits.upper:g}"
+                )
             if not (limits.effort >= 0 and limits.velocity >= 0):
-                yield f"joint {joint.name!r}: its limits of effort and velocity must not be negative"
+                yield f"{where}: its limits of effort and velocity must not be negative"
 
 
 def _forces(m: Description) -> Iterator[str]:
@@ -308,14 +321,15 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
     values = {p.symbol: p.value for p in m.parameters}
     if is_integrable(m.velocity_constraints, m.coordinates.names, values):
         yield (
-            f"velocity constraint {names} is the rate of a constraint on positions; state that one instead, by the "
-            "coordinate map or a loop, and the number of coordinates falls"
+            f"velocity constraint {names} is the rate of a constraint on positions; "
+            "state that one instead, by the coordinate map or a loop, and the number of "
+            "coordinates falls"
         )
     else:
         yield (
-            f"velocity constraint {names} is not holonomic: it restricts velocities and yet no position, so that no "
-            "independent coordinates exist and Lagrange's equations of the second kind do not hold; only holonomic "
-            "mechanisms are treated"
+            f"velocity constraint {names} is not holonomic: it restricts velocities and yet no "
+            "position, so that no independent coordinates exist and Lagrange's equations of the "
+            "second kind do not hold; only holonomic mechanisms are treated"
         )
 
 

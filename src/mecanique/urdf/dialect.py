@@ -1,4 +1,4 @@
-"""The words of URDF that the format itself does not define, in one table, for writer and reader alike.
+"""The words of URDF that the format itself does not define: one table for writer and reader.
 
 Tags of the `drake:` namespace are those of Drake's multibody parser (Drake documentation, "Parsing
 Models for Multibody", section URDF); other programs ignore them.
@@ -45,16 +45,16 @@ LOOP_FRAMES = ("mecanique:frame_a", "mecanique:frame_b")
 """Below a loop: the frame on each of its two links (link, xyz, rpy)."""
 
 UNBOUNDED = 1e9
-"""Written where the format demands a limit and there is none; a limit this large or larger is read as none."""
+"""Written where the format demands a limit and there is none; larger ones are read as none."""
 
 DRAKE_JOINT = "drake:joint"
-"""Like `joint`, for the types that URDF lacks, e.g. `type="ball"`; programs without it do not see the joint."""
+"""Like `joint`, for types that URDF lacks, e.g. `type="ball"`; other programs ignore it."""
 
 ACTUATOR_INERTIA = "drake:rotor_inertia"
 """Below robot/transmission/actuator: inertia of the rotor before the gear [kg·m² or kg]."""
 
 ACTUATOR_GEAR = "drake:gear_ratio"
-"""Below robot/transmission/actuator: the rotor seen at the joint weighs ratio² times its inertia."""
+"""Below robot/transmission/actuator: at the joint the rotor has ratio² times its inertia."""
 
 
 @final
@@ -123,7 +123,8 @@ SPRING_DAMPER = Extension(
 
 BUSHING = Extension(
     "drake:linear_bushing_rpy",
-    "torques against roll, pitch and yaw and forces against the displacements of frame C in frame A",
+    "torques against roll, pitch and yaw and forces against the displacements "
+    "of frame C in frame A",
     {
         "frame_a": _link("drake:bushing_frameA", "frame A"),
         "frame_c": _link("drake:bushing_frameC", "frame C"),

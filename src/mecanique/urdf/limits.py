@@ -1,4 +1,4 @@
-"""The largest trees that Pinocchio is given; beyond them it fills the memory or ends the process."""
+"""The largest trees Pinocchio is given; beyond them it fills the memory or ends the process."""
 
 from __future__ import annotations
 

@@ -110,7 +110,7 @@ def mechanism_of(
 
 
 def _with_own_names(joints: list[Joint]) -> list[Joint]:
-    """Give each joint coordinates of its own: a joint may be called t, or like a coordinate of another joint."""
+    """Give each joint coordinates of its own: a joint may be called t, or as another's are."""
     names = Names(["t"])
     named: dict[str, Joint] = {}
     # velocities of quaternions have fixed names, so these joints choose first

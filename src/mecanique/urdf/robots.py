@@ -1,4 +1,4 @@
-"""The robots of the package example-robot-data, which holds URDF files and meshes but no Python code of use here."""
+"""The robots of the package example-robot-data: URDF files and meshes; its Python is not used."""
 
 from __future__ import annotations
 

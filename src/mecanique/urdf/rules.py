@@ -154,7 +154,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M114",
         "reserved-name",
         "warning",
-        "The name has a meaning of its own in an engine: the link or joint may be mistaken or ignored.",
+        "The name has a meaning of its own in an engine: the link or joint may be mistaken "
+        "or ignored.",
         "Choose another name.",
     ),
     (
@@ -183,7 +184,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M203",
         "triangle-inequality",
         "error",
-        "No distribution of mass has these principal moments; Pinocchio takes them silently, Drake refuses.",
+        "No distribution of mass has these principal moments; Pinocchio takes them silently, "
+        "Drake refuses.",
         "Compute the inertia about the center of mass again, with enough digits.",
     ),
     (
@@ -204,7 +206,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M206",
         "massless-motion",
         "warning",
-        "The mass matrix is singular: accelerations are undetermined, Pinocchio answers NaN, MuJoCo refuses.",
+        "The mass matrix is singular: accelerations are undetermined, Pinocchio answers NaN, "
+        "MuJoCo refuses.",
         "Give the moving links mass, or make the joint fixed.",
     ),
     (
@@ -218,7 +221,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M208",
         "inertia-units",
         "warning",
-        "Inertias in g·mm², kg·mm² or about another point are the most common mistakes in URDF files.",
+        "Inertias in g·mm², kg·mm² or about another point are the most common mistakes in "
+        "URDF files.",
         "Give kg·m² about the center of mass.",
     ),
     (
@@ -239,7 +243,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M211",
         "root-mass",
         "info",
-        "With a fixed root it moves nothing, and ROS warns about it; with a floating root it counts.",
+        "With a fixed root it moves nothing, and ROS warns about it; with a floating root it "
+        "counts.",
         "Nothing, or put an empty root link before it.",
     ),
     # joints
@@ -275,7 +280,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M305",
         "planar-axis",
         "warning",
-        "Pinocchio and Drake ignore the axis of a planar joint and take z; mecanique takes the axis given.",
+        "Pinocchio and Drake ignore the axis of a planar joint and take z; mecanique takes "
+        "the axis given.",
         "Turn the joint's origin so that the normal is z.",
     ),
     ("M306", "inverted-limits", "error", "No position lies between them.", "Give lower ≤ upper."),
@@ -283,7 +289,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M307",
         "limit-missing",
         "warning",
-        "URDF demands effort and velocity of revolute and prismatic joints; Pinocchio and ROS refuse the file.",
+        "URDF demands effort and velocity of revolute and prismatic joints; Pinocchio and "
+        "ROS refuse the file.",
         'Add <limit lower=… upper=… effort=… velocity=…/>, or type="continuous".',
     ),
     (
@@ -312,14 +319,16 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M312",
         "damping-of-many",
         "error",
-        "The damping of a joint with several coordinates is not modeled; equations without it would be wrong.",
+        "The damping of a joint with several coordinates is not modeled; equations without "
+        "it would be wrong.",
         "Remove it, or put drake: dampers between points.",
     ),
     (
         "M313",
         "friction",
         "warning",
-        "Dry friction is left out of the equations here and in Pinocchio and Drake; MuJoCo applies it.",
+        "Dry friction is left out of the equations here and in Pinocchio and Drake; MuJoCo "
+        "applies it.",
         "Set it to 0, or know that it is missing.",
     ),
     (
@@ -355,7 +364,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M404",
         "mimic-read-differently",
         "info",
-        "MuJoCo up to 3.12 drops <mimic>, Pinocchio only obeys it when asked (mimic=True); mecanique and Drake obey.",
+        "MuJoCo up to 3.12 drops <mimic>, Pinocchio only obeys it when asked (mimic=True); "
+        "mecanique and Drake obey.",
         "Know it when comparing.",
     ),
     (
@@ -438,8 +448,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M605",
         "bushing",
         "error",
-        "A bushing is modeled where it equals a spring and damper in one joint: its two frames coincide at the joint "
-        "and the joint's axis is one of theirs.",
+        "A bushing is modeled where it equals a spring and damper in one joint: "
+        "its two frames coincide at the joint and the joint's axis is one of theirs.",
         "Place both frames at the joint, one on its parent, one on its child.",
     ),
     (
@@ -460,7 +470,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M608",
         "rotor",
         "info",
-        "The rotor adds inertia × ratio² at the joint in mecanique and Drake; Pinocchio and MuJoCo ignore it.",
+        "The rotor adds inertia × ratio² at the joint in mecanique and Drake; Pinocchio and "
+        "MuJoCo ignore it.",
         "Know it when comparing.",
     ),
     (
@@ -504,7 +515,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M706",
         "joint-read-differently",
         "info",
-        "Drake leaves a floating joint's child free and refuses <joint type=planar>; MuJoCo makes planar three joints.",
+        "Drake leaves a floating joint's child free and refuses <joint type=planar>; MuJoCo "
+        "makes planar three joints.",
         "Know it when comparing.",
     ),
 )

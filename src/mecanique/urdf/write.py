@@ -116,7 +116,8 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
         chain = links[joint.name]
         if len(chain) > 1:
             yield Comment(
-                f"{type(joint).__name__.lower()} joint {joint.name}, coordinates {', '.join(joint.coordinates)}"
+                f"{type(joint).__name__.lower()} joint {joint.name}, "
+                f"coordinates {', '.join(joint.coordinates)}"
             )
         for step in chain[:-1]:
             yield Tag("link", name=step.child)
@@ -142,7 +143,8 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
     gravity = numbers((mechanism.evaluate(g) for g in mechanism.gravity), "gravity")
     yield f"gravity along x, y, z: {gravity} m/s² (not part of URDF)"
     if mechanism.coordinates.driven:
-        yield f"generalized coordinates: {', '.join(mechanism.coordinates)}; what follows them (not part of URDF):"
+        names = ", ".join(mechanism.coordinates)
+        yield f"generalized coordinates: {names}; what follows them (not part of URDF):"
         yield from (
             f"{name} = {expression}" for name, expression in mechanism.coordinates.driven.items()
         )
@@ -219,7 +221,7 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
 
 
 def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
-    """URDF demands limits of slides and of hinges that have bounds; effort and velocity belong to each."""
+    """URDF demands limits of slides and bounded hinges; effort and velocity belong to each."""
     if step.kind not in ("continuous", "revolute", "prismatic"):
         return
     bounds = step.limits
@@ -248,7 +250,7 @@ def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
 
 
 def _mimic(mechanism: Mechanism, joint: Single) -> Iterator[Tag]:
-    """A joint that follows one freely moving joint linearly; any other map is left to the comments."""
+    """A joint that follows one free joint linearly; any other map is left to the comments."""
     driven = mechanism.coordinates.driven
     if joint.coordinate not in driven:
         return

@@ -15,7 +15,7 @@ __all__ = ["lint"]
 
 
 def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tuple[Finding, ...]:
-    """Return what is wrong in a URDF, and what other programs read differently, in the order of its lines.
+    """Return what is wrong in a URDF and what other programs read differently, line by line.
 
     There are errors among the findings exactly if `read_urdf` refuses the text.
 

@@ -61,7 +61,10 @@ def _link(link: Link, reach: float, report: Report) -> None:
     size = max([center, reach, *(math.hypot(*v.placement.xyz) + _size(v) for v in drawn)])
     gyration = math.sqrt(max(sum(link.inertia[:3]) / 2, 0.0) / link.mass)
     if (size > 0 and gyration > 5 * max(size, 0.2)) or gyration > 30 or 0 < gyration < size / 300:
-        message = f"its inertia is that of its mass {gyration:.3g} m away from the center, but it is {size:.3g} m large"
+        message = (
+            f"its inertia is that of its mass {gyration:.3g} m away from the center, "
+            f"but it is {size:.3g} m large"
+        )
         report.add("M208", link.element, link.where, message)
     shapes = [visual for visual in link.collisions if _size(visual) > 0]
     if len(shapes) == len(link.collisions) == 1:
@@ -76,7 +79,7 @@ def _link(link: Link, reach: float, report: Report) -> None:
 
 
 def _point(link: Link, shape: Visual, report: Report) -> None:
-    """Compare the inertia with that of the drawn shape about its center and about the link's origin."""
+    """Compare the inertia with the drawn shape's about its center and about the link's origin."""
     if any(shape.placement.rpy) or any(link.frame.rpy):
         return
     place = shape.placement.xyz
@@ -87,7 +90,10 @@ def _point(link: Link, shape: Visual, report: Report) -> None:
     if sum(lever) < 0.2 * sum(own) or not _near(link.inertia[:3], about_origin):
         return
     if not any(link.frame.xyz):
-        message = "its mass is at its origin, but its inertia is that of its shape, whose center is elsewhere"
+        message = (
+            "its mass is at its origin, but its inertia is that of its shape, "
+            "whose center is elsewhere"
+        )
         report.add("M210", link.element, link.where, message)
     elif _near(link.frame.xyz, place):
         message = (

@@ -102,7 +102,7 @@ def read_extensions(
 def with_rotors(
     robot: Element, joints: list[JointText], report: Report
 ) -> tuple[list[JointText], list[Element]]:
-    """Return the joints with the inertia of their drives' rotors, inertia × ratio², and the elements that give them.
+    """Return the joints with their drives' rotors, inertia × ratio², and the elements read.
 
     Args:
         robot: the root element.

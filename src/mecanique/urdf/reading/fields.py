@@ -102,7 +102,7 @@ def number(
 
 
 def placement(parent: Element, report: Report, where: str) -> Placement:
-    """Return the placement that the <origin> inside an element gives; the parent's own frame if there is none.
+    """Return the placement by the <origin> inside an element; the parent's frame without one.
 
     Args:
         parent: the element around.

@@ -132,7 +132,7 @@ class JointText:
 
     @property
     def _unit(self) -> tuple[float, float, float]:
-        """The axis as written if its length is one to rounding, so that writing and reading again change nothing."""
+        """The axis; as written if its length is one to rounding, so that round trips are exact."""
         length = math.hypot(*self.axis)
         x, y, z = self.axis
         return self.axis if abs(length - 1) < 1e-15 else (x / length, y / length, z / length)

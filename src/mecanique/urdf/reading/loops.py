@@ -90,7 +90,7 @@ def loop_nodes(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> 
 def read_loop(
     element: Element, links: Collection[str], names: Names, report: Report
 ) -> Loop | None:
-    """Return the loop that an element of our own describes; None if it has faults, which are reported.
+    """Return the loop that an element of our own describes; None if faults were reported.
 
     Args:
         element: the element.

@@ -10,7 +10,7 @@ from typing import TypeAlias, final
 __all__ = ["MeshSearch", "OutsideError", "PackagePath"]
 
 PackagePath: TypeAlias = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
-"""Folders that hold packages: one path, several joined by the system's separator, or a sequence of them."""
+"""Folders that hold packages: a path, several joined by the system's separator, or a sequence."""
 
 _SUFFIXES = {
     ".stl",

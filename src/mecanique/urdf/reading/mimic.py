@@ -1,4 +1,4 @@
-"""Joints that follow others: <mimic> in any order and in chains, composed to joints that move freely."""
+"""Joints that follow others: <mimic> in any order and in chains, down to free joints."""
 
 from __future__ import annotations
 

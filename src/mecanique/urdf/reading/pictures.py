@@ -33,7 +33,7 @@ class Pictures:
     lost: list[tuple[Element, str]] = field(default_factory=list)
 
     def declare(self, robot: Element) -> None:
-        """Read the materials of the whole robot, then those inside links, which others may refer to."""
+        """Read the robot's materials, then those inside links, which other links may refer to."""
         for element in robot.all("material"):
             self._material(element, "")
         for link in robot.all("link"):

@@ -35,7 +35,10 @@ def root_of(
             )
         elif joint.child in carrier:
             other = carrier[joint.child]
-            message = f"its child {joint.child!r} is the child of {other.where} at line {other.element.line} already"
+            message = (
+                f"its child {joint.child!r} is the child of {other.where} "
+                f"at line {other.element.line} already"
+            )
             report.add("M109", joint.element, joint.where, message)
         carrier.setdefault(joint.child, joint)
         sound = sound and len(report.findings) == before

@@ -62,7 +62,7 @@ class SimpleJoint:
 def chains(
     mechanism: Mechanism, spherical: Literal["ball", "floating"] = "ball"
 ) -> dict[str, tuple[SimpleJoint, ...]]:
-    """Return the simple joints of each joint, by its name; the last of each bears its name and its child.
+    """Return the simple joints of each joint, by its name; the last bears its name and child.
 
     Args:
         mechanism: the mechanism.

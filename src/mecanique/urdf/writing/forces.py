@@ -1,4 +1,4 @@
-"""Springs, dampers and loops as the tags Drake has for them; a comment, or a tag of our own, where it has none."""
+"""Forces and loops as the tags Drake has for them; elsewhere a comment or a tag of our own."""
 
 from __future__ import annotations
 
@@ -132,7 +132,8 @@ def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) ->
         for end in spring.ends
     )
     yield Comment(
-        f"spring {spring.name}: {number(stiffness, spring.name)} N/m, free length 0, from {' to '.join(ends)};",
+        f"spring {spring.name}: {number(stiffness, spring.name)} N/m, free length 0, "
+        f"from {' to '.join(ends)};",
         "no tag, because Drake demands a free length above zero",
     )
 
@@ -160,7 +161,7 @@ def _between(
 def _joint_spring(
     mechanism: Mechanism, spring: JointSpring, anchors: Mapping[str, str]
 ) -> Iterator[Node]:
-    """A bushing between two frames whose x axes lie along the joint's axis; frame A stands at the reference."""
+    """A bushing between two frames with x along the joint's axis; A stands at the reference."""
     joint = mechanism.joint(spring.joint)
     if not isinstance(joint, Single):
         return
