@@ -7,7 +7,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion import equilibria, linearize
-from mecanique.reference.loops.assembly import closed_velocity
+from mecanique.reference.loops.assembly import close_velocity
 
 
 def test_the_closed_bars_and_springs_have_the_equation_of_example_1_2() -> None:
@@ -96,7 +96,7 @@ def test_a_linkage_in_motion_deviates_as_neighboring_motions_do() -> None:
             keep=[name],
         )
         held = np.arange(mechanism.nv) == independent
-        v = closed_velocity(reference.closed, q, np.where(held, small.v + faster, 0.0), 0.0, held)  # type: ignore[arg-type]  # has loops
+        v = close_velocity(reference.closed, q, np.where(held, small.v + faster, 0.0), 0.0, held)  # type: ignore[arg-type]  # has loops
         return float(reference.acceleration(q, v)[independent])
 
     h = 1e-4

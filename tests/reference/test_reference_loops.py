@@ -29,7 +29,7 @@ from mecanique.model import (
     time,
 )
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
-from mecanique.reference.loops.assembly import closed_velocity, projected
+from mecanique.reference.loops.assembly import close_velocity, project
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.independent import Independent
 
@@ -147,7 +147,7 @@ def test_the_motion_stays_on_the_loop_and_all_bodies_keep_their_balance(kind: st
     mechanism = spatial(kind)
     reference, t = Reference(mechanism), 0.5
     q = assemble(mechanism, mechanism.position(np.random.default_rng(1).normal(size=11)), t=t)
-    v = closed_velocity(closed_of(mechanism), q, np.random.default_rng(2).normal(size=9), t)
+    v = close_velocity(closed_of(mechanism), q, np.random.default_rng(2).normal(size=9), t)
     a, found = reference.acceleration(q, v, t), reference.reactions(q, v, t)
     closure = closed_of(mechanism).closures.at(q, v, t)
     assert abs(closure.residual).max() < 1e-13
@@ -189,7 +189,7 @@ def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(
     ]
     mechanism = four_bar(loop, masses)
     q = assemble(mechanism, START, keep=("phi",))
-    v = closed_velocity(
+    v = close_velocity(
         closed_of(mechanism),
         q,
         mechanism.velocity({"phi": 1.7}),
@@ -223,7 +223,7 @@ def test_redundant_equations_leave_named_components_undetermined() -> None:
 def test_a_massless_link_pulls_along_itself() -> None:
     mechanism = textbook.load("slider_crank")
     q = assemble(mechanism, {"theta": 0.7, "beta": -0.97, "x": 1.5}, keep=("theta",))
-    v = projected(closed_of(mechanism), q, mechanism.velocity({"theta": 3.0}), 0.0)[1]
+    v = project(closed_of(mechanism), q, mechanism.velocity({"theta": 3.0}), 0.0)[1]
     found = Reference(mechanism).reactions(q, v)
     along = Reference(mechanism).poses(q)[2, :3, 0]
     assert np.linalg.norm(found["B"].force) > 0.1
@@ -459,7 +459,7 @@ def test_loops_work_with_coordinate_maps_and_drives() -> None:
     free = four_bar()
     for t in (0.0, 0.4):
         q = assemble(driven, {"theta": -0.76, "psi": 1.25}, t=t)
-        v = projected(closed_of(driven), q, np.zeros(2), t)[1]
+        v = project(closed_of(driven), q, np.zeros(2), t)[1]
         a = reference.acceleration(q, v, t)
         whole, speed = np.array([1.1 + 2 * t, *q]), np.array([2.0, *v])
         push = JointForce(

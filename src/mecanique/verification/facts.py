@@ -222,9 +222,9 @@ class _Bench:
         closed = self.reference.closed if self.mechanism.loops else None
         if closed is None:
             return q, v
-        from mecanique.reference.loops.assembly import closed_position, projected
+        from mecanique.reference.loops.assembly import close_position, project
 
-        return projected(closed, closed_position(closed, q, 0.0), v, 0.0)
+        return project(closed, close_position(closed, q, 0.0), v, 0.0)
 
     def states(self) -> Iterator[tuple[Array, Array, float]]:
         """Yield the better half of twice as many random states: singular ones lose digits."""

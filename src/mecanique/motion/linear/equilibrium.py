@@ -105,12 +105,12 @@ def _on_loops(
     reference: Reference, closed: Closed, start: np.ndarray, t: float
 ) -> np.ndarray | None:
     """Do the same in the deviations that the loops leave free."""
-    from mecanique.reference.loops.assembly import closed_position
+    from mecanique.reference.loops.assembly import close_position
     from mecanique.reference.loops.independent import Independent
 
     rates = Rates.of(reference.mechanism)
     still = np.zeros(reference.mechanism.nv)
-    q = closed_position(closed, rates.normalized(np.array(start, dtype=float)), t)
+    q = close_position(closed, rates.normalized(np.array(start, dtype=float)), t)
     scale, size = 1.0, np.inf
     for _ in range(STEPS):
         free = Independent(closed, q, t)
@@ -129,7 +129,7 @@ def _on_loops(
         step = _step(slope, value, longest=0.5)
         if _size(step) < 1e-12:
             break
-        q = closed_position(closed, rates.moved(q, free.tangent @ step), t)
+        q = close_position(closed, rates.moved(q, free.tangent @ step), t)
     return q if size <= 1e-9 * scale + 1e-14 else None
 
 

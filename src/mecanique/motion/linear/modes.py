@@ -128,7 +128,7 @@ def _closed_solution(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the linear motion with its loops closed; wide straight deviations open them."""
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import closed_position
+    from mecanique.reference.loops.assembly import close_position
 
     loops, rates = Reference(linearization.mechanism).closed, Rates.of(linearization.mechanism)
     if loops is None:
@@ -137,7 +137,7 @@ def _closed_solution(
 
     def place(shift: float) -> np.ndarray:
         straight, _, _ = linear_solution(linearization, mode, amplitude, t + shift)
-        return np.array([closed_position(loops, q, linearization.t) for q in straight])
+        return np.array([close_position(loops, q, linearization.t) for q in straight])
 
     before, q, after = place(-h), place(0.0), place(h)
     v = rates.velocities(q, (after - before) / (2 * h))

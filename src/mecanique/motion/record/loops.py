@@ -65,9 +65,9 @@ class ClosedLoops:
             ClosureError: naming the loop that cannot be closed, and by how much.
         """
         from mecanique.reference.loops.assembly import (
-            closed_velocity,
+            close_velocity,
             position_near,
-            projected,
+            project,
         )
         from mecanique.reference.loops.freedom import limit_rank
 
@@ -79,8 +79,8 @@ class ClosedLoops:
         if isinstance(v, Mapping):
             named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
             held = np.array([name in named for name in m.velocities])
-        velocity = closed_velocity(self._closed, position, given_v, t, held if held.any() else None)
-        position, velocity = projected(self._closed, position, velocity, t)
+        velocity = close_velocity(self._closed, position, given_v, t, held if held.any() else None)
+        position, velocity = project(self._closed, position, velocity, t)
         changes = [
             f"{what} changed by up to {size:.3g}"
             for what, size in (
@@ -131,7 +131,7 @@ class ClosedLoops:
         )
 
     def _both(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-        from mecanique.reference.loops.assembly import projected
+        from mecanique.reference.loops.assembly import project
 
-        position, velocity = projected(self._closed, q, v, t, drifted=True)
+        position, velocity = project(self._closed, q, v, t, drifted=True)
         return position, velocity

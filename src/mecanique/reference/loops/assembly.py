@@ -8,6 +8,7 @@ the solution the damping vanishes and the pseudo-inverse of a Jacobian that may 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -17,27 +18,38 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
-from mecanique.reference.loops.closed import LEAST, WEAK, Closed
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.newton import displace, newton
+from mecanique.reference.loops.tolerances import (
+    ASSEMBLED,
+    DEPENDENT,
+    EXACT,
+    LEAST,
+    PIVOT,
+    RANK_ASSEMBLED,
+    TINY,
+    WEAK,
+)
 
 __all__ = [
     "assemble",
     "assembly_branches",
-    "closed_position",
-    "closed_velocity",
+    "close_position",
+    "close_velocity",
     "free_columns",
     "held_columns",
-    "moved",
     "position_near",
+    "project",
 ]
 
-_CLOSED = 1e-9
-"""Loops this near to closed, in characteristic lengths or radians, count as closed."""
-
-_PROJECTED = 1e-9
-"""Singular values below this part of the largest are left alone where a state is brought back."""
+_NEAR = 1e-4
+"""Gap, in characteristic lengths or radians, below which steps are not damped."""
 
 _WITHIN = 0.1
-"""Part of the distance to a singular position, as the singular value tells it, that a drifted state may be moved."""
+"""Part of the distance to a singular position that a drifted state may be moved.
+
+The singular value, relative to the largest, is a measure of that distance.
+"""
 
 _SWEEPS = 6
 _STEPS = 200
@@ -94,25 +106,25 @@ def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array)
     """
     if isinstance(guess, Mapping) and not held.any():
         try:
-            return closed_position(closed, q, t, held_columns(closed.mechanism, tuple(guess)))
+            return close_position(closed, q, t, held_columns(closed.mechanism, tuple(guess)))
         except ClosureError:
             pass
     if guess is None and not held.any():
         return _position_anywhere(closed, q, t, held)
-    return closed_position(closed, q, t, held)
+    return close_position(closed, q, t, held)
 
 
 def _position_anywhere(closed: Closed, q: Array, t: float, held: Array) -> Array:
     """Positions near q if they can be closed, else near one of a few random ones."""
     try:
-        return closed_position(closed, q, t, held)
+        return close_position(closed, q, t, held)
     except ClosureError as error:
         first = error
     random = np.random.default_rng(0)
     for _ in range(_STARTS):
         away = random.uniform(-1, 1, closed.mechanism.nv) * closed.closures.columns * np.pi
         try:
-            return closed_position(closed, moved(closed, q, away), t, held)
+            return close_position(closed, displace(closed, q, away), t, held)
         except ClosureError:
             continue
     raise first
@@ -167,7 +179,7 @@ def assembly_branches(
             break
         away = np.where(held, 0.0, random.uniform(-1, 1, mechanism.nv) * reach)
         try:
-            q = closed_position(closed, moved(closed, start, away), t, held)
+            q = close_position(closed, displace(closed, start, away), t, held)
         except ClosureError:
             continue
         if all(_distance(closed, q, other, t) > 1e-6 for other in found):
@@ -175,7 +187,7 @@ def assembly_branches(
     return tuple(found)
 
 
-def closed_position(closed: Closed, q: Array, t: float, held: Array | None = None) -> Array:
+def close_position(closed: Closed, q: Array, t: float, held: Array | None = None) -> Array:
     """Return positions near q at which every loop is closed, shape (nq,).
 
     Args:
@@ -188,57 +200,70 @@ def closed_position(closed: Closed, q: Array, t: float, held: Array | None = Non
         ClosureError: naming the loop that cannot be closed, and by how much.
     """
     closures = closed.closures
-    rows, columns = (
-        closures.rows,
-        closures.columns if held is None else np.where(held, 0.0, closures.columns),
-    )
-    rest = np.zeros(len(columns))
-    damping, best, stuck = 1e-3, _state(closed, q, t), 0
+    still = np.zeros(closed.mechanism.nv)
+    free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
+    damping, gaps, stuck = 1e-3, _gaps(closed, q, t), 0
     for _ in range(_STEPS):
-        size = float(np.abs(best).max(initial=0.0))
-        if size <= 1e-15 or not np.isfinite(best).all():
+        widest = float(np.abs(gaps).max(initial=0.0))
+        if widest <= EXACT or not np.isfinite(gaps).all():
             break
-        J = rows[:, None] * closures.at(q, rest, t).jacobian * columns
-        left, singular, right = np.linalg.svd(J, full_matrices=False)
-        top = max(float(singular[0]), 1e-300) if singular.size else 1.0
-        # near the end nothing is damped, and directions without a hold are left alone
-        near = size < 1e-4
-        gain = np.zeros_like(singular)
-        strong = singular > (max(1e-7 * top, LEAST) if near else 0.0)
-        gain[strong] = singular[strong] / (
-            singular[strong] ** 2 + (0.0 if near else damping * top**2)
-        )
-        step = -right.T @ (gain * (left.T @ best))
-        longest = float(np.abs(step).max(initial=0.0))
-        if longest > _LONGEST:
-            step *= _LONGEST / longest
-        trial = moved(closed, q, columns * step)
-        after = _state(closed, trial, t)
-        before, now = float(np.linalg.norm(best)), float(np.linalg.norm(after))
-        stuck = stuck + 1 if now > 0.999 * before else 0
+        near = widest < _NEAR
+        J = closures.scaled(q, still, t).jacobian * free
+        step = free * _damped_step(J, gaps, None if near else damping)
+        trial = displace(closed, q, closures.columns * step)
+        gaps_after = _gaps(closed, trial, t)
+        before, after = float(np.linalg.norm(gaps)), float(np.linalg.norm(gaps_after))
+        stuck = stuck + 1 if after > 0.999 * before else 0
         if stuck > _PATIENCE:
             break
-        if now < before:
-            q, best, damping = trial, after, max(damping / 5, 1e-12)
+        if after < before:
+            q, gaps, damping = trial, gaps_after, max(damping / 5, 1e-12)
         elif near or damping > 1e6:
             break
         else:
             damping *= 4
-    gaps = np.abs(best)
-    if not np.isfinite(gaps).all() or float(gaps.max(initial=0.0)) > _CLOSED:
-        worst = int(np.nanargmax(np.where(np.isfinite(gaps), gaps, np.inf)))
-        name = closures.names[worst]
-        unit = "rad" if name.split(": ")[-1] in ("rx", "ry", "rz") else "m"
-        loop = closed.mechanism.loops[int(closures.owner[worst])].name
-        raise ClosureError(
-            f"mechanism {closed.mechanism.name!r}: loop {loop!r} cannot be closed from there; the nearest position "
-            f"found leaves it open by {gaps[worst] / rows[worst]:.3g} {unit} ({name}); try another guess, or check "
-            "its lengths"
-        )
+    _refuse_open(closed, np.abs(gaps))
     return q
 
 
-def closed_velocity(
+def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
+    """Return the scaled step of Levenberg and Marquardt, of limited length.
+
+    Without damping, near the end, directions that are not held are left alone.
+    """
+    left, singular, right = np.linalg.svd(J, full_matrices=False)
+    top = max(float(singular[0]), TINY) if singular.size else 1.0
+    least, added = (
+        (max(RANK_ASSEMBLED * top, LEAST), 0.0) if damping is None else (0.0, damping * top**2)
+    )
+    gain = np.zeros_like(singular)
+    strong = singular > least
+    gain[strong] = singular[strong] / (singular[strong] ** 2 + added)
+    step: Array = -right.T @ (gain * (left.T @ gaps))
+    longest = float(np.abs(step).max(initial=0.0))
+    if longest > _LONGEST:
+        step *= _LONGEST / longest
+    return step
+
+
+def _refuse_open(closed: Closed, gaps: Array) -> None:
+    """Raise if a loop is left open."""
+    closures = closed.closures
+    if np.isfinite(gaps).all() and float(gaps.max(initial=0.0)) <= ASSEMBLED:
+        return
+    worst = int(np.nanargmax(np.where(np.isfinite(gaps), gaps, np.inf)))
+    name = closures.names[worst]
+    unit = "rad" if name.split(": ")[-1] in ("rx", "ry", "rz") else "m"
+    loop = closed.mechanism.loops[int(closures.owner[worst])].name
+    raise ClosureError(
+        f"mechanism {closed.mechanism.name!r}: loop {loop!r} cannot be closed from there; "
+        "the nearest position found leaves it open by "
+        f"{gaps[worst] / closures.rows[worst]:.3g} {unit} ({name}); try another guess, or check "
+        "its lengths"
+    )
+
+
+def close_velocity(
     closed: Closed, q: Array, v: Array, t: float, held: Array | None = None
 ) -> Array:
     """Return the velocities nearest to v that keep the loops closed, shape (nv,).
@@ -251,25 +276,22 @@ def closed_velocity(
         held: shape (nv,), which velocities stay as they are; if they cannot, the others and they
             give way together.
     """
-    closures = closed.closures
-    closure = closures.at(q, v, t)
-    off = closures.rows * (closure.jacobian @ v + closure.drift)
-    for fixed in (held, None) if held is not None else (None,):
-        columns = closures.columns if fixed is None else np.where(fixed, 0.0, closures.columns)
-        J = closures.rows[:, None] * closure.jacobian * columns
-        step = -_least(J, off)
-        if fixed is None or np.abs(J @ step + off).max(initial=0.0) <= 1e-9 * max(
-            1.0, float(np.abs(v).max(initial=0))
-        ):
-            break
-    result: Array = v + columns * step
-    return result
+    _, jacobian, rates = closed.closures.scaled(q, v, t)
+    enough = ASSEMBLED * max(1.0, float(np.abs(v).max(initial=0)))
+    if held is not None:
+        free = np.where(held, 0.0, 1.0)
+        J = jacobian * free
+        step = free * -_least_step(J, rates)
+        if np.abs(J @ step + rates).max(initial=0.0) <= enough:
+            return np.asarray(v + closed.closures.columns * step)
+    step = -_least_step(jacobian, rates)
+    return np.asarray(v + closed.closures.columns * step)
 
 
-def projected(
+def project(
     closed: Closed, q: Array, v: Array, t: float, *, drifted: bool = False
 ) -> tuple[Array, Array]:
-    """Return the closed state next to one that is almost closed: positions by Newton's method, then velocities.
+    """Return the closed state next to one that is almost closed, positions first, then velocities.
 
     Args:
         closed: the mechanism.
@@ -280,27 +302,22 @@ def projected(
             hardly hold, next to a singular position, are then left alone until the motion has
             passed.
     """
-    closures = closed.closures
-    rows, columns = closures.rows, closures.columns
-    size = np.inf
-    for _ in range(_SWEEPS):
-        closure = closures.at(q, v, t)
-        J, off = rows[:, None] * closure.jacobian * columns, rows * closure.residual
-        last, size = size, float(np.abs(off).max(initial=0.0))
-        if size < 1e-15 or size > 0.5 * last:
-            break
-        q = moved(closed, q, -columns * _least(J, off, closed.most, drifted=drifted))
-    off = rows * (closure.jacobian @ v + closure.drift)
+    least = partial(_least_step, most=closed.most, drifted=drifted)
+    landing = newton(closed, q, v, t, least, enough=EXACT, stagnant=0.5, sweeps=_SWEEPS)
+    columns = closed.closures.columns
     speed = 1 + float(np.abs(v / columns).max(initial=0.0))
-    return q, v - columns * speed * _least(J, off / speed, closed.most, drifted=drifted)
+    return landing.q, v - columns * speed * least(landing.jacobian, landing.rates / speed)
 
 
-def _least(J: Array, off: Array, most: int | None = None, *, drifted: bool = False) -> Array:
-    """The least x with J x = off, as far as J reaches; after a drift no part of x is beyond where J is singular."""
+def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool = False) -> Array:
+    """Return the least x with J x = gaps, as far as J reaches.
+
+    After a drift no part of x goes beyond where J is singular.
+    """
     left, singular, right = np.linalg.svd(J, full_matrices=False)
-    parts = left.T @ off
-    hold = singular / max(float(singular.max(initial=0.0)), 1e-300)
-    strong = (hold > (WEAK if drifted else _PROJECTED)) & (singular > LEAST)
+    parts = left.T @ gaps
+    hold = singular / max(float(singular.max(initial=0.0)), TINY)
+    strong = (hold > (WEAK if drifted else DEPENDENT)) & (singular > LEAST)
     if most is not None:
         strong[most:] = False
     parts[~strong] = 0.0
@@ -321,35 +338,16 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
     """
     from scipy.linalg import qr
 
-    closures = closed.closures
-    J = (
-        closures.rows[:, None]
-        * closures.at(q, np.zeros(closed.mechanism.nv), t).jacobian
-        * closures.columns
-    )
+    J = closed.closures.scaled(q, np.zeros(closed.mechanism.nv), t).jacobian
     _, R, order = qr(J, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
-    rank = int((pivots > 1e-8 * max(float(pivots.max(initial=0.0)), 1e-300)).sum())
+    rank = int((pivots > PIVOT * max(float(pivots.max(initial=0.0)), TINY)).sum())
     free: Array = np.ones(closed.mechanism.nv, dtype=bool)
     free[order[:rank]] = False
     return free
 
 
-def moved(closed: Closed, q: Array, step: Array) -> Array:
-    """Return positions moved along velocity directions, to first order, with unit quaternions.
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,).
-        step: shape (nv,), a velocity times a short time.
-    """
-    result: Array = q + closed.rates(q, step)
-    for _, at in closed.mechanism.quaternions:
-        result[at] /= np.linalg.norm(result[at])
-    return result
-
-
-def _state(closed: Closed, q: Array, t: float) -> Array:
+def _gaps(closed: Closed, q: Array, t: float) -> Array:
     return closed.closures.rows * closed.closures.residual(q, t)
 
 

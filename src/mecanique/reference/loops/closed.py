@@ -19,20 +19,12 @@ from mecanique.reference.engine.sites import Action
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.constraints import Closures
 from mecanique.reference.loops.nullspace import ConstrainedMotion, solve, split
+from mecanique.reference.loops.tolerances import LEAST, LOOSE, OPEN, TINY
 
-__all__ = ["COMPONENTS", "LEAST", "WEAK", "Closed", "Forces"]
+__all__ = ["COMPONENTS", "Closed", "Forces"]
 
 COMPONENTS = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in "xyz")
 """The components of a wrench, world axes."""
-
-LEAST = 1e-12
-"""Scaled singular values of the constraints below this are rounding."""
-
-WEAK = 1e-4
-"""Fraction of the largest singular value below which a motion passes a singular position."""
-
-_OPEN = 1e-6
-"""Loops that are farther open than this, in characteristic lengths or radians, are not closed."""
 
 
 class Forces(NamedTuple):
@@ -116,7 +108,7 @@ class Closed:
         residual = self.closures.residual(q, t)
         gaps = np.abs(residual) * self.closures.rows
         worst = int(gaps.argmax()) if len(gaps) else 0
-        if len(gaps) and not gaps[worst] < _OPEN:
+        if len(gaps) and not gaps[worst] < OPEN:
             raise EngineError(
                 f"mechanism {self.mechanism.name!r}: the loops are open at q = {q.tolist()} "
                 f"({self.closures.names[worst]} by {residual[worst]:.3g}); close them first, by mecanique.assemble"
@@ -145,25 +137,24 @@ class Closed:
         tree = self._tree
         count = len(self.mechanism.joints) + len(self.mechanism.loops)
         zero = np.zeros(self.mechanism.nv)
-        closure = self.closures.at(q, zero, t)
-        rows, columns = self.closures.rows, self.closures.columns
-        left = split(rows[:, None] * closure.jacobian * columns, least=LEAST).loose
+        left = split(self.closures.scaled(q, zero, t).jacobian, least=LEAST).loose
         loose = np.zeros((count, 6), dtype=bool)
         for combination in left.T:
             tree.move(q, zero, t, zero)
-            wrenches = self.closures.wrenches(rows * combination)
+            wrenches = self.closures.wrenches(self.closures.rows * combination)
             rest = np.zeros(tree.engine.model.nv)
             found = tree.transmitted(self._actions(wrenches), rest, rest, weightless=True)
             whole = np.concatenate([found, np.stack(wrenches[:2], axis=1)]).reshape(count, 6)
             whole[:, 3:] /= self.closures.length
-            loose |= np.abs(whole) > 1e-8 * max(float(np.abs(whole).max(initial=0.0)), 1e-300)
+            loose |= np.abs(whole) > LOOSE * max(float(np.abs(whole).max(initial=0.0)), TINY)
         return loose
 
     def drift(self, q: Array, v: Array, t: float) -> tuple[float, float]:
         """Return how far positions and velocities are off the constraints, at most, scaled."""
-        closure = self.closures.at(q, v, t)
-        off = closure.residual, closure.jacobian @ v + closure.drift
-        position, velocity = (float(np.abs(self.closures.rows * x).max(initial=0.0)) for x in off)
+        here = self.closures.scaled(q, v, t)
+        position, velocity = (
+            float(np.abs(gap).max(initial=0.0)) for gap in (here.gaps, here.rates)
+        )
         return position, velocity
 
     def rates(self, q: Array, v: Array) -> Array:

@@ -21,7 +21,7 @@ from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 
-__all__ = ["Closure", "Closures", "characteristic_length"]
+__all__ = ["Closure", "Closures", "ScaledClosure", "characteristic_length"]
 
 _HAT = np.array(
     [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
@@ -45,6 +45,20 @@ class Closure(NamedTuple):
     jacobian: Array
     drift: Array
     gamma: Array
+
+
+class ScaledClosure(NamedTuple):
+    """The constraints in one state, scaled to plain numbers.
+
+    Args:
+        gaps: Φ, shape (m,).
+        jacobian: J, shape (m, nv).
+        rates: J v + b, shape (m,).
+    """
+
+    gaps: Array
+    jacobian: Array
+    rates: Array
 
 
 @final
@@ -122,6 +136,21 @@ class Closures:
         """
         self.move(q, v, t)
         return self.now()
+
+    def scaled(self, q: Array, v: Array, t: float) -> ScaledClosure:
+        """Return the constraints in a state, scaled by `rows` and `columns`.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        closure = self.at(q, v, t)
+        return ScaledClosure(
+            self.rows * closure.residual,
+            self.rows[:, None] * closure.jacobian * self.columns,
+            self.rows * (closure.jacobian @ v + closure.drift),
+        )
 
     def move(self, q: Array, v: Array, t: float) -> tuple[list[float], Array]:
         """Put the engine's bodies in a state; return q with the driven joint coordinates, and u.

@@ -19,14 +19,13 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
-from mecanique.reference.loops.assembly import closed_position, moved, position_near
+from mecanique.reference.loops.assembly import close_position, position_near
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.nullspace import split
+from mecanique.reference.loops.newton import displace
+from mecanique.reference.loops.nullspace import Split, split
+from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 
 __all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "limit_rank"]
-
-_TOLERANCE = 1e-7
-"""Singular values below this, or this fraction of the largest, count as zero: positions are closed to rounding."""
 
 _AROUND = 8
 """How many positions around the one in question are looked at."""
@@ -121,12 +120,12 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     """
     mechanism = closed.mechanism
     here = _scaled(closed, q, t)
-    rank_here = split(here, _TOLERANCE, _TOLERANCE).rank
+    rank_here = _split(here).rank
     around = [_scaled(closed, other, t) for other in _around(closed, q, here, t, seed)]
     # a Jacobian of full rank anywhere on the way decides; nowhere near, the position is all there
     # is
-    best = max([here, *around], key=lambda J: split(J, _TOLERANCE, _TOLERANCE).rank)
-    rank = split(best, _TOLERANCE, _TOLERANCE).rank
+    best = max([here, *around], key=lambda J: _split(J).rank)
+    rank = _split(best).rank
     singular = rank_here < rank
     redundant = _redundant(best, closed.closures.names)
     if not around and rank_here < mechanism.nv:
@@ -155,7 +154,7 @@ def limit_rank(closed: Closed, q: Array, t: float) -> None:
         t: time [s].
     """
     here = _scaled(closed, q, t)
-    rank = split(here, _TOLERANCE, _TOLERANCE).rank
+    rank = _split(here).rank
     closed.most = rank if rank == min(here.shape) else freedom_of(closed, q, t).rank
 
 
@@ -173,22 +172,24 @@ def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:
 
 
 def _scaled(closed: Closed, q: Array, t: float) -> Array:
-    closures = closed.closures
-    J: Array = closures.at(q, np.zeros(closed.mechanism.nv), t).jacobian
-    return closures.rows[:, None] * J * closures.columns
+    return closed.closures.scaled(q, np.zeros(closed.mechanism.nv), t).jacobian
+
+
+def _split(J: Array) -> Split:
+    return split(J, RANK_ASSEMBLED, RANK_ASSEMBLED)
 
 
 def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Array]:
     """Assembled positions that lie off q along its free directions."""
     random = np.random.default_rng(seed)
-    free = split(J, _TOLERANCE, _TOLERANCE).null
+    free = _split(J).null
     found = []
     for k in range(_AROUND if free.shape[1] else 0):
         direction = free @ random.normal(size=free.shape[1])
         direction *= _AWAY * 0.8**k / float(np.abs(direction).max())
-        start = moved(closed, q, closed.closures.columns * direction)
+        start = displace(closed, q, closed.closures.columns * direction)
         try:
-            other = closed_position(closed, start, t)
+            other = close_position(closed, start, t)
         except ClosureError:
             continue
         gap = float(np.abs(other - q).max())
@@ -200,12 +201,12 @@ def _around(closed: Closed, q: Array, J: Array, t: float, seed: int) -> list[Arr
 def _redundant(J: Array, names: tuple[str, ...]) -> tuple[str, ...]:
     """Rows that add nothing to those before them."""
     found, basis = [], np.zeros((0, J.shape[1]))
-    size = max(float(np.abs(J).max(initial=0.0)), _TOLERANCE)
+    size = max(float(np.abs(J).max(initial=0.0)), RANK_ASSEMBLED)
     for row, name in zip(J, names, strict=True):
         rest = row - basis.T @ (basis @ row)
         rest -= basis.T @ (basis @ rest)
         length = float(np.linalg.norm(rest))
-        if length > 1e-6 * size:
+        if length > INDEPENDENT_ROW * size:
             basis = np.vstack([basis, rest / length])
         else:
             found.append(name)

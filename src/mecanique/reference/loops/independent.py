@@ -11,14 +11,13 @@ from typing import final
 import numpy as np
 
 from mecanique.reference.engine.answers import Array
-from mecanique.reference.loops.assembly import closed_position, moved
+from mecanique.reference.loops.assembly import close_position
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import split
+from mecanique.reference.loops.tolerances import DEPENDENT
 
 __all__ = ["Independent"]
-
-_DEPENDENT = 1e-9
-"""Singular values below this part of the largest count as zero where dependent velocities follow."""
 
 
 @final
@@ -36,8 +35,7 @@ class Independent:
 
         self._closed, self._q, self._t = closed, q, t
         closures = closed.closures
-        jacobian = closures.at(q, np.zeros(closed.mechanism.nv), t).jacobian
-        free = split(closures.rows[:, None] * jacobian * closures.columns).null
+        free = split(closures.scaled(q, np.zeros(closed.mechanism.nv), t).jacobian).null
         # the velocities that move the others best are the independent ones; in their order
         _, _, order = qr(free.T, pivoting=True)
         free = closures.columns[:, None] * free
@@ -57,8 +55,8 @@ class Independent:
         Raises:
             ClosureError: if the loops cannot be closed there.
         """
-        aside = moved(self._closed, self._q, self.tangent @ step)
-        return closed_position(self._closed, aside, self._t, self._held)
+        aside = displace(self._closed, self._q, self.tangent @ step)
+        return close_position(self._closed, aside, self._t, self._held)
 
     def tangents(self, q: Array) -> Array:
         """Return T at a position on the loops, shape (nv, n)."""
@@ -86,5 +84,5 @@ class Independent:
         columns = np.where(self._held, 0.0, closures.columns)
         off = closures.rows[:, None] * (jacobian @ x + rest)
         J = closures.rows[:, None] * jacobian * columns
-        dependent: Array = columns[:, None] * np.linalg.lstsq(J, off, rcond=_DEPENDENT)[0]
+        dependent: Array = columns[:, None] * np.linalg.lstsq(J, off, rcond=DEPENDENT)[0]
         return x - dependent

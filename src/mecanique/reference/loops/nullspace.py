@@ -15,14 +15,9 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import ClosureError
+from mecanique.reference.loops.tolerances import DETERMINED, MASSLESS, RANK, TINY
 
 __all__ = ["ConstrainedMotion", "Split", "solve", "split"]
-
-RANK_TOLERANCE = 1e-10
-"""Singular values below this fraction of the largest count as zero."""
-
-MASS_TOLERANCE = 1e-12
-"""Generalized masses below this fraction of the largest count as zero."""
 
 
 @final
@@ -70,7 +65,7 @@ class ConstrainedMotion:
 
 def split(
     jacobian: np.ndarray,
-    tolerance: float = RANK_TOLERANCE,
+    tolerance: float = RANK,
     least: float = 0.0,
     most: int | None = None,
     fixed: int | None = None,
@@ -85,9 +80,7 @@ def split(
         fixed: the rank, if it is not to be found.
     """
     left, singular, right = np.linalg.svd(jacobian)
-    rank = (
-        int((singular > max(tolerance * singular[0], least, 1e-300)).sum()) if singular.size else 0
-    )
+    rank = int((singular > max(tolerance * singular[0], least, TINY)).sum()) if singular.size else 0
     rank = rank if most is None else min(rank, most)
     rank = rank if fixed is None else min(fixed, len(singular))
     loose = np.abs(left[:, rank:]).max(axis=1, initial=0.0)
@@ -97,7 +90,7 @@ def split(
         singular[:rank],
         right[:rank].T,
         right[rank:].T,
-        loose < 1e-9,
+        loose < DETERMINED,
         left[:, rank:],
     )
 
@@ -148,7 +141,7 @@ def solve(
     reduced = parts.null.T @ scaled_mass @ parts.null
     if reduced.size:
         free, directions = np.linalg.eigh(reduced)
-        if free[0] <= MASS_TOLERANCE * max(free[-1], np.abs(scaled_mass).max(), 1e-300):
+        if free[0] <= MASSLESS * max(free[-1], np.abs(scaled_mass).max(), TINY):
             mode = parts.null @ directions[:, 0]
             leading = np.argsort(-np.abs(mode))[:3]
             called = [f"coordinate {k}" for k in range(len(mode))] if names is None else names

@@ -12,23 +12,27 @@ space (Potra & Rheinboldt, Mech. Struct. Mach. 19 (1991) 1).
 from __future__ import annotations
 
 from math import factorial
-from typing import NamedTuple
+from typing import NamedTuple, final
 
 import numpy as np
 
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.rhs import Rhs
-from mecanique.reference.loops.assembly import moved
-from mecanique.reference.loops.closed import WEAK, Closed
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.nullspace import split
+from mecanique.reference.loops.tolerances import CLOSED, WEAK
 
 __all__ = ["closed_rhs"]
 
 _NEAR, _FAR = 0.3, 0.6
-"""Distances, in characteristic lengths or radians, between which bringing states onto the loops sets in."""
+"""Distances from a singular position, in characteristic lengths or radians.
+
+States nearer than the first are brought onto the loops, those farther than the second are not.
+"""
 
 _NEXT = 0.01
-"""Distance at which accelerations are interpolated."""
+"""Distance below which accelerations are interpolated."""
 
 _APART, _SIDE = 0.025, 8
 """How far apart the states are between which they are interpolated, and how many lie on each side."""
@@ -40,11 +44,9 @@ _WEIGHTS = tuple(
 """Weights of the states on each side, by Lagrange's formula."""
 
 _PROBE = 1e-4
-"""How far along the way the Jacobian is looked at again, to see how its singular value changes."""
+"""How far ahead the Jacobian is evaluated again, to see how its least singular value changes."""
 
 _SWEEPS = 12
-_CLOSED = 1e-14
-"""Loops this near to closed, in characteristic lengths or radians, are closed there."""
 
 
 def closed_rhs(closed: Closed) -> Rhs:
@@ -53,56 +55,31 @@ def closed_rhs(closed: Closed) -> Rhs:
     Args:
         closed: the mechanism.
     """
-    nq, size = closed.mechanism.nq, closed.mechanism.nq + closed.mechanism.nv
-    unit = min(1.0, closed.closures.length)
-    regular, reach = (
-        np.full(nq, np.inf),
-        0.0,
-    )  # a position, and how far around it there are no singular ones
+    return _ClosedRhs(closed)
 
-    def rhs(t: float, y: Array) -> Array:
-        nonlocal regular, reach
-        q, v = y[:nq], y[nq:]
-        rates, a = closed.rates(q, v), closed.solve(q, v, t, weak=WEAK).acceleration
-        if not np.abs(q - regular).max(initial=0.0) < reach:
-            way = _way(closed, q, v, t)
-            distance = _distance(closed, way, q, v, t)
-            regular, reach = q.copy(), min(distance - _FAR, _FAR) / 2 * unit
-            between = _interpolated(closed, way, q, v, t) if distance < _NEXT else None
-            if between is not None:
-                a = between
-            elif distance < _FAR:
-                x = max(0.0, (distance - _NEAR) / (_FAR - _NEAR))
-                share = x**3 * (
-                    10 - 15 * x + 6 * x**2
-                )  # a sudden change would be a kink to the integrator
-                found = _on_loops(
-                    closed, q, v, t, np.zeros_like(v), way.right, np.zeros(way.right.shape[1])
-                )
-                if found is not None:
-                    q, v, _ = found
-                    near = closed.solve(q, v, t, weak=WEAK).acceleration
-                    rates, a = (
-                        share * rates + (1 - share) * closed.rates(q, v),
-                        share * a + (1 - share) * near,
-                    )
-        out = np.empty(size)
-        out[:nq] = rates
-        out[nq:] = a
-        return out
 
-    return rhs
+class _State(NamedTuple):
+    q: Array
+    v: Array
+    t: float
+
+
+class _Slope(NamedTuple):
+    """q' and v'."""
+
+    rates: Array
+    acceleration: Array
 
 
 class _Way(NamedTuple):
-    """How a mechanism moves on: the direction within the loops, zero at rest, and what J closes.
+    """How a mechanism moves on within its loops, and the directions that the loops close.
 
     Args:
-        along: shape (nv,), scaled, its largest component one.
-        left: shape (m, rank), singular vectors.
-        right: shape (nv, rank), singular vectors; among the hardly held ones, those the motion does
-            not take.
-        singular: shape (rank,), singular values.
+        along: shape (nv,), scaled, its largest component one; zero at rest.
+        left: shape (m, rank), singular vectors of J.
+        right: shape (nv, rank), the directions that are closed; among the hardly closed ones, those
+            that the motion does not take.
+        singular: shape (rank,), singular values of J.
     """
 
     along: Array
@@ -111,9 +88,79 @@ class _Way(NamedTuple):
     singular: Array
 
 
-def _way(closed: Closed, q: Array, v: Array, t: float) -> _Way:
-    """How it moves on; directions that are hardly held count as free, but for those the motion does not take."""
-    J = _scaled(closed, q, v, t)
+class _Regular(NamedTuple):
+    """A neighborhood of a position, without any singular position near it."""
+
+    q: Array
+    radius: float
+
+    def holds(self, q: Array) -> bool:
+        return bool(np.abs(q - self.q).max(initial=0.0) < self.radius)
+
+
+@final
+class _ClosedRhs:
+    """f(t, y) = y'; it remembers where it need not look for singular positions."""
+
+    def __init__(self, closed: Closed) -> None:
+        self._closed = closed
+        self._nq = closed.mechanism.nq
+        self._unit = min(1.0, closed.closures.length)
+        self._regular = _Regular(np.full(self._nq, np.inf), 0.0)
+
+    def __call__(self, t: float, y: Array) -> Array:
+        state = _State(y[: self._nq], y[self._nq :], t)
+        slope = _slope(self._closed, state)
+        if not self._regular.holds(state.q):
+            way = _find_way(self._closed, state)
+            distance = _distance(self._closed, way, state)
+            radius = min(distance - _FAR, _FAR) / 2 * self._unit
+            self._regular = _Regular(state.q.copy(), radius)
+            slope = _pass(self._closed, state, slope, way, distance)
+        return np.concatenate(slope)
+
+
+def _pass(closed: Closed, state: _State, slope: _Slope, way: _Way, distance: float) -> _Slope:
+    """Return the slope mended for the distance to a singular position."""
+    if distance < _NEXT:
+        acceleration = _interpolate(closed, way, state)
+        if acceleration is not None:
+            return _Slope(slope.rates, acceleration)
+    if distance >= _FAR:
+        return slope
+    here, straight = np.zeros_like(state.v), np.zeros(way.right.shape[1])
+    landing = _land(closed, state, Tangent(here, way.right, straight))
+    if landing is None:
+        return slope
+    closest = _slope(closed, _State(landing.q, _velocity_on(closed, state, way, landing), state.t))
+    far = _smooth_step((distance - _NEAR) / (_FAR - _NEAR))
+    return _Slope(
+        far * slope.rates + (1 - far) * closest.rates,
+        far * slope.acceleration + (1 - far) * closest.acceleration,
+    )
+
+
+def _slope(closed: Closed, state: _State) -> _Slope:
+    q, v, t = state
+    return _Slope(closed.rates(q, v), closed.solve(q, v, t, weak=WEAK).acceleration)
+
+
+def _smooth_step(x: float) -> float:
+    """Rise from 0 at x = 0 to 1 at x = 1, with two continuous derivatives.
+
+    A sudden change would be a kink to the integrator.
+    """
+    x = max(0.0, x)
+    return x**3 * (10 - 15 * x + 6 * x**2)
+
+
+def _find_way(closed: Closed, state: _State) -> _Way:
+    """Return how it moves on.
+
+    Directions that are hardly closed count as free, except those that the motion does not take.
+    """
+    q, v, t = state
+    J = closed.closures.scaled(q, v, t).jacobian
     parts = split(J, fixed=closed.most)
     weak = parts.singular < WEAK * parts.singular.max(initial=0.0)
     free = np.hstack([parts.range_right[:, weak], parts.null])
@@ -121,63 +168,60 @@ def _way(closed: Closed, q: Array, v: Array, t: float) -> _Way:
     fastest = float(np.abs(along).max(initial=0.0))
     right = parts.range_right
     if weak.any() and fastest:
-        rest = free - np.outer(along, along @ free) / (along @ along)
-        basis = np.linalg.svd(rest)[0][:, : free.shape[1] - 1]
-        most_held = basis @ np.linalg.svd(J @ basis)[2].T
-        right = np.hstack([right[:, ~weak], most_held[:, : int(weak.sum())]])
+        across = free - np.outer(along, along @ free) / (along @ along)
+        basis = np.linalg.svd(across)[0][:, : free.shape[1] - 1]
+        most_closed = basis @ np.linalg.svd(J @ basis)[2].T
+        right = np.hstack([right[:, ~weak], most_closed[:, : int(weak.sum())]])
     return _Way(along / fastest if fastest else along, parts.range_left, right, parts.singular)
 
 
-def _scaled(closed: Closed, q: Array, v: Array, t: float) -> Array:
-    closures = closed.closures
-    scaled: Array = closures.rows[:, None] * closures.at(q, v, t).jacobian * closures.columns
-    return scaled
-
-
-def _distance(closed: Closed, way: _Way, q: Array, v: Array, t: float) -> float:
-    """How far it is along the way to where the least singular value vanishes, to first order."""
+def _distance(closed: Closed, way: _Way, state: _State) -> float:
+    """Return how far along the way the least singular value vanishes, to first order."""
     if not way.along.any() or not way.singular.size:
         return np.inf
     if way.singular[-1] <= WEAK * way.singular[0]:
         return 0.0
-    least, ahead = (
-        float(way.singular[-1]),
-        moved(closed, q, closed.closures.columns * way.along * _PROBE),
-    )
-    change = float(way.left[:, -1] @ _scaled(closed, ahead, v, t) @ way.right[:, -1]) - least
+    q, v, t = state
+    ahead = displace(closed, q, closed.closures.columns * way.along * _PROBE)
+    J = closed.closures.scaled(ahead, v, t).jacobian
+    least = float(way.singular[-1])
+    change = float(way.left[:, -1] @ J @ way.right[:, -1]) - least
     return abs(least * _PROBE / change) if change else np.inf
 
 
-def _interpolated(closed: Closed, way: _Way, q: Array, v: Array, t: float) -> Array | None:
-    """The acceleration from states before and behind, with the same velocity along the way; None if there are none."""
-    right, a = way.right, np.zeros_like(v)
+def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
+    """Return the acceleration between states before and behind; None if there are none.
+
+    They have the same velocity along the way.
+    """
+    acceleration: Array = np.zeros_like(state.v)
     for side in (1, -1):
-        bend = np.zeros(right.shape[1])
+        bend: Array = np.zeros(way.right.shape[1])
         last = bend
         for k, weight in enumerate(_WEIGHTS, 1):
-            found = _on_loops(
-                closed, q, v, t, side * k * _APART * way.along, right, 2 * bend - last
-            )
-            if found is None:
+            guess = Tangent(side * k * _APART * way.along, way.right, 2 * bend - last)
+            landing = _land(closed, state, guess)
+            if landing is None:
                 return None
-            there, velocity, (last, bend) = found[0], found[1], (bend, found[2])
-            a += weight * closed.solve(there, velocity, t).acceleration
-    return a
+            last, bend = bend, landing.bend
+            v = _velocity_on(closed, state, way, landing)
+            acceleration += weight * closed.solve(landing.q, v, state.t).acceleration
+    return acceleration
 
 
-def _on_loops(
-    closed: Closed, q: Array, v: Array, t: float, step: Array, right: Array, bend: Array
-) -> tuple[Array, Array, Array] | None:
-    """The state on the loops that lies a step away within the tangent space, and how far off it."""
-    closures = closed.closures
-    rows, columns = closures.rows, closures.columns
-    for _ in range(_SWEEPS):
-        there = moved(closed, q, columns * (step + right @ bend))
-        closure = closures.at(there, v, t)
-        J = rows[:, None] * closure.jacobian * columns @ right
-        off = rows * closure.residual
-        if float(np.abs(off).max()) < _CLOSED:
-            turn = np.linalg.lstsq(J, rows * (closure.jacobian @ v + closure.drift), rcond=None)[0]
-            return there, v - columns * (right @ turn), bend
-        bend = bend - np.linalg.lstsq(J, off, rcond=None)[0]
-    return None
+def _land(closed: Closed, state: _State, tangent: Tangent) -> Landing | None:
+    """Return the position on the loops within the tangent space; None if there is none."""
+    q, v, t = state
+    landing = newton(closed, q, v, t, _least_squares, tangent=tangent, sweeps=_SWEEPS)
+    return landing if landing.gap < CLOSED else None
+
+
+def _velocity_on(closed: Closed, state: _State, way: _Way, landing: Landing) -> Array:
+    """Return the velocity on the loops that is the same along the way."""
+    turn = _least_squares(landing.jacobian, landing.rates)
+    velocity: Array = state.v - closed.closures.columns * (way.right @ turn)
+    return velocity
+
+
+def _least_squares(J: Array, gaps: Array) -> Array:
+    return np.asarray(np.linalg.lstsq(J, gaps, rcond=None)[0], dtype=float)

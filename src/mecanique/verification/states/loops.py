@@ -40,7 +40,7 @@ def closed_states(
         positions (k, nq), velocities (k, nv) and indices (k,).
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import closed_position, projected
+    from mecanique.reference.loops.assembly import close_position, project
 
     closed = Reference(mechanism).closed
     if closed is None:
@@ -52,16 +52,11 @@ def closed_states(
     for k in range(len(t)):
         try:
             with np.errstate(all="ignore"):
-                start = closed_position(closed, q[k], float(t[k]))
-                position, velocity = projected(closed, start, v[k], float(t[k]))
+                start = close_position(closed, q[k], float(t[k]))
+                position, velocity = project(closed, start, v[k], float(t[k]))
         except (ClosureError, ArithmeticError, ValueError):
             continue
-        closures = closed.closures
-        J = (
-            closures.rows[:, None]
-            * closures.at(position, velocity, float(t[k])).jacobian
-            * closures.columns
-        )
+        J = closed.closures.scaled(position, velocity, float(t[k])).jacobian
         sizes = np.linalg.svd(J, compute_uv=False)
         acting = sizes[sizes > _RANK * sizes[0]]
         least.append(float(acting.min(initial=1.0)))

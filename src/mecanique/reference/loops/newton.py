@@ -1,0 +1,118 @@
+"""Newton's method onto the loops, from states next to them; `assembly` leads there from far away.
+
+In coordinates of the tangent space at a position, the point on the loops is a smooth function of
+the displacement (Potra & Rheinboldt, Mech. Struct. Mach. 19 (1991) 1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.tolerances import CLOSED
+
+__all__ = ["Landing", "Tangent", "displace", "newton"]
+
+Least: TypeAlias = Callable[[Array, Array], Array]
+"""The least x with J x = gaps, as far as J reaches, from a scaled Jacobian and scaled gaps."""
+
+
+class Tangent(NamedTuple):
+    """Where to look for a point on the loops: displaced by along + directions @ bend, scaled.
+
+    Args:
+        along: shape (nv,).
+        directions: shape (nv, k).
+        bend: shape (k,), where to begin.
+    """
+
+    along: Array
+    directions: Array
+    bend: Array
+
+
+class Landing(NamedTuple):
+    """Where Newton's method ended.
+
+    Args:
+        q: shape (nq,).
+        bend: shape (k,), within the tangent space; empty without one.
+        jacobian: scaled, by the directions of the tangent space if there is one.
+        rates: shape (m,), scaled rates of the gaps.
+        gap: the largest one.
+    """
+
+    q: Array
+    bend: Array
+    jacobian: Array
+    rates: Array
+    gap: float
+
+
+def newton(
+    closed: Closed,
+    q: Array,
+    v: Array,
+    t: float,
+    least: Least,
+    *,
+    tangent: Tangent | None = None,
+    enough: float = CLOSED,
+    stagnant: float = np.inf,
+    sweeps: int,
+) -> Landing:
+    """Return a position next to q at which the loops are closed, as far as some sweeps get there.
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,).
+        v: shape (nv,), for the rates of the gaps.
+        t: time [s].
+        least: solves for a step.
+        tangent: the part of the tangent space at q to stay in; without it every step is taken from
+            the last position, in any direction.
+        enough: gap at which the loops are closed.
+        stagnant: stop once a sweep leaves more than this part of the gap.
+        sweeps: the most steps.
+    """
+    columns = closed.closures.columns
+    bend = np.zeros(0) if tangent is None else tangent.bend
+    there = q if tangent is None else _within(closed, q, tangent, bend)
+    gap = np.inf
+    for _ in range(sweeps):
+        gaps, J, rates = closed.closures.scaled(there, v, t)
+        if tangent is not None:
+            J = J @ tangent.directions
+        last, gap = gap, float(np.abs(gaps).max(initial=0.0))
+        if gap < enough or gap > stagnant * last:
+            break
+        step = -least(J, gaps)
+        if tangent is None:
+            there = displace(closed, there, columns * step)
+        else:
+            bend = bend + step
+            there = _within(closed, q, tangent, bend)
+    return Landing(there, bend, J, rates, gap)
+
+
+def displace(closed: Closed, q: Array, step: Array) -> Array:
+    """Return positions displaced along velocities, to first order, with unit quaternions.
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,).
+        step: shape (nv,), a velocity times a short time.
+    """
+    result: Array = q + closed.rates(q, step)
+    for _, at in closed.mechanism.quaternions:
+        result[at] /= np.linalg.norm(result[at])
+    return result
+
+
+def _within(closed: Closed, q: Array, tangent: Tangent, bend: Array) -> Array:
+    displacement = tangent.along + tangent.directions @ bend
+    return displace(closed, q, closed.closures.columns * displacement)
