@@ -1,4 +1,4 @@
-"""What `mecanique book` prints: the register of the chapter's equations."""
+"""Format the register of the chapter's equations for `mecanique book`."""
 
 from __future__ import annotations
 

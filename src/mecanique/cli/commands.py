@@ -1,4 +1,4 @@
-"""The command line's commands, put together."""
+"""Put the commands together into one program."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
-    epilog="Exit codes: 0 fine or agrees, 1 disagrees, 2 bad input. Start with: mecanique run "
-    "rigid_bar_pendulum",
+    epilog="Exit codes: 0 success, 1 a disagreement or an error found, 2 bad input. "
+    "Start with: mecanique run rigid_bar_pendulum",
 )
 
 
@@ -33,13 +33,13 @@ def _mecanique(
     version: Annotated[
         bool,
         typer.Option(
-            "--version", callback=_version, is_eager=True, help="Print the version and leave."
+            "--version", callback=_version, is_eager=True, help="Print the version and exit."
         ),
     ] = False,
 ) -> None:
-    """Equations of motion: derived independently, checked against Pinocchio, then set in motion.
+    """Derive equations of motion, check them against Pinocchio, and set them in motion.
 
-    A SYSTEM is the name of a textbook system, a path to a URDF file, or the name of a robot of
+    A SYSTEM is the name of a textbook system, the path of a URDF file, or the name of a robot from
     example-robot-data.
     """
 

@@ -1,4 +1,4 @@
-"""What `mecanique derive` prints: one derivation, or all of them in textbook order."""
+"""Format one derivation, or all of them in textbook order, for `mecanique derive`."""
 
 from __future__ import annotations
 

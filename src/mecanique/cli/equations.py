@@ -1,4 +1,4 @@
-"""Commands about equations: list, derive, compare, read and write them."""
+"""Commands on equations: list, derive, compare, read and write them."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import mecanique as mq
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
 from mecanique.cli.derivations import derivation, derivations
 from mecanique.cli.printing import say, working
-from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, guarded, source
+from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
 
 __all__ = ["app"]
 
@@ -20,15 +20,15 @@ app = typer.Typer()
 
 
 @app.command("list", epilog="Example: mecanique list --tag pendulum")
-@guarded
+@report_errors
 def list_(
     tag: Annotated[
         list[str] | None,
-        typer.Option(metavar="TAG", help="Only systems with this tag; may be given again."),
+        typer.Option(metavar="TAG", help="Only systems with this tag; repeatable."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the textbook systems: name, what each is, its degrees of freedom N, tags."""
+    """List the textbook systems: name, title, degrees of freedom N, tags."""
     entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
     known = sorted({word for entry in entries.values() for word in entry.tags})
     for word in tag or ():
@@ -59,22 +59,21 @@ def list_(
 
 
 @app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
-@guarded
+@report_errors
 def derive(
     system: SystemName,
     method: Annotated[
         str,
         typer.Option(
             metavar="METHOD",
-            help="How to derive: newton_euler, virtual_work, lagrange, or all, with every step, "
-            "in this order.",
+            help="newton_euler, virtual_work, lagrange, or all (in turn, with every step).",
         ),
     ] = "lagrange",
     form: Annotated[
-        Literal["text", "latex", "mathml"], typer.Option("--format", help="How to print.")
+        Literal["text", "latex", "mathml"], typer.Option("--format", help="Output format.")
     ] = "text",
     steps: Annotated[
-        bool, typer.Option("--steps", help="Show each step of the derivation.")
+        bool, typer.Option("--steps", help="Show every step of the derivation.")
     ] = False,
     parameters: Parameters = None,
 ) -> None:
@@ -90,9 +89,12 @@ def derive(
 
 
 @app.command(epilog="Example: mecanique book --json")
-@guarded
+@report_errors
 def book(as_json: AsJson = False) -> None:
-    """Check every equation of the chapter; the exit code is 1 if a right form is not proven."""
+    """Check every equation of the chapter the catalogue started from.
+
+    The exit code is 1 if an equation is in error and its right form is not proven.
+    """
     from mecanique.cli import book as printed
     from mecanique.textbook.register import register
 
@@ -104,7 +106,7 @@ def book(as_json: AsJson = False) -> None:
 
 
 @app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
-@guarded
+@report_errors
 def verify(
     system: Annotated[
         str | None,
@@ -117,28 +119,26 @@ def verify(
     samples: Annotated[
         int | None,
         typer.Option(
-            metavar="NUMBER", help="Number of random states to compare at; 100, of --robots 50."
+            metavar="NUMBER", help="Number of random states at which to compare; 50 for --robots."
         ),
     ] = None,
     seed: Seed = 0,
     parameters: Parameters = None,
     root: Annotated[
         Literal["fixed", "floating"],
-        typer.Option("--root", help="How the root link of a URDF is held."),
+        typer.Option("--root", help="Whether the root link of a URDF is fixed or free."),
     ] = "fixed",
     against: Annotated[
         str | None,
         typer.Option(
             metavar="OTHER",
-            help="Instead of Pinocchio: another SYSTEM, FILE.py (functions M, C, "
-            "g …) or FILE.csv (samples).",
+            help="Compare with this instead of Pinocchio: another SYSTEM, FILE.py "
+            "(functions M, C, g …) or FILE.csv (samples).",
         ),
     ] = None,
     tolerance: Annotated[
         float,
-        typer.Option(
-            metavar="NUMBER", help="Largest relative difference that agrees, for --against."
-        ),
+        typer.Option(metavar="NUMBER", help="Largest relative difference accepted by --against."),
     ] = 1e-9,
     every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
     robots: Annotated[
@@ -174,7 +174,7 @@ def verify(
 
 
 @app.command(epilog="Example: mecanique lint panda --json")
-@guarded
+@report_errors
 def lint(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")
@@ -184,24 +184,29 @@ def lint(
         bool, typer.Option("--sarif", help="Print SARIF, for editors and code hosts.")
     ] = False,
     fix: Annotated[
-        bool, typer.Option("--fix", help="Mend what has exactly one safe mend, in a copy.")
+        bool, typer.Option("--fix", help="Write a copy with every safe repair made.")
     ] = False,
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", help="Where the mended copy goes; it is printed without."),
+        typer.Option(
+            "--output", "-o", help="Where to write the repaired copy; printed by default."
+        ),
     ] = None,
 ) -> None:
-    """Say what is wrong in a URDF file; the exit code is 0 without errors, 1 with errors, 2 if it cannot be read."""
+    """Report what is wrong in a URDF file.
+
+    The exit code is 1 if there are errors, 2 if the file cannot be read.
+    """
     form = "json" if as_json else "sarif" if as_sarif else "text"
     raise typer.Exit(lint_file(file, form, fix=fix, output=output))
 
 
 @app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
-@guarded
+@report_errors
 def urdf(
     system: SystemName,
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="The file to write, instead of printing.")
+        Path | None, typer.Option("--output", "-o", help="Write to this file instead of printing.")
     ] = None,
     parameters: Parameters = None,
 ) -> None:
@@ -215,7 +220,7 @@ def urdf(
 
 
 def _freedom(name: str) -> int:
-    """Degrees of freedom of a textbook system; only loops need the engine to count them."""
+    """Return the degrees of freedom of a textbook system; only loops need the engine."""
     mechanism = mq.textbook.load(name)
     if not mechanism.loops:
         return mechanism.nv

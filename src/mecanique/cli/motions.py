@@ -1,4 +1,4 @@
-"""Commands about motions: simulate, linearize, judge the ground."""
+"""Commands on motions: simulate, linearize, check the ground."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from mecanique.cli.words import (
     Tolerance,
     Velocities,
     choose,
-    guarded,
     numbers,
-    simulated,
+    report_errors,
+    simulate_motion,
 )
 
 __all__ = ["app"]
@@ -34,7 +34,7 @@ app = typer.Typer()
 @app.command(
     epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv"
 )
-@guarded
+@report_errors
 def simulate(
     system: SystemName,
     parameters: Parameters = None,
@@ -46,12 +46,12 @@ def simulate(
         Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")
     ] = None,
     npz: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Save the motion, to be loaded by Python.")
+        Path | None, typer.Option(metavar="FILE", help="Save the motion for Motion.load in Python.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Integrate a motion, and print its end and how well energy is balanced."""
-    motion = simulated(choose(system, parameters), q, v, duration, rtol)
+    """Simulate a motion; print its final state and its energy balance."""
+    motion = simulate_motion(choose(system, parameters), q, v, duration, rtol)
     if csv is not None:
         motion.to_csv(csv)
     if npz is not None:
@@ -64,27 +64,28 @@ def simulate(
 
 
 @app.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
-@guarded
+@report_errors
 def linearize(
     system: SystemName,
     parameters: Parameters = None,
     at: Annotated[
         list[str] | None,
         typer.Option(
-            "--at", metavar="NAME=VALUE", help="Near which equilibrium, in rad or m: --at theta=3"
+            "--at", metavar="NAME=VALUE", help="Near this position, in rad or m: --at theta=3"
         ),
     ] = None,
     mode: Annotated[
         int | None,
         typer.Option(
             metavar="NUMBER",
-            help="Mode for --compare and --page, 1 the slowest; by default that oscillates.",
+            help="Mode for --compare and --page, 1 the slowest; by default the first to oscillate.",
         ),
     ] = None,
     amplitude: Annotated[
         float | None,
         typer.Option(
-            metavar="NUMBER", help="Its largest component for --compare and --page [rad or m]."
+            metavar="NUMBER",
+            help="Largest component of the mode in --compare and --page [rad or m].",
         ),
     ] = None,
     compare: Annotated[
@@ -97,7 +98,7 @@ def linearize(
         list[str] | None,
         typer.Option(
             metavar="NAME=VALUE",
-            help="Print the response to this harmonic force, by frequency, as CSV.",
+            help="Print the frequency response to this harmonic force as CSV.",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -120,15 +121,15 @@ def linearize(
 
 
 @app.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
-@guarded
+@report_errors
 def inertial(
     system: SystemName,
     latitude: Annotated[
-        float, typer.Option(metavar="DEGREES", help="Latitude of the place, positive in the north.")
+        float, typer.Option(metavar="DEGREES", help="Latitude, positive in the north.")
     ],
     facing: Annotated[
         Literal["south", "east", "north", "west"],
-        typer.Option(help="Where the x axis points; z points up."),
+        typer.Option(help="Direction of the x axis; z points up."),
     ] = "south",
     parameters: Parameters = None,
     q: Coordinates = None,
@@ -136,8 +137,8 @@ def inertial(
     duration: Duration = None,
     as_json: AsJson = False,
 ) -> None:
-    """Judge whether the ground may be taken as inertial: repeat the motion on the turning earth."""
-    motion = simulated(choose(system, parameters), q, v, duration, 1e-10)
+    """Check whether the ground may be taken as inertial, by simulating on the turning earth."""
+    motion = simulate_motion(choose(system, parameters), q, v, duration, 1e-10)
     with working("Repeating the motion on the turning earth"):
         check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
     say(inertial_figures(check) if as_json else str(check))

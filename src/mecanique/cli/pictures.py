@@ -1,4 +1,4 @@
-"""Commands that show: everything on one page, live, line figures, a gallery."""
+"""Commands that show: offline pages, live views, line figures, a gallery."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from mecanique.cli.words import (
     Tolerance,
     Velocities,
     choose,
-    guarded,
-    simulated,
-    started,
+    report_errors,
+    simulate_motion,
+    start_of,
 )
 
 IsFloating = Annotated[
-    bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free.")
+    bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free to move.")
 ]
 Page = Annotated[
     Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")
@@ -45,7 +45,7 @@ app = typer.Typer()
 
 
 @app.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
-@guarded
+@report_errors
 def run(
     system: SystemName,
     parameters: Parameters = None,
@@ -57,7 +57,7 @@ def run(
     rtol: Tolerance = 1e-10,
     output: Page = None,
 ) -> None:
-    """Do everything: derive, verify, simulate, and write an offline page."""
+    """Derive, verify, simulate, and write an offline page."""
     chosen = choose(system, parameters)
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
@@ -73,7 +73,7 @@ def run(
     show(verdict_table(verdict))
     for remark in verdict.remarks:
         say(remark)
-    motion = simulated(chosen, q, v, duration, rtol)
+    motion = simulate_motion(chosen, q, v, duration, rtol)
     say("")
     heading("Motion")
     say(motion.summary())
@@ -87,7 +87,7 @@ def run(
 
 
 @app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
-@guarded
+@report_errors
 def export(
     system: SystemName,
     output: Page = None,
@@ -98,9 +98,9 @@ def export(
     rtol: Tolerance = 1e-10,
     floating: IsFloating = False,
 ) -> None:
-    """Write the motion as one offline page, with its equations and verdict."""
+    """Write a motion as one offline page, with its equations and verdict."""
     chosen = choose(system, parameters, "floating" if floating else "fixed")
-    motion = simulated(chosen, q, v, duration, rtol)
+    motion = simulate_motion(chosen, q, v, duration, rtol)
     path = output or Path(f"{chosen.mechanism.name}.html")
     with working(f"Writing {path}"):
         mq.export(motion, path)
@@ -108,7 +108,7 @@ def export(
 
 
 @app.command(epilog="Example: mecanique view panda --floating")
-@guarded
+@report_errors
 def view(
     system: SystemName,
     parameters: Parameters = None,
@@ -116,7 +116,7 @@ def view(
     v: Velocities = None,
     duration: Annotated[
         float | None,
-        typer.Option(metavar="SECONDS", help="How long it moves; without end by default."),
+        typer.Option(metavar="SECONDS", help="How long to simulate; forever by default."),
     ] = None,
     rtol: Tolerance = 1e-10,
     floating: IsFloating = False,
@@ -124,20 +124,22 @@ def view(
         float | None,
         typer.Option(
             metavar="NUMBER",
-            help="Seconds shown per second; 1, less for what is over at once, by default.",
+            help="Simulated seconds per second; 1 by default, less for very short motions.",
         ),
     ] = None,
     port: Annotated[
-        int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 takes any free one.")
+        int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 for any free one.")
     ] = 0,
     open_browser: Annotated[
         bool,
-        typer.Option("--browser/--no-browser", help="Open the page, or only print its address."),
+        typer.Option(
+            "--browser/--no-browser", help="Open the page in a browser, or only print its address."
+        ),
     ] = True,
 ) -> None:
-    """Show a system live in a browser on this machine, computed while it moves, until Ctrl-C."""
+    """Simulate a system live in a browser on this machine, until Ctrl-C."""
     chosen = choose(system, parameters, "floating" if floating else "fixed")
-    start, velocity = started(chosen, q, v)
+    start, velocity = start_of(chosen, q, v)
     if speed is None:
         speed = 1.0 if chosen.duration > 0.5 else chosen.duration / 10
     mq.view(
@@ -153,7 +155,7 @@ def view(
 
 
 @app.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
-@guarded
+@report_errors
 def picture(
     system: SystemName,
     output: Annotated[
@@ -169,7 +171,7 @@ def picture(
     free_body: Annotated[
         str | None,
         typer.Option(
-            "--free-body", metavar="BODY", help="Cut this body free, with all forces on it."
+            "--free-body", metavar="BODY", help="Draw this body cut free, with all forces on it."
         ),
     ] = None,
     parameters: Parameters = None,
@@ -177,7 +179,7 @@ def picture(
     v: Velocities = None,
     rtol: Tolerance = 1e-10,
 ) -> None:
-    """Draw a system as a textbook line figure, or one of its bodies cut free."""
+    """Draw a system as a textbook figure, or one of its bodies cut free."""
     chosen = choose(system, parameters)
     path = output or Path(f"{chosen.mechanism.name}.svg")
     if time is None and free_body is None and not q and not v:
@@ -185,27 +187,27 @@ def picture(
 
         mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
     else:
-        motion = simulated(chosen, q, v, max(time or 0.0, 0.1), rtol)
+        motion = simulate_motion(chosen, q, v, max(time or 0.0, 0.1), rtol)
         mq.picture(motion, time, path, free_body=free_body)
     say(f"Wrote {path}")
 
 
 @app.command(epilog="Example: mecanique gallery pages")
-@guarded
+@report_errors
 def gallery(
     directory: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Where the pages go; made if it is not there.")
+        Path, typer.Argument(metavar="DIR", help="Directory for the pages; created if needed.")
     ],
     systems: Annotated[
         list[str] | None,
-        typer.Option("--only", metavar="SYSTEM", help="Only this system; may be given again."),
+        typer.Option("--only", metavar="SYSTEM", help="Only this system; repeatable."),
     ] = None,
     duration: Duration = None,
     only_pictures: Annotated[
-        bool, typer.Option("--pictures", help="Only the pictures, as SVG files.")
+        bool, typer.Option("--pictures", help="Write only the pictures, as SVG files.")
     ] = False,
 ) -> None:
-    """Write an offline page for every textbook system, and an index with pictures."""
+    """Write an offline page for every textbook system, with an illustrated index."""
     from mecanique.viewing.gallery import gallery as write
     from mecanique.viewing.gallery import pictures
 

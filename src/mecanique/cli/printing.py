@@ -1,4 +1,4 @@
-"""What the command line prints; data goes to standard output, everything else to standard error."""
+"""Print data to standard output, everything else to standard error."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def complain(text: str) -> None:
 
 
 def working(text: str) -> AbstractContextManager[Status]:
-    """Return a context that shows on a terminal what is being done.
+    """Return a context that shows a status on a terminal.
 
     Args:
         text: what, e.g. "Deriving".
@@ -63,7 +63,7 @@ def working(text: str) -> AbstractContextManager[Status]:
 
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar on a terminal; yield what moves it to a fraction in 0…1.
+    """Show a progress bar on a terminal; yield a function that takes the fraction done.
 
     Args:
         text: what is being done.
@@ -79,7 +79,7 @@ def progress(text: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def named_progress(text: str) -> Iterator[Callable[[str, float], None]]:
-    """Show a bar on a terminal; yield what tells it the thing at hand and the fraction done.
+    """Show a progress bar on a terminal; yield a function of the item and the fraction done.
 
     Args:
         text: what is being done.

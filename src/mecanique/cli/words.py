@@ -1,4 +1,4 @@
-"""What the words of a command mean: a system, numbers by name, a motion to simulate."""
+"""Interpret the words of a command: a system, numbers by name, a motion to simulate."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ __all__ = [
     "Tolerance",
     "Velocities",
     "choose",
-    "guarded",
-    "simulated",
+    "report_errors",
+    "simulate_motion",
     "source",
-    "started",
+    "start_of",
 ]
 
 P = ParamSpec("P")
@@ -43,39 +43,39 @@ SystemName: TypeAlias = Annotated[
     str,
     typer.Argument(
         metavar="SYSTEM",
-        help="Name of a textbook system (see 'mecanique list'), a path to a URDF file, "
-        "or a robot's name, e.g. panda.",
+        help="A textbook system (see 'mecanique list'), the path of a URDF file, "
+        "or the name of a robot, e.g. panda.",
     ),
 ]
 Parameters: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
-        "--parameter", "-p", metavar="NAME=VALUE", help="Change a parameter, in its SI unit: -p l=2"
+        "--parameter", "-p", metavar="NAME=VALUE", help="Set a parameter, in its SI unit: -p l=2"
     ),
 ]
 Coordinates: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
-        "-q", metavar="NAME=VALUE", help="Coordinate at the start, in rad or m: -q theta=1.5"
+        "-q", metavar="NAME=VALUE", help="Set an initial coordinate, in rad or m: -q theta=1.5"
     ),
 ]
 Velocities: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
-        "-v", metavar="NAME=VALUE", help="Velocity at the start, in rad/s or m/s: -v theta=0.5"
+        "-v", metavar="NAME=VALUE", help="Set an initial velocity, in rad/s or m/s: -v theta=0.5"
     ),
 ]
 Duration: TypeAlias = Annotated[
     float | None,
     typer.Option(
-        metavar="SECONDS", help="How long to simulate; by default what the catalogue states."
+        metavar="SECONDS", help="How long to simulate; the catalogue has a default for each system."
     ),
 ]
 Tolerance: TypeAlias = Annotated[
     float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")
 ]
 Samples: TypeAlias = Annotated[
-    int, typer.Option(metavar="NUMBER", help="Number of random states to compare at.")
+    int, typer.Option(metavar="NUMBER", help="Number of random states at which to compare.")
 ]
 Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
@@ -84,7 +84,7 @@ AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for 
 @final
 @dataclass(frozen=True)
 class Chosen:
-    """The mechanism a command is about, and its default motion.
+    """The mechanism a command treats, and its default motion.
 
     Args:
         mechanism: the mechanism.
@@ -122,7 +122,7 @@ def choose(system: str, parameters: Sequence[str] | None, root: str = "fixed") -
 
 
 def _file(system: str) -> Path:
-    """The URDF file that a word names."""
+    """Return the URDF file that a word names."""
     path, robots = Path(system), mq.robots()
     if path.is_file():
         return path
@@ -141,7 +141,7 @@ def _file(system: str) -> Path:
 
 
 def source(word: str, root: str) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
-    """Return what a mechanism is to be compared with.
+    """Return the source to compare a mechanism with.
 
     Args:
         word: a CSV file, a Python file with functions, or what `choose` takes.
@@ -197,7 +197,7 @@ def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
     return found
 
 
-def started(
+def start_of(
     chosen: Chosen, q: Sequence[str] | None, v: Sequence[str] | None
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return coordinates and velocities at the start, by name.
@@ -213,14 +213,14 @@ def started(
     }
 
 
-def simulated(
+def simulate_motion(
     chosen: Chosen,
     q: Sequence[str] | None,
     v: Sequence[str] | None,
     duration: float | None,
     rtol: float,
 ) -> Motion:
-    """Set the mechanism in motion.
+    """Simulate the motion that the words describe.
 
     Args:
         chosen: the mechanism and its default motion.
@@ -229,7 +229,7 @@ def simulated(
         duration: instead of the default [s].
         rtol: relative tolerance of the integration.
     """
-    start, start_velocity = started(chosen, q, v)
+    start, start_velocity = start_of(chosen, q, v)
     seconds = chosen.duration if duration is None else duration
     with progress(f"Simulating {seconds:g} s") as advance:
         return mq.simulate(
@@ -242,11 +242,11 @@ def simulated(
         )
 
 
-def guarded(command: Callable[P, R]) -> Callable[P, R]:
-    """Turn what a user can mend into one message and exit code 2.
+def report_errors(command: Callable[P, R]) -> Callable[P, R]:
+    """Report errors that the user can correct in one message; exit with code 2.
 
     Args:
-        command: a command; what it raises on purpose, and files it cannot open, end here.
+        command: raises errors of mecanique, or cannot open a file.
     """
 
     @functools.wraps(command)

@@ -252,7 +252,7 @@ def on_turning_earth(
                     _free(f"weight of {body.name}", names), body.name, body.center, pull, axes=place
                 )
             )
-    forces = tuple(_turned(force, place) for force in mechanism.forces)
+    forces = tuple(_turn(force, place) for force in mechanism.forces)
     old = mechanism.coordinates
     return replace(
         mechanism,
@@ -275,7 +275,7 @@ def _free(name: str, taken: set[str]) -> str:
     return name
 
 
-def _turned(force: AnyForce, place: str) -> AnyForce:
+def _turn(force: AnyForce, place: str) -> AnyForce:
     """A force in world axes is one in the ground's axes now."""
     if isinstance(force, BodyLoad) and force.wrench.axes == "world":
         fixed = {"axes": place}

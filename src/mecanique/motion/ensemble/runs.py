@@ -159,12 +159,12 @@ class Runs:
     @cached_property
     def q(self) -> np.ndarray:
         """Positions, shape (n, m, nq)."""
-        return self._gathered("q", self.mechanism.nq)
+        return self._gather("q", self.mechanism.nq)
 
     @cached_property
     def v(self) -> np.ndarray:
         """Velocities, shape (n, m, nv)."""
-        return self._gathered("v", self.mechanism.nv)
+        return self._gather("v", self.mechanism.nv)
 
     @cached_property
     def steps(self) -> np.ndarray:
@@ -232,7 +232,7 @@ class Runs:
     def _firsts(self) -> range:
         return range(0, len(self), self.chunk)
 
-    def _gathered(self, name: str, width: int) -> np.ndarray:
+    def _gather(self, name: str, width: int) -> np.ndarray:
         values: np.ndarray = np.full((len(self), len(self.t), width), np.nan)
         for first in self._firsts:
             if first in self.store:

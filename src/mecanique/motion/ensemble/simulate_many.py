@@ -28,7 +28,7 @@ from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import batched
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
-from mecanique.motion.ensemble.starts import swept
+from mecanique.motion.ensemble.starts import sweep
 from mecanique.motion.simulation.arguments import sample_times, span_and_tolerances
 
 __all__ = ["simulate_many"]
@@ -113,7 +113,7 @@ def simulate_many(
     times = np.union1d([t0], sample_times(t0, end, 60.0, samples))
     if times[-1] < end:
         times = np.append(times, end)
-    start, varied = swept(mechanism, q, v, parameters)
+    start, varied = sweep(mechanism, q, v, parameters)
     if method not in ("auto", *_TITLES):
         raise UnknownNameError("method", method, ("auto", *_TITLES))
     for name, number in (("max_steps", max_steps), ("chunk", chunk)):
@@ -121,7 +121,7 @@ def simulate_many(
             number is None or (isinstance(number, (int, np.integer)) and number > 0)
         ):
             raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
-    chosen, reason = _chosen(mechanism, start, varied, method, end - t0)
+    chosen, reason = _choose(mechanism, start, varied, method, end - t0)
     size = min(chunk or _chunk(len(start), chosen, executor), len(start))
     about = (
         identity(mechanism, start, varied, times, [chosen, rtol, atol, int(max_steps), size])
@@ -130,7 +130,7 @@ def simulate_many(
     )
     store = Store(None if directory is None else Path(directory), about)
     runs = Runs(mechanism, times, start, varied, f"{_TITLES[chosen]}{reason}", rtol, size, store)
-    pickled = _pickled(mechanism)
+    pickled = _pickle(mechanism)
     threads = threads_here() if executor is None else 1
 
     def parts() -> Iterator[Part]:
@@ -192,9 +192,9 @@ def _elsewhere(parts: Iterator[Part], store: Store, executor: Executor) -> Itera
         for part in parts:
             waiting.add(executor.submit(run_part, part))
             if len(waiting) >= WAITING:
-                waiting = yield from _kept(waiting, store)
+                waiting = yield from _keep_done(waiting, store)
         while waiting:
-            waiting = yield from _kept(waiting, store)
+            waiting = yield from _keep_done(waiting, store)
     except BaseException:
         for future in waiting:
             future.cancel()
@@ -203,7 +203,7 @@ def _elsewhere(parts: Iterator[Part], store: Store, executor: Executor) -> Itera
         raise
 
 
-def _kept(waiting: set[Future[Any]], store: Store) -> Any:
+def _keep_done(waiting: set[Future[Any]], store: Store) -> Any:
     done, left = wait(waiting, return_when=FIRST_COMPLETED)
     broken: BaseException | None = None
     for future in done:
@@ -218,14 +218,14 @@ def _kept(waiting: set[Future[Any]], store: Store) -> Any:
     return left
 
 
-def _chosen(
+def _choose(
     mechanism: Mechanism,
     start: np.ndarray,
     varied: Mapping[str, np.ndarray],
     method: str,
     span: float,
 ) -> tuple[str, str]:
-    """The method, and why it was chosen, after its equations were compared with the reference."""
+    """Return the method and the reason for it; its equations are compared with the reference."""
     if method == "single":
         return method, ""
     if mechanism.limits:
@@ -282,7 +282,7 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
         require_agreement(one, Reference(one), accelerations, "closed form")
 
 
-def _pickled(mechanism: Mechanism) -> bytes:
+def _pickle(mechanism: Mechanism) -> bytes:
     try:
         return pickle.dumps(mechanism)
     except Exception as error:

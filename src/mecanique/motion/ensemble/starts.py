@@ -1,4 +1,4 @@
-"""Initial states and parameters of many runs: what is given once holds for all of them."""
+"""Collect initial states and parameters of many runs; a single value holds for all runs."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import column_of, numbers_of
 
-__all__ = ["swept"]
+__all__ = ["sweep"]
 
 
-def swept(
+def sweep(
     mechanism: Mechanism, q: Any, v: Any, parameters: Any
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the starts of all runs, shape (n, nq + nv), and the given parameters, shape (n,) each.

@@ -121,7 +121,7 @@ class Linearization:
             squares, modes = self._squares
             frequencies = np.sqrt(squares.clip(0))
             damping = np.where(squares > 0, 0.0, np.nan)
-            return frequencies, damping, _scaled(self.tangent @ modes)
+            return frequencies, damping, _scale(self.tangent @ modes)
         n = len(self.M)
         values, vectors = np.linalg.eig(self.state_matrix)
         shapes = vectors[:n].copy()
@@ -136,7 +136,7 @@ class Linearization:
         still = np.arange(n) < len(real)
         frequencies = np.where(still, 0.0, np.abs(values[chosen]))
         damping = np.where(still, np.nan, -values[chosen].real / np.where(still, 1.0, frequencies))
-        return frequencies, damping, _scaled(self.tangent @ shapes[:, chosen])
+        return frequencies, damping, _scale(self.tangent @ shapes[:, chosen])
 
     @property
     def frequencies(self) -> np.ndarray:
@@ -294,7 +294,7 @@ class Linearization:
         return "\n".join(lines)
 
 
-def _scaled(modes: np.ndarray) -> np.ndarray:
+def _scale(modes: np.ndarray) -> np.ndarray:
     """Scale each column so that its largest component, the first of equal ones, is 1."""
     sizes = np.abs(modes)
     largest = (sizes >= sizes.max(axis=0, initial=0.0) * (1 - 1e-9)).argmax(axis=0)

@@ -7,7 +7,7 @@ from typing import Any
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["found", "provenance"]
+__all__ = ["provenance", "recover"]
 
 
 def provenance(mechanism: Mechanism) -> dict[str, Any]:
@@ -29,13 +29,12 @@ def provenance(mechanism: Mechanism) -> dict[str, Any]:
         try:
             about["urdf"] = write_urdf(mechanism)
         except MecaniqueError:
-            about["urdf"] = (
-                None  # not every mechanism can be written; who loads the motion must give it
-            )
+            # not every mechanism can be written; the user must then give it to load the motion
+            about["urdf"] = None
     return about
 
 
-def found(about: dict[str, Any], mechanism: Mechanism | None, path: str) -> Mechanism:
+def recover(about: dict[str, Any], mechanism: Mechanism | None, path: str) -> Mechanism:
     """Return the mechanism of a saved motion, checked against what the file states.
 
     Args:

@@ -16,7 +16,7 @@ from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import labelled, per_second, units
-from mecanique.motion.output.provenance import found, provenance
+from mecanique.motion.output.provenance import provenance, recover
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.motion import Motion, Statistics
@@ -116,7 +116,7 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
         raise InputError(
             f"{os.fspath(path)!r} is no motion saved by mecanique, or is damaged ({error})"
         ) from None
-    mechanism = found(about, mechanism, os.fspath(path))
+    mechanism = recover(about, mechanism, os.fspath(path))
     if not _fits(mechanism, t, q, v, steps, happened, names):
         raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
     step_t, step_q, step_v, step_a, breaks = steps

@@ -50,7 +50,7 @@ def kinetic(s: Values) -> Number:
     for k in range(1, 6):
         axis = turn @ array(AXES[k - 1])
         spin = spin + axis * s[f"q{k}'"]
-        turn = turn @ _turned(AXES[k - 1], s[f"q{k}"])
+        turn = turn @ _turn(AXES[k - 1], s[f"q{k}"])
         along = turn @ array(EDGES[k])
         across = cross(spin, along) * s.l
         middle = speed + across / 2
@@ -63,14 +63,14 @@ def height(s: Values) -> Number:
     """Return the sum of the heights of the rods' centers."""
     turn, place, total = array([[1, 0, 0], [0, 1, 0], [0, 0, 1]]), 0.0, 0.0
     for k in range(1, 6):
-        turn = turn @ _turned(AXES[k - 1], s[f"q{k}"])
+        turn = turn @ _turn(AXES[k - 1], s[f"q{k}"])
         rise = s.l * (turn @ array(EDGES[k]))[2]
         total = total + place + rise / 2
         place = place + rise
     return total
 
 
-def _turned(axis: tuple[int, int, int], angle: Number) -> Number:
+def _turn(axis: tuple[int, int, int], angle: Number) -> Number:
     """Rotation about an axis of the frame."""
     x, y, z = axis
     c, d = cos(angle), sin(angle)

@@ -46,14 +46,14 @@ def velocities(s: Values) -> tuple[Number, Number]:
     )
 
 
-def turned(s: Values, u: Number) -> Number:
-    """Return a vector given in the body's axes in world axes."""
+def to_world(s: Values, u: Number) -> Number:
+    """Return a vector of body axes in world axes."""
     r = np.array([s.qx, s.qy, s.qz])
     return u + 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
 
 
-def turned_back(s: Values, u: Number) -> Number:
-    """Return a vector given in world axes in the body's axes."""
+def to_body(s: Values, u: Number) -> Number:
+    """Return a vector of world axes in body axes."""
     r = np.array([s.qx, s.qy, s.qz])
     return u - 2 * s.qw * np.cross(r, u) + 2 * np.cross(r, np.cross(r, u))
 
@@ -61,7 +61,7 @@ def turned_back(s: Values, u: Number) -> Number:
 def acceleration(s: Values) -> Number:
     """Return both accelerations: free fall seen from turning axes, and Euler's equations."""
     v, w = velocities(s)
-    fall = turned_back(s, np.array([0, 0, -s.g])) - np.cross(w, v)
+    fall = to_body(s, np.array([0, 0, -s.g])) - np.cross(w, v)
     return np.concatenate((fall, np.cross(inertia(s) * w, w) / inertia(s)))
 
 
@@ -70,7 +70,7 @@ def constants(s: Values) -> Number:
     v, w = velocities(s)
     T = (s.m * v @ v + w @ (inertia(s) * w)) / 2
     return np.concatenate(
-        (turned(s, inertia(s) * w), s.m * turned(s, v)[:2], [T + s.m * s.g * s.z])
+        (to_world(s, inertia(s) * w), s.m * to_world(s, v)[:2], [T + s.m * s.g * s.z])
     )
 
 

@@ -110,16 +110,16 @@ def kinetic(s: Values) -> Number:
     }
     rate = {name: s[f"{name}'"] for name in angle}
 
-    def turned(x: float, y: float, a: Number, w: Number) -> tuple[Number, Number]:
+    def turn(x: float, y: float, a: Number, w: Number) -> tuple[Number, Number]:
         # velocity of the end of an arm that turns
         return -w * (x * sin(a) + y * cos(a)), w * (x * cos(a) - y * sin(a))
 
     second, second_rate = angle["beta"] + angle["theta"], rate["beta"] + rate["theta"]
     fourth, fourth_rate = angle["phi"] + angle["delta"], rate["phi"] + rate["delta"]
     sixth, sixth_rate = angle["omega"] + angle["epsilon"], rate["omega"] + rate["epsilon"]
-    crank = turned(RR, 0, angle["beta"], rate["beta"])
-    fifth = turned(ZT, 0, angle["delta"], rate["delta"])
-    seventh = turned(0, -U, angle["epsilon"], rate["epsilon"])
+    crank = turn(RR, 0, angle["beta"], rate["beta"])
+    fifth = turn(ZT, 0, angle["delta"], rate["delta"])
+    seventh = turn(0, -U, angle["epsilon"], rate["epsilon"])
     still = (0.0, 0.0)
     bodies = (
         (still, (RA, 0.0), angle["beta"], rate["beta"]),
@@ -132,7 +132,7 @@ def kinetic(s: Values) -> Number:
     )
     total = 0.0
     for mass, inertia, (carried, (x, y), a, w) in zip(MASSES, INERTIAS, bodies, strict=True):
-        vx, vy = turned(x, y, a, w)
+        vx, vy = turn(x, y, a, w)
         total = (
             total + (mass * ((carried[0] + vx) ** 2 + (carried[1] + vy) ** 2) + inertia * w**2) / 2
         )
