@@ -86,7 +86,8 @@ def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
 
 
 def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
-    """Name and meaning of each coordinate of a joint."""
+    """Name and meaning of each free coordinate of a joint."""
+    names = [name for name in joint.coordinates if name not in joint.followers]
     match joint:
         case Single() if joint.turns:
             sentences = [f"angle of the {joint.noun} {joint.name}, about {_axis(joint)} [rad]"]
@@ -108,7 +109,7 @@ def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
             sentences = [f"{axis} coordinate of {joint.child} [m]" for axis, _ in linear]
             parts = zip(_PARTS, joint.quaternion, strict=False)
             sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
-    yield from zip(joint.coordinates, sentences, strict=True)
+    yield from zip(names, sentences, strict=True)
 
 
 def _axis(joint: Single | Planar) -> str:

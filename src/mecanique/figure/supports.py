@@ -13,7 +13,7 @@ from mecanique.figure.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.setting import Setting
 from mecanique.figure.signs import across, hatched, pin, unit
 from mecanique.model.forces import loads_in
-from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
+from mecanique.model.joints import Prismatic, Revolute, Single, Spherical, Universal
 
 __all__ = ["stands_on_columns", "supports", "wall"]
 
@@ -32,7 +32,7 @@ def supports(setting: Setting) -> Iterator[Mark]:
         if joint.parent != setting.mechanism.ground:
             continue
         at = setting.camera.at(setting.point(joint.child))
-        if isinstance(joint, Revolute) and not setting.camera.flat:
+        if isinstance(joint, Single) and joint.turns and not setting.camera.flat:
             yield from _bearing(setting, joint, at)
         elif isinstance(joint, (Revolute, Spherical, Universal)):
             yield from pin(at, _away(setting, joint.child, at))
@@ -61,7 +61,7 @@ def _away(setting: Setting, body: str, at: Point) -> Point:
     return DOWN if middle[1] < -2 else -DOWN
 
 
-def _bearing(setting: Setting, joint: Revolute, at: Point) -> Iterator[Mark]:
+def _bearing(setting: Setting, joint: Single, at: Point) -> Iterator[Mark]:
     """An axle in space: its line, and the bearing at its lower end, or beyond what surrounds it."""
     down = setting.camera.at(setting.axis(joint)) / setting.camera.scale
     if math.hypot(*down) < 0.2:

@@ -54,6 +54,11 @@ class Limits:
     effort: float = float("inf")
     velocity: float = float("inf")
 
+    @property
+    def bounded(self) -> bool:
+        """Whether its position has a bound."""
+        return self.lower > float("-inf") or self.upper < float("inf")
+
 
 Kind: TypeAlias = Literal["linear", "angular", "quaternion"]
 """What a coordinate or a velocity is: a length, an angle, or a component of a unit quaternion."""
@@ -93,12 +98,17 @@ class Elementary:
         coordinates: names of its coordinates.
         axis: shape (3,), unit axis of a turn or a slide, in the frame before it.
         quasi: names of its velocities where they are no rates of coordinates.
+        part: what the joint's name is followed by in URDF, where the joint is a chain of several;
+            empty for the last motion, which bears the joint's name.
+        follows: what its coordinate is, in another coordinate of the joint, if it is not free.
     """
 
     kind: Literal["fixed", "turn", "slide", "ball", "free"]
     coordinates: tuple[str, ...] = ()
     axis: tuple[float, float, float] = _Z
     quasi: tuple[str, ...] = ()
+    part: str = ""
+    follows: Scalar | None = None
 
     @property
     def velocities(self) -> tuple[str, ...]:
@@ -130,6 +140,15 @@ class _Joint(ABC):
     @abstractmethod
     def renamed(self: _T, names: tuple[str, ...]) -> _T:
         """Return the joint with other names for its coordinates."""
+
+    @property
+    def followers(self) -> Mapping[str, Scalar]:
+        """Its coordinates that follow another of its own, by name; they join the coordinate map."""
+        return {
+            motion.coordinates[0]: motion.follows
+            for motion in self.chain
+            if motion.follows is not None
+        }
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -230,12 +249,12 @@ class Single(_Joint):
 
     def renamed(self: _S, names: tuple[str, ...]) -> _S:
         """Return the joint with another name for its coordinate."""
-        return replace(self, coordinate=names[0])
+        return replace(self, coordinate=names[-1])
 
     @property
     def turns(self) -> bool:
         """Whether its coordinate is an angle, its force a moment about the axis."""
-        return self.kinds == ("angular",)
+        return self.kinds[-1] == "angular"
 
 
 @final
@@ -329,8 +348,8 @@ class Planar(_Named):
         x, y, theta = self.names
         along, across = self.directions
         return (
-            Elementary("slide", (x,), along),
-            Elementary("slide", (y,), across),
+            Elementary("slide", (x,), along, part="x"),
+            Elementary("slide", (y,), across, part="y"),
             Elementary("turn", (theta,), self.axis),
         )
 
@@ -346,7 +365,7 @@ class Universal(_Named):
     def chain(self) -> tuple[Elementary, ...]:
         """Two turns."""
         rx, ry = self.names
-        return Elementary("turn", (rx,), _X), Elementary("turn", (ry,), _Y)
+        return Elementary("turn", (rx,), _X, part="x"), Elementary("turn", (ry,), _Y)
 
 
 @final

@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, evaluate, symbols_in
+from mecanique.model.expression import Scalar, coordinate, evaluate, symbols_in
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.loops import Loop
@@ -75,18 +75,27 @@ class Mechanism:
         ):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
-        driven = self.coordinates.driven
+        driven = self._driven()
         free = [name for joint in self.joints for name in joint.coordinates if name not in driven]
         names = (
             *self.coordinates.names,
             *(name for name in free if name not in self.coordinates.names),
         )
         object.__setattr__(
-            self, "coordinates", Coordinates(names, self.coordinates.map, self.coordinates.limits)
+            self, "coordinates", Coordinates(names, tuple(driven.items()), self.coordinates.limits)
         )
         found = faults(self)
         if found:
             raise MechanismError(self.name, found)
+
+    def _driven(self) -> dict[str, Scalar]:
+        """The coordinate map, and what follows within joints: of what is driven there, too."""
+        driven = dict(self.coordinates.driven)
+        for joint in self.joints:
+            for name, law in joint.followers.items():
+                leaders = symbols_in(law) & driven.keys()
+                driven[name] = law.subs({coordinate(k): driven[k] for k in leaders})
+        return driven
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -99,11 +108,11 @@ class Mechanism:
         quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
         inside = {name for joint in quasi.values() for name in joint.coordinates}
         names: list[str] = []
-        for coordinate in self.coordinates:
-            if coordinate in quasi:
-                names.extend(quasi[coordinate].velocities)
-            elif coordinate not in inside:
-                names.append(f"{coordinate}'")
+        for name in self.coordinates:
+            if name in quasi:
+                names.extend(quasi[name].velocities)
+            elif name not in inside:
+                names.append(f"{name}'")
         return tuple(names)
 
     @property

@@ -125,7 +125,7 @@ def _with_own_names(joints: list[Joint]) -> list[Joint]:
 
 
 def _map(document: Document, joints: list[Joint]) -> tuple[tuple[str, Scalar], ...]:
-    names = {joint.name: joint.coordinates[0] for joint in joints if joint.coordinates}
+    names = {joint.name: joint.coordinates[-1] for joint in joints if joint.coordinates}
     return tuple(
         (names[name], _linear(follower.multiplier, names[follower.leader], follower.offset))
         for name, follower in document.mimics.items()

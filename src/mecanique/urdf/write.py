@@ -213,8 +213,8 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
         children.append(Tag("axis", xyz=numbers(step.axis, where)))
     children += _limit(step, where)
     if isinstance(joint, Single):
-        children += dynamics(mechanism, joint.name, where)
-        children += _mimic(mechanism, joint)
+        children += dynamics(mechanism, joint.name, where) if step.name == joint.name else ()
+        children += _mimic(mechanism, step.coordinate or "")
     if step.kind == "ball":
         return Tag(DRAKE_JOINT, *children, name=step.name, type="ball")
     return Tag("joint", *children, name=step.name, type=step.kind)
@@ -249,12 +249,12 @@ def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
     yield Tag("limit", **attributes)
 
 
-def _mimic(mechanism: Mechanism, joint: Single) -> Iterator[Tag]:
+def _mimic(mechanism: Mechanism, coordinate: str) -> Iterator[Tag]:
     """A joint that follows one free joint linearly; any other map is left to the comments."""
     driven = mechanism.coordinates.driven
-    if joint.coordinate not in driven:
+    if coordinate not in driven:
         return
-    expression = plain(driven[joint.coordinate])
+    expression = plain(driven[coordinate])
     leaders = {
         other.coordinate: other.name
         for other in mechanism.joints
@@ -273,7 +273,7 @@ def _mimic(mechanism: Mechanism, joint: Single) -> Iterator[Tag]:
         return
     factor = mechanism.evaluate(slope)
     offset = mechanism.evaluate(expression.subs(Symbol(leader), 0))
-    where = f"the map of {joint.coordinate!r}"
+    where = f"the map of {coordinate!r}"
     yield Tag(
         "mimic",
         joint=leaders[leader],

@@ -125,7 +125,7 @@ class Travel:
             algebra: of the mechanism.
             joint: name of the joint.
         """
-        (name,) = algebra.mechanism.joint(joint).coordinates
+        name = algebra.mechanism.joint(joint).coordinates[-1]
         return cls(algebra.lifted(algebra.values[name]))
 
     @property

@@ -62,17 +62,18 @@ def links(mechanism: Mechanism) -> tuple[Link, ...]:
     for joint in mechanism.tree:
         parent = place[joint.parent]
         for number, motion in enumerate(joint.chain):
+            last = number + 1 == len(joint.chain)
             found.append(
                 Link(
                     joint=joint.name,
                     parent=parent,
-                    body=joint.child if number + 1 == len(joint.chain) else None,
+                    body=joint.child if last else None,
                     kind=motion.kind,
                     origin=joint.origin if number == 0 else Placement(),
                     axis=motion.axis,
                     coordinates=motion.coordinates,
                     velocities=motion.velocities,
-                    armature=joint.armature if isinstance(joint, Single) else 0.0,
+                    armature=joint.armature if last and isinstance(joint, Single) else 0.0,
                 )
             )
             parent = len(found) - 1

@@ -131,7 +131,7 @@ def load(mechanism: Mechanism) -> Engine:
     _check_inertias(pin, mechanism, model, holders)
     for joint in mechanism.joints:
         if isinstance(joint, Single):
-            model.armature[seats[joint.name][0].at_v] = mechanism.evaluate(joint.armature)
+            model.armature[seats[joint.name][-1].at_v] = mechanism.evaluate(joint.armature)
     weightless = model.copy()
     weightless.gravity.linear = np.zeros(3)
     return Engine(model, model.createData(), weightless, seats, holders)

@@ -186,7 +186,7 @@ class Loads:
                 case JointLoad():
                     law = law_of(force)
                     constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
-                    row = engine.seats[force.joint][0].at_v
+                    row = engine.seats[force.joint][-1].at_v
                     at = index[mechanism.joint(force.joint).coordinates[0]]
                     drive = stated(None if law.drive is None else (law.drive,))
                     self._terms.append(_Term(force.name, row, at, *constants, drive))
@@ -207,7 +207,7 @@ class Loads:
         self.sites = {body: self._seat(engine, body) for body in engine.holders}
         """The origin of each body."""
         self._hinges = {
-            engine.seats[joint.name][0].at_v: _Hinge(
+            engine.seats[joint.name][-1].at_v: _Hinge(
                 joint, self.sites[joint.child], self.sites[joint.parent]
             )
             for joint in mechanism.joints

@@ -8,29 +8,16 @@ the other.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias, final
 
 from mecanique.errors import InputError
-from mecanique.model.joints import (
-    Fixed,
-    Floating,
-    Joint,
-    Limits,
-    Planar,
-    Prismatic,
-    Revolute,
-    Spherical,
-    Universal,
-)
+from mecanique.model.joints import Joint, Limits, Single
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Kind", "SimpleJoint", "chains", "unused"]
 
 Kind: TypeAlias = Literal["fixed", "continuous", "revolute", "prismatic", "floating", "ball"]
-
-_INF = float("inf")
-_X, _Y = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 @final
@@ -43,6 +30,7 @@ class SimpleJoint:
         kind: its type; "ball" for the type that only Drake has.
         parent: name of the parent link.
         child: name of the child link.
+        coordinate: name of its coordinate, if it has one alone.
         xyz: shape (3,), where its frame stands in the parent [m].
         rpy: shape (3,), how its frame is turned in the parent [rad].
         axis: shape (3,), None for a joint without.
@@ -53,6 +41,7 @@ class SimpleJoint:
     kind: Kind
     parent: str
     child: str
+    coordinate: str | None = None
     xyz: tuple[float, float, float] = (0.0, 0.0, 0.0)
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
     axis: tuple[float, float, float] | None = None
@@ -93,52 +82,32 @@ def _chain(
     joints: set[str],
     links: set[str],
 ) -> list[SimpleJoint]:
-    steps: list[tuple[Kind, str, tuple[float, float, float] | None]]
-    limits: Limits | None = None
-    match joint:
-        case Fixed():
-            steps = [("fixed", "", None)]
-        case Revolute():
-            limits = joint.limits
-            bounded = limits is not None and (limits.lower > -_INF or limits.upper < _INF)
-            steps = [("revolute" if bounded else "continuous", "", joint.axis)]
-        case Prismatic():
-            limits = joint.limits
-            steps = [("prismatic", "", joint.axis)]
-        case Planar():
-            along, across = joint.directions
-            steps = [
-                ("prismatic", "x", along),
-                ("prismatic", "y", across),
-                ("continuous", "", joint.axis),
-            ]
-        case Universal():
-            steps = [("continuous", "x", _X), ("continuous", "", _Y)]
-        case Floating():
-            steps = [("floating", "", None)]
-        case Spherical():
-            steps = [(spherical, "", None)]
+    types: dict[str, Kind] = {
+        "fixed": "fixed",
+        "turn": "continuous",
+        "slide": "prismatic",
+        "ball": spherical,
+        "free": "floating",
+    }
     chain: list[SimpleJoint] = []
     parent = joint.parent
-    for kind, suffix, axis in steps:
-        name, child = joint.name, joint.child
-        if suffix:
-            name, child = unused(f"{name}_{suffix}", joints), unused(f"{child}_{suffix}", links)
+    for motion in joint.chain:
+        name, child, kind = joint.name, joint.child, types[motion.kind]
+        axis = motion.axis if kind in ("continuous", "prismatic") else None
+        limits = None
+        if motion.part:
+            name = unused(f"{name}_{motion.part}", joints)
+            child = unused(f"{child}_{motion.part}", links)
             joints.add(name)
             links.add(child)
-        chain.append(SimpleJoint(name, kind, parent, child, axis=axis, limits=limits))
+        elif isinstance(joint, Single):
+            limits = joint.limits
+            if kind == "continuous" and limits is not None and limits.bounded:
+                kind = "revolute"
+        coordinate = motion.coordinates[0] if axis is not None else None
+        chain.append(SimpleJoint(name, kind, parent, child, coordinate, axis=axis, limits=limits))
         parent = child
     place = joint.origin
     x, y, z, roll, pitch, yaw = (mechanism.evaluate(scalar) for scalar in (*place.xyz, *place.rpy))
-    first = chain[0]
-    chain[0] = SimpleJoint(
-        first.name,
-        first.kind,
-        first.parent,
-        first.child,
-        (x, y, z),
-        (roll, pitch, yaw),
-        first.axis,
-        first.limits,
-    )
+    chain[0] = replace(chain[0], xyz=(x, y, z), rpy=(roll, pitch, yaw))
     return chain

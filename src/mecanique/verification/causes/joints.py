@@ -43,14 +43,14 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
     }
     velocities = {name: index for index, name in enumerate(mechanism.velocities)}
     singles = [joint for joint in mechanism.joints if isinstance(joint, Single)]
-    free = [joint for joint in singles if joint.velocities[0] in velocities]
+    free = [joint for joint in singles if joint.velocities[-1] in velocities]
     for kind, rate in rates.items():
         if not rate.any():
             continue
         columns = np.zeros((len(free), *evidence.tau.shape))
         own = np.zeros(len(free))
         for k, joint in enumerate(free):
-            index = velocities[joint.velocities[0]]
+            index = velocities[joint.velocities[-1]]
             columns[k, :, index] = rate[:, index]
             if kind == "armature":
                 own[k] = mechanism.evaluate(joint.armature)
