@@ -76,7 +76,7 @@ ORDER: dict[str, list[str]] = {
         "camera lettering raster signs svg",
         "solids",
         "setting",
-        "coordinates supports",
+        "coordinates loads measures supports",
         "connections",
         "mechanism",
         "freebody",

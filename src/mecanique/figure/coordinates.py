@@ -7,12 +7,15 @@ has turned by an angle, or moved by a distance.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import final
 
 import numpy as np
 
 from mecanique.figure.camera import Floats
-from mecanique.figure.marks import Mark, Stroke
+from mecanique.figure.marks import Mark, Point, Stroke
 from mecanique.figure.setting import Setting
 from mecanique.figure.signs import across, arc, arrow, label, unit
 from mecanique.figure.solids import unit3
@@ -23,8 +26,52 @@ __all__ = ["coordinates"]
 SMALL = 14.0
 """A distance shorter than this is drawn as a direction only [pt]."""
 
-RADIUS = 46.0
-"""Of the first arc about a point [pt]."""
+RADIUS, LEAST_RADIUS, RADIUS_STEP = 46.0, 24.0, 16.0
+"""Of the first arc about a point, at most and at least, and how much larger each next is [pt]."""
+
+SAME_PLACE = 6.0
+"""Arcs about points nearer than this are drawn outside one another [pt]."""
+
+TRIAD = 44.0
+"""Length of the arrows of coordinates that are zero [pt]."""
+
+CLEARANCE, CLEARANCE_ABOVE = 30.0, 18.0
+"""From a body to the arrow beside it [pt]."""
+
+FLAT = 12.0
+"""A body thinner than this on paper is a plate [pt]."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Angle:
+    """A coordinate by which a body has turned: the body's number and its poses, before and after."""
+
+    name: str
+    body: int
+    before: Floats
+    turn: Floats
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Distance:
+    """A coordinate by which a point has moved: the body's number, where the point is, its move."""
+
+    name: str
+    body: int
+    value: float
+    end: Floats
+    step: Floats
+
+    @property
+    def length(self) -> float:
+        return float(np.linalg.norm(self.step))
+
+    @property
+    def forward(self) -> Floats:
+        """Where the point goes as the coordinate grows, of unit length."""
+        return unit3(self.step) * math.copysign(1.0, self.value)
 
 
 def coordinates(setting: Setting) -> Iterator[Mark]:
@@ -35,43 +82,49 @@ def coordinates(setting: Setting) -> Iterator[Mark]:
     """
     mechanism = setting.mechanism
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
-    arcs: dict[tuple[int, int], int] = {}
-    distances: list[tuple[str, int, float, Floats, Floats]] = []
+    distances: list[_Distance] = []
+    arcs: Counter[tuple[float, ...]] = Counter()
     for k, name in enumerate(mechanism.coordinates):
         if name in inside:
             continue
-        q = setting.q.copy()
-        q[k] = 0.0 if abs(q[k]) > 1e-9 else 1e-3
-        before = np.asarray(setting.reference.poses(q, setting.t))
-        own = [
-            j.child for j in mechanism.joints if isinstance(j, Prismatic) and j.coordinate == name
-        ]
-        body = setting.index(own[0]) if own else _first_moved(setting, before)
-        if body is None:
-            continue
-        value = float(setting.q[k] - q[k])
-        turn = setting.poses[body, :3, :3] @ before[body, :3, :3].T
-        size = math.acos(min(max((float(np.trace(turn)) - 1) / 2, -1.0), 1.0))
-        if abs(math.cos(size) - math.cos(value)) < 1e-6 and size > 1e-9:
-            if abs(setting.q[k]) > 1e-9:
-                yield from _angle(setting, name, before, body, turn, arcs)
-            continue
-        moved = _moved(setting, before, body, value)
-        if moved is not None:
-            distances.append((name, body, value, *moved))
-    small = [
-        each for each in distances if float(np.linalg.norm(each[4])) * setting.camera.scale < SMALL
-    ]
-    if len(small) > 1 and _crossing([each[4] for each in small]):
-        yield from _triad(
-            setting, [(each[0], unit3(each[4]) * math.copysign(1.0, each[2])) for each in small]
-        )
+        match _read(setting, k, name):
+            case _Angle() as angle:
+                center = setting.camera.at(setting.poses[angle.body, :3, 3])
+                place = tuple(np.round(center / SAME_PLACE).tolist())
+                yield from _draw_angle(setting, angle, arcs[place])
+                arcs[place] += 1
+            case _Distance() as distance:
+                distances.append(distance)
+    small = [each for each in distances if each.length * setting.camera.scale < SMALL]
+    if len(small) > 1 and _crossing([each.step for each in small]):
+        yield from _triad(setting, small)
         distances = [each for each in distances if each not in small]
-    for name, body, value, end, step in distances:
-        yield from _distance(setting, name, body, value, end, step)
+    for distance in distances:
+        yield from _draw_distance(setting, distance)
 
 
-def _first_moved(setting: Setting, before: Floats) -> int | None:
+def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
+    """What a coordinate measures: how the first body that it moves stands if it is zero."""
+    q = setting.q.copy()
+    q[k] = 0.0 if abs(q[k]) > 1e-9 else 1e-3
+    before = np.asarray(setting.reference.poses(q, setting.t))
+    body = _moved_body(setting, name, before)
+    if body is None:
+        return None
+    value = float(setting.q[k] - q[k])
+    turn = setting.poses[body, :3, :3] @ before[body, :3, :3].T
+    size = math.acos(min(max((float(np.trace(turn)) - 1) / 2, -1.0), 1.0))
+    if size > 1e-9 and abs(math.cos(size) - math.cos(value)) < 1e-6:
+        return _Angle(name, body, before, turn) if abs(setting.q[k]) > 1e-9 else None
+    moved = _moved(setting, before, body, value)
+    return None if moved is None else _Distance(name, body, value, *moved)
+
+
+def _moved_body(setting: Setting, name: str, before: Floats) -> int | None:
+    """The number of the body on the slide of this coordinate, else of the first that it moves."""
+    for joint in setting.mechanism.joints:
+        if isinstance(joint, Prismatic) and joint.coordinate == name:
+            return setting.index(joint.child)
     for joint in setting.mechanism.tree:
         k = setting.index(joint.child)
         if np.abs(setting.poses[k] - before[k]).max() > 1e-7:
@@ -79,29 +132,17 @@ def _first_moved(setting: Setting, before: Floats) -> int | None:
     return None
 
 
-def _angle(
-    setting: Setting,
-    name: str,
-    before: Floats,
-    body: int,
-    turn: Floats,
-    arcs: dict[tuple[int, int], int],
-) -> Iterator[Mark]:
+def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
+    """An arc from where the body points at zero to where it points, outside those drawn before."""
     from scipy.spatial.transform import Rotation
 
-    camera, middle = setting.camera, setting.poses[body, :3, 3]
-    vector = Rotation.from_matrix(turn).as_rotvec()
-    angle = float(np.linalg.norm(vector))
-    axis = vector / angle
-    arm = _arm(setting, before, body, axis)
-    key = tuple(int(x) for x in np.round(camera.at(middle) / 6))
-    level = arcs.get((key[0], key[1]), 0)
-    arcs[key[0], key[1]] = level + 1
+    camera, middle = setting.camera, setting.poses[angle.body, :3, 3]
+    vector = Rotation.from_matrix(angle.turn).as_rotvec()
+    arm = _arm(setting, angle, vector / float(np.linalg.norm(vector)))
     long = float(np.linalg.norm(arm)) * camera.scale
-    radius = (min(RADIUS, max(0.55 * long, 24.0)) + 16.0 * level) / camera.scale
-    start = unit3(arm) * radius
-    steps = np.linspace(0.0, 1.0, 49)
-    around = np.array([Rotation.from_rotvec(s * angle * axis).apply(start) for s in steps])
+    radius = min(RADIUS, max(0.55 * long, LEAST_RADIUS)) + level * RADIUS_STEP
+    start = unit3(arm) * radius / camera.scale
+    around = Rotation.from_rotvec(np.linspace(0.0, 1.0, 49)[:, None] * vector).apply(start)
     points = camera.at(middle + around)
     yield Stroke(camera.at(np.array([middle, middle + 1.35 * start])), "axis")
     if not camera.flat:
@@ -109,49 +150,51 @@ def _angle(
     yield from arc(points, "coordinate")
     center, half = camera.at(middle), points[len(points) // 2]
     away = half - center if math.hypot(*(half - center)) > 6 else np.array([0.0, -1.0])
-    yield label(half, name, away, 5.0, "coordinate-letter")
+    yield label(half, angle.name, away, 5.0, "coordinate-letter")
 
 
-def _arm(setting: Setting, before: Floats, body: int, axis: Floats) -> Floats:
-    """From the turning point to the farthest point of what turns, across the axis, before the turn."""
-    names = [each.name for each in setting.mechanism.bodies]
-    family = {names[body]}
-    best, own = np.zeros(3), before[body]
-    for joint in (None, *setting.mechanism.tree):
-        if joint is not None and joint.parent not in family:
-            continue
-        if joint is not None:
-            family.add(joint.child)
-        member = names[body] if joint is None else joint.child
-        spans = [
-            each.corners if each.kind != "rod" else each.ends
-            for each in setting.solids
-            if each.body == member
-        ]
-        world = np.concatenate([*spans, setting.poses[setting.index(member), :3, 3][None]])
-        local = (world - setting.poses[body, :3, 3]) @ setting.poses[body, :3, :3]
-        arms = local @ own[:3, :3].T
+def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
+    """From the turning point to what turns, across the axis, before the turn."""
+    pose, before = setting.poses[angle.body], angle.before[angle.body]
+    for member in _carried(setting, setting.mechanism.bodies[angle.body].name):
+        local = (_span(setting, member) - pose[:3, 3]) @ pose[:3, :3]
+        arms = local @ before[:3, :3].T
         arms = arms - (arms @ axis)[:, None] * axis
         # the middle of what is broad, its end where it is long
         far = arms[int(np.argmax(np.linalg.norm(arms, axis=1)))]
         mean = arms.mean(axis=0)
-        pick = mean if np.linalg.norm(mean) > 0.3 * np.linalg.norm(far) else far
-        if np.linalg.norm(pick) > 1e-6 and not np.linalg.norm(best) > 1e-6:
-            best = pick
-    if np.linalg.norm(best) > 1e-6:
-        return best
-    side = before[body, :3, 0] - (before[body, :3, 0] @ axis) * axis
-    return (
-        unit3(side if np.linalg.norm(side) > 0.1 else before[body, :3, 1])
-        * 30.0
-        / setting.camera.scale
-    )
+        arm: Floats = mean if np.linalg.norm(mean) > 0.3 * np.linalg.norm(far) else far
+        if np.linalg.norm(arm) > 1e-6:
+            return arm
+    side = before[:3, 0] - (before[:3, 0] @ axis) * axis
+    across_axis = side if np.linalg.norm(side) > 0.1 else before[:3, 1]
+    return unit3(across_axis) * 30.0 / setting.camera.scale
+
+
+def _carried(setting: Setting, body: str) -> Iterator[str]:
+    """A body and all that it carries."""
+    family = {body}
+    yield body
+    for joint in setting.mechanism.tree:
+        if joint.parent in family:
+            family.add(joint.child)
+            yield joint.child
+
+
+def _span(setting: Setting, body: str) -> Floats:
+    """Points that span a body in the world, its origin among them, shape (n, 3)."""
+    solids = [each for each in setting.solids if each.body == body]
+    spans = [each.ends if each.kind == "rod" else each.corners for each in solids]
+    return np.concatenate([*spans, setting.point(body)[None]])
 
 
 def _moved(
     setting: Setting, before: Floats, body: int, value: float
 ) -> tuple[Floats, Floats] | None:
-    """Where a point is that has moved by the value, and its move: the body's origin, or a point moved along an axis."""
+    """Where a point is that has moved by the value, and its move.
+
+    It is the body's origin, or else an end or a middle of a solid, moved so far along an axis.
+    """
     step = setting.poses[body, :3, 3] - before[body, :3, 3]
     if abs(float(np.linalg.norm(step)) - abs(value)) < 1e-6 * abs(value):
         return setting.poses[body, :3, 3], step
@@ -174,55 +217,53 @@ def _crossing(steps: list[Floats]) -> bool:
     )
 
 
-def _triad(setting: Setting, directions: list[tuple[str, Floats]]) -> Iterator[Mark]:
+def _triad(setting: Setting, distances: list[_Distance]) -> Iterator[Mark]:
     """Directions of several coordinates that are zero, from one point left of the figure."""
     paper = np.concatenate([setting.paper(body.name) for body in setting.mechanism.bodies])
-    origin = np.array([float(paper[:, 0].min()) - 44.0, float(paper[:, 1].max()) - 4.0])
-    for name, direction in directions:
-        tip = origin + 44.0 * setting.camera.at(direction) / setting.camera.scale
+    left, bottom = float(paper[:, 0].min()), float(paper[:, 1].max())
+    origin = np.array([left - TRIAD, bottom - 4.0])
+    for distance in distances:
+        tip = origin + TRIAD * setting.camera.at(distance.forward) / setting.camera.scale
         if math.hypot(*(tip - origin)) < 8:
             continue
         yield from arrow(origin, tip, "coordinate")
-        yield label(tip, name, tip - origin, 3.0, "coordinate-letter")
+        yield label(tip, distance.name, tip - origin, 3.0, "coordinate-letter")
 
 
-def _distance(
-    setting: Setting, name: str, body: int, value: float, end: Floats, step: Floats
-) -> Iterator[Mark]:
+def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
     """An arrow from where a point is at zero to where it is, beside the body."""
-    camera, b = setting.camera, setting.camera.at(end)
-    a = camera.at(end - step)
-    small = float(np.linalg.norm(step)) * camera.scale < SMALL
-    forward = unit3(step) * math.copysign(1.0, value)
-    if abs(float(forward @ camera.toward)) > 1 - 1e-6:
+    camera = setting.camera
+    if abs(float(distance.forward @ camera.toward)) > 1 - 1e-6:
         return
-    along = unit(camera.at(forward))
-    owner = setting.mechanism.bodies[body].name
-    hinged = any(isinstance(j, Revolute) and j.parent == owner for j in setting.mechanism.joints)
-    side = -across(along)
-    downwards = side[1] > 1e-6 or (abs(side[1]) <= 1e-6 and side[0] > 0)
-    # what hangs on a body leaves room above it
-    if downwards == (hinged and abs(along[0]) > 0.7):
-        side = -side
-    plate = float(np.ptp(setting.paper(owner) @ side)) < 12 and len(setting.paper(owner)) > 1
-    shift = max(setting.reach(owner, side) - float(a @ side), 0.0) + (
-        18.0 if side[1] < -0.7 else 30.0
-    )
-    foot, tip = a + shift * side, b + shift * side
-    if small and plate:
-        foot = (
-            b
-            + (setting.reach(owner, along) - float(b @ along) - 62.0) * along
-            - 11.0 * np.array([0.0, 1.0])
-        )
+    a, b = camera.at(distance.end - distance.step), camera.at(distance.end)
+    owner = setting.mechanism.bodies[distance.body].name
+    along = unit(camera.at(distance.forward))
+    side = _free_side(setting, owner, along)
+    clearance = CLEARANCE_ABOVE if side[1] < -0.7 else CLEARANCE
+    shift = max(setting.reach(owner, side) - float(a @ side), 0.0) + clearance
+    small = distance.length * camera.scale < SMALL
+    flat = len(setting.paper(owner)) > 1 and float(np.ptp(setting.paper(owner) @ side)) < FLAT
+    if small and flat:
+        # before the plate, which it points at
+        before = setting.reach(owner, along) - float(b @ along) - 62.0
+        foot = b + before * along + np.array([0.0, -11.0])
         tip = foot + 26 * along
-    elif small:
-        foot, tip = b + shift * side, b + shift * side + 34 * along
+        name = label(foot, distance.name, -along, 5.0, "coordinate-letter")
+    else:
+        foot = (b if small else a) + shift * side
+        tip = foot + 34 * along if small else b + shift * side
+        name = label((foot + tip) / 2, distance.name, side, 7.0, "coordinate-letter")
     yield Stroke(np.array([foot - 6 * side, foot + 6 * side]), "coordinate")
     if not small:
         yield Stroke(np.array([b + (shift - 12) * side, tip + 5 * side]), "thin")
     yield from arrow(foot, tip, "coordinate")
-    if small and plate:
-        yield label(foot, name, -along, 5.0, "coordinate-letter")
-    else:
-        yield label((foot + tip) / 2, name, side, 7.0, "coordinate-letter")
+    yield name
+
+
+def _free_side(setting: Setting, owner: str, along: Point) -> Point:
+    """The side of a body to measure its way on: above, unless something hangs on it."""
+    hinged = any(isinstance(j, Revolute) and j.parent == owner for j in setting.mechanism.joints)
+    side = -across(along)
+    downwards = side[1] > 1e-6 or (abs(side[1]) <= 1e-6 and side[0] > 0)
+    # what hangs on a body leaves room above it
+    return -side if downwards == (hinged and abs(along[0]) > 0.7) else side

@@ -15,7 +15,7 @@ from mecanique.model.forces import LineLoad
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Setting", "setting"]
+__all__ = ["Setting", "is_zero", "setting"]
 
 WIDTH, HEIGHT = 400.0, 300.0
 """What the solids of a figure fill at most [pt]."""
@@ -184,3 +184,12 @@ def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
         pose, point = poses[names.index(end.body)], [mechanism.evaluate(c) for c in end.point]
         found.append(pose[:3, 3] + pose[:3, :3] @ np.array(point))
     return np.array(found)
+
+
+def is_zero(scalar: Scalar) -> bool:
+    """Return whether a scalar of the description is the number zero.
+
+    Args:
+        scalar: of the description.
+    """
+    return isinstance(scalar, (int, float)) and scalar == 0

@@ -1,0 +1,148 @@
+"""The symbols of what bodies measure: lengths of rods, radii of disks, masses of pieces."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from mecanique.figure.marks import Mark, Point, Words, rich
+from mecanique.figure.setting import Setting
+from mecanique.figure.signs import across, arrow, dimension, label, unit
+from mecanique.figure.solids import Solid, radius_of
+from mecanique.model.bodies import Body
+from mecanique.model.joints import Prismatic
+from mecanique.model.visuals import Cylinder
+
+__all__ = ["lengths", "masses"]
+
+MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
+"""What is shorter on paper is not measured [pt]."""
+
+DIMENSION_OFFSET = 18.0
+"""From a rod to its dimension line [pt]."""
+
+RADIUS_ANGLE = -0.7
+"""Where on a disk its radius is drawn, on paper, y downwards [rad]."""
+
+ALONG_ROD = 0.62
+"""Where along a rod its mass is written: beyond the middle, where its length is."""
+
+ROOMY = 26.0
+"""A solid that is wider on paper than this has its mass written into it [pt]."""
+
+JOINT_ROOM = 14.0
+"""What a joint takes up about itself [pt]."""
+
+BELOW_LEFT = np.array([-1.0, 0.6])
+"""Where a mass is written in a solid whose middle is taken."""
+
+
+def lengths(setting: Setting) -> Iterator[Mark]:
+    """Yield the symbols of rods' lengths and of disks' radii, each once.
+
+    Args:
+        setting: what is drawn.
+    """
+    written: set[str] = set()
+    for solid in setting.solids:
+        geometry = solid.geometry
+        if not isinstance(geometry, Cylinder):
+            continue
+        rod = solid.kind == "rod"
+        name = setting.name(geometry.length if rod else geometry.radius)
+        if not name or name in written:
+            continue
+        marks = [*(_length if rod else _radius)(setting, solid, name)]
+        if marks:
+            written.add(name)
+        yield from marks
+
+
+def _length(setting: Setting, rod: Solid, name: str) -> Iterator[Mark]:
+    a, b = setting.camera.at(rod.ends)
+    if math.hypot(*(b - a)) < MEASURED_LENGTH:
+        return
+    if setting.camera.flat:
+        yield from dimension(a, b, name, _outward(setting, a, b) * DIMENSION_OFFSET)
+    else:
+        yield label((a + b) / 2, name, across(unit(b - a)), 9.0)
+
+
+def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
+    """An arrow to the rim of a disk that is seen face on."""
+    camera = setting.camera
+    radius = disk.size * camera.scale
+    face_on = camera.flat and abs(float(disk.pose[:3, 2] @ camera.toward)) > 0.9
+    if radius <= MEASURED_RADIUS or not face_on:
+        return
+    center = camera.at(disk.ends[0])
+    rim = center + radius * np.array([math.cos(RADIUS_ANGLE), math.sin(RADIUS_ANGLE)])
+    yield from arrow(center, rim, "thin")
+    yield label((center + rim) / 2, name, np.array([-0.6, -0.8]), 4.0)
+
+
+def _outward(setting: Setting, a: Point, b: Point) -> float:
+    """The side of a line with less of the figure: 1 to the left as one goes from a to b, or -1."""
+    side = across(unit(b - a))
+    middles = [setting.camera.at(each.ends.mean(axis=0)) for each in setting.solids]
+    return -1.0 if sum(float((middle - a) @ side) for middle in middles) > 1e-6 else 1.0
+
+
+def masses(setting: Setting) -> Iterator[Mark]:
+    """Yield the symbol of each piece's mass, in or beside it.
+
+    Args:
+        setting: what is drawn.
+    """
+    for body in setting.mechanism.bodies:
+        for name, solid in _named_pieces(setting, body):
+            yield _mass(setting, name, solid)
+
+
+def _named_pieces(setting: Setting, body: Body) -> Iterator[tuple[str, Solid]]:
+    """The pieces of a body that have a mass with a short name, each with its largest solid."""
+    solids = iter([each for each in setting.solids if each.body == body.name])
+    for shape in body.shapes:
+        own = [solid for _, solid in zip(shape.visuals, solids, strict=False)]
+        name = setting.name(shape.mass)
+        if own and name:
+            yield name, max(own, key=lambda each: float(np.ptp(each.corners, axis=0).max()))
+
+
+def _mass(setting: Setting, name: str, solid: Solid) -> Words:
+    camera = setting.camera
+    at = camera.at(solid.ends.mean(axis=0))
+    roomy = float(np.ptp(camera.at(solid.corners), axis=0).min()) > ROOMY
+    match solid.kind:
+        case "rod":
+            a, b = camera.at(solid.ends)
+            inward = -_outward(setting, a, b) * across(unit(b - a))
+            return label(a + ALONG_ROD * (b - a), name, inward, 7.0)
+        case "ball":
+            return label(at, name, setting.clear_side(at), radius_of(solid, camera) + 4.0)
+        case "cylinder" if not roomy:
+            return label(at, name, setting.clear_side(at), solid.size * camera.scale + 4.0)
+    if not roomy:
+        return _beside(setting, name, solid, at)
+    if _is_pinned(setting, solid, at):
+        return label(at, name, BELOW_LEFT, 8.0)
+    return Words(at, rich(name))
+
+
+def _beside(setting: Setting, name: str, solid: Solid, at: Point) -> Words:
+    """A letter left or right of a body, on the side that faces away from the rest."""
+    middles = [setting.camera.at(each.ends.mean(axis=0)) for each in setting.solids]
+    left = at[0] <= float(np.mean(middles, axis=0)[0]) + 1
+    side = np.array([-1.0 if left else 1.0, 0.0])
+    edge = np.array([side[0] * setting.reach(solid.body, side), at[1]])
+    return label(edge, name, side, 6.0)
+
+
+def _is_pinned(setting: Setting, solid: Solid, at: Point) -> bool:
+    """Whether a hinge stands in the middle of a solid; a disk has one there."""
+    joints = [j for j in setting.mechanism.joints if solid.body in (j.parent, j.child)]
+    seats = [setting.camera.at(setting.point(joint.child)) for joint in joints]
+    near = solid.kind == "cylinder" or any(math.hypot(*(s - at)) < JOINT_ROOM for s in seats)
+    return near and any(not isinstance(joint, Prismatic) for joint in joints)
