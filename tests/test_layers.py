@@ -72,8 +72,8 @@ ORDER: dict[str, list[str]] = {
     ],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [
-        "marks posture",
-        "camera lettering raster signs svg",
+        "paper posture",
+        "camera",
         "solids",
         "setting",
         "coordinates loads measures supports",
@@ -82,6 +82,7 @@ ORDER: dict[str, list[str]] = {
         "freebody",
         "draw",
     ],
+    "figure.paper": ["marks", "lettering raster signs svg"],
     "viewing": ["scene", "page", "live", "show", "gallery"],
     "viewing.page": ["keyframes sanitize window", "bodies meshes panels", "page"],
 }

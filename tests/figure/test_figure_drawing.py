@@ -17,13 +17,13 @@ from mecanique.figure.camera import FRONT, ISOMETRIC, TOP, side_of
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_text
 from mecanique.figure.freebody import cut_free
-from mecanique.figure.marks import STYLES, Circle, Stroke, Words, bounds, rich
 from mecanique.figure.mechanism import figure
+from mecanique.figure.paper.marks import STYLES, Circle, Stroke, Words, bounds, rich
+from mecanique.figure.paper.signs import dashpot, hatched, label, spring
+from mecanique.figure.paper.svg import svg
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import Setting, setting
-from mecanique.figure.signs import dashpot, hatched, label, spring
 from mecanique.figure.solids import hull
-from mecanique.figure.svg import svg
 from mecanique.motion.analysis.forces import Actions
 
 SVG = "{http://www.w3.org/2000/svg}"

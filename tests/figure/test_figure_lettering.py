@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from mecanique.figure.lettering import FARTHEST, clear_letters, covered, frame
-from mecanique.figure.marks import Circle, Mark, Stroke, Words
 from mecanique.figure.mechanism import figure
+from mecanique.figure.paper.lettering import FARTHEST, clear_letters, covered, frame
+from mecanique.figure.paper.marks import Circle, Mark, Stroke, Words
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import setting
 from mecanique.model.mechanism import Mechanism

@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
-from mecanique.figure.marks import Point
+from mecanique.figure.paper.marks import Point
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["FRONT", "ISOMETRIC", "TOP", "Camera", "side_of"]

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mecanique.figure.marks import Mark, Point, Stroke
+from mecanique.figure.paper.marks import Mark, Point, Stroke
+from mecanique.figure.paper.signs import across, dashpot, hatched, label, spiral, spring, unit
 from mecanique.figure.setting import Setting
-from mecanique.figure.signs import across, dashpot, hatched, label, spiral, spring, unit
 from mecanique.figure.supports import stands_on_columns, wall
 from mecanique.model.forces import End, JointLoad, LineLoad
 from mecanique.model.joints import Prismatic, Revolute

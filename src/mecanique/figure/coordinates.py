@@ -15,9 +15,9 @@ from typing import final
 import numpy as np
 
 from mecanique.figure.camera import Floats
-from mecanique.figure.marks import Mark, Point, Stroke
+from mecanique.figure.paper.marks import Mark, Point, Stroke
+from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.figure.signs import across, arc, arrow, label, unit
 from mecanique.figure.solids import unit3
 from mecanique.model.joints import Prismatic, Revolute
 

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.figure.marks import Mark
 from mecanique.figure.mechanism import figure
+from mecanique.figure.paper.marks import Mark
+from mecanique.figure.paper.svg import svg
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import Setting, setting
-from mecanique.figure.svg import svg
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
@@ -67,7 +67,7 @@ def picture(
     if form == ".svg":
         content = svg(marks, title).encode()
     else:
-        from mecanique.figure.raster import raster
+        from mecanique.figure.paper.raster import raster
 
         content = raster(marks, form[1:])
     with write_whole(target) as file:

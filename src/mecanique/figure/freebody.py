@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mecanique.figure.marks import Circle, Mark, Point, Words, bounds
 from mecanique.figure.mechanism import solid_marks
+from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
+from mecanique.figure.paper.signs import arc, arrow, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.figure.signs import arc, arrow, label, unit
 from mecanique.motion.analysis.forces import Action, Actions
 
 __all__ = ["cut_free"]

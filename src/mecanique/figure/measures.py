@@ -7,9 +7,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mecanique.figure.marks import Mark, Point, Words, rich
+from mecanique.figure.paper.marks import Mark, Point, Words, rich
+from mecanique.figure.paper.signs import across, arrow, dimension, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.figure.signs import across, arrow, dimension, label, unit
 from mecanique.figure.solids import Solid, radius_of
 from mecanique.model.bodies import Body
 from mecanique.model.joints import Prismatic

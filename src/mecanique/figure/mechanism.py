@@ -9,12 +9,12 @@ import numpy as np
 
 from mecanique.figure.connections import connections
 from mecanique.figure.coordinates import coordinates
-from mecanique.figure.lettering import clear_letters
 from mecanique.figure.loads import loads
-from mecanique.figure.marks import Circle, Mark, Point, Stroke, bounds
 from mecanique.figure.measures import lengths, masses
+from mecanique.figure.paper.lettering import clear_letters
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds
+from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.figure.signs import arrow, label, pin, unit
 from mecanique.figure.solids import outline
 from mecanique.figure.supports import supports
 from mecanique.model.forces import LineLoad, loads_in

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.figure.camera import Camera, Floats, side_of
-from mecanique.figure.marks import Point
+from mecanique.figure.paper.marks import Point
 from mecanique.figure.solids import Solid, solids
 from mecanique.model.expression import Scalar
 from mecanique.model.forces import LineLoad

@@ -10,8 +10,8 @@ from typing import final
 import numpy as np
 
 from mecanique.figure.camera import Camera, Floats
-from mecanique.figure.marks import Circle, Mark, Point, Stroke
-from mecanique.figure.signs import across, unit
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
+from mecanique.figure.paper.signs import across, unit
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.visuals import Box, Cylinder, Sphere, Visual
 

@@ -9,9 +9,9 @@ from typing import final
 
 import numpy as np
 
-from mecanique.figure.marks import Circle, Mark, Point, Stroke
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
+from mecanique.figure.paper.signs import across, hatched, pin, unit
 from mecanique.figure.setting import Setting
-from mecanique.figure.signs import across, hatched, pin, unit
 from mecanique.model.forces import loads_in
 from mecanique.model.joints import Prismatic, Revolute, Single, Spherical, Universal
 

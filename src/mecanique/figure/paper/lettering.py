@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mecanique.figure.marks import Circle, Mark, Point, Stroke, Words
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words
 
 __all__ = ["clear_letters", "covered", "frame"]
 

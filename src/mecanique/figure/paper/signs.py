@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mecanique.figure.marks import Circle, Mark, Point, Stroke, Words, rich
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words, rich
 
 __all__ = [
     "across",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from io import BytesIO
 
 from mecanique.errors import InputError
-from mecanique.figure.marks import STYLES, Circle, Mark, Stroke, Words, bounds
+from mecanique.figure.paper.marks import STYLES, Circle, Mark, Stroke, Words, bounds
 
 __all__ = ["raster"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from html import escape
 
-from mecanique.figure.marks import STYLES, Circle, Mark, Stroke, Style, Words, bounds
+from mecanique.figure.paper.marks import STYLES, Circle, Mark, Stroke, Style, Words, bounds
 
 __all__ = ["svg"]
 
