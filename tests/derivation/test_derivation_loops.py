@@ -298,7 +298,7 @@ def test_loops_of_every_kind_have_closed_forms_that_close_the_same_directions(ki
     value = Evaluation(algebra.ring, states.values)
     np.testing.assert_allclose([value(tie.demand) for tie in ties], 0.0, atol=1e-14)
     ours = np.array(
-        [[float(np.ravel(value(x))[0]) for x in algebra.along(tie.demand)] for tie in ties]
+        [[float(np.ravel(value(x))[0]) for x in algebra.ring.along(tie.demand)] for tie in ties]
     )
     theirs = constraints(mechanism, states).jacobian[0]
     assert len(ours) <= len(theirs)  # what holds identically is left out

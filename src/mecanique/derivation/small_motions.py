@@ -127,8 +127,8 @@ def linearized(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
     put = Substitution({**place, **still}, numbers)
     forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
     M = tuple(tuple(put(entry) for entry in row) for row in derivation.M)
-    C = tuple(tuple(put(entry) for entry in algebra.partials(force)) for force in forces)
-    K = tuple(tuple(put(entry) for entry in algebra.along(force)) for force in forces)
+    C = tuple(tuple(put(entry) for entry in algebra.ring.partials(force)) for force in forces)
+    K = tuple(tuple(put(entry) for entry in algebra.ring.along(force)) for force in forces)
     for what, matrix in (("M", M), ("C", C), ("K", K)):
         for entry in (entry for row in matrix for entry in row):
             timed = [g.name for g in entry.generators() if g.kind in (Kind.TIME, Kind.INPUT)]

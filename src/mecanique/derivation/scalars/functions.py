@@ -15,7 +15,7 @@ from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import DerivationError, UnknownNameError
 
-__all__ = ["atan2", "cos", "exp", "function", "log", "sin", "sqrt", "tan"]
+__all__ = ["function"]
 
 _NUMPY_NAMES = {
     "asin": "arcsin",
@@ -88,11 +88,3 @@ def _as_jet(x: Any, like: Jet) -> Jet:
 
 
 _FUNCTIONS = {name: _generic(name) for name in _NAMES}
-
-sin = _FUNCTIONS["sin"]
-cos = _FUNCTIONS["cos"]
-tan = _FUNCTIONS["tan"]
-sqrt = _FUNCTIONS["sqrt"]
-exp = _FUNCTIONS["exp"]
-log = _FUNCTIONS["log"]
-atan2 = _FUNCTIONS["atan2"]

@@ -1,4 +1,4 @@
-"""Jets: numbers that carry their motion and their variations, and Lagrange's operator written with them.
+"""Jets: numbers that carry their motion and their variations.
 
 A jet is a Taylor polynomial in the parameter ε of a path, each coefficient with its first-order
 partials (duals), for any array of states at once. Arithmetic with jets is exact to rounding:
@@ -8,15 +8,12 @@ Derivatives, 2nd ed., SIAM 2008, chapters 3 and 13.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias, final
+from collections.abc import Callable
+from typing import Any, final
 
 import numpy as np
 
-__all__ = ["Jet", "Lagrangian", "euler"]
-
-Lagrangian: TypeAlias = Callable[[Sequence[Any], Sequence[Any], Any], Any]
-"""A function L(q, v, t) written with `mecanique.derivation.scalars.functions`, so that any scalar may enter."""
+__all__ = ["Jet"]
 
 
 @final
@@ -200,41 +197,6 @@ class Jet:
             return [value, *(rate[k] / (k + 1) for k in range(orders - 1))]
 
         return self.compose(series)
-
-
-def euler(L: Lagrangian, q: Any, v: Any, a: Any, t: float | np.ndarray = 0.0) -> np.ndarray:
-    """Return d/dt ∂L/∂vᵢ − ∂L/∂qᵢ along a motion, by the definition, for any L.
-
-    With q + ε v varied along direction i and v + ε a along direction n + i, the value of L is a jet
-    whose partial [ε¹, n + i] is d/dt ∂L/∂vᵢ and whose partial [ε⁰, i] is ∂L/∂qᵢ (J. L. Lagrange,
-    Mécanique analytique, 1788).
-
-    Args:
-        L: the function L(q, v, t), written generically; T − V, or T alone.
-        q: shape (n,) or (n, states).
-        v: shape (n,) or (n, states), rates of q.
-        a: shape (n,) or (n, states), rates of v.
-        t: time, shape () or (states,) [s].
-
-    Returns:
-        shape (n,) or (n, states).
-    """
-    q, v, a = (np.asarray(x, dtype=float) for x in (q, v, a))
-    n = len(q)
-
-    def path(value: Any, rate: Any, direction: int | None = None) -> Jet:
-        c = np.zeros((2, 1 + 2 * n, *q.shape[1:]))
-        c[0, 0], c[1, 0] = value, rate
-        if direction is not None:
-            c[0, 1 + direction] = 1.0
-        return Jet(c)
-
-    Q = [path(q[i], v[i], i) for i in range(n)]
-    V = [path(v[i], a[i], n + i) for i in range(n)]
-    result = L(Q, V, path(t, 1.0))
-    if not isinstance(result, Jet):  # L is a constant
-        return np.zeros_like(q)
-    return np.asarray(result.c[1, 1 + n :] - result.c[0, 1 : 1 + n])
 
 
 def _turned_to(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any, final
@@ -13,7 +14,28 @@ from mecanique.derivation.scalars.polynomials import Parts, accumulate
 from mecanique.derivation.scalars.series import Angle, Atom, Generator, Kind, Series, canonical
 from mecanique.errors import DerivationError, UnknownNameError
 
-__all__ = ["Ring"]
+__all__ = ["Euler", "Ring"]
+
+
+@final
+@dataclass(frozen=True)
+class Euler:
+    """Lagrange's operator on a function L, for one velocity q'.
+
+    Args:
+        momentum: ∂L/∂q'.
+        rate: d/dt ∂L/∂q'.
+        slope: ∂L/∂q.
+    """
+
+    momentum: Series
+    rate: Series
+    slope: Series
+
+    @property
+    def value(self) -> Series:
+        """d/dt ∂L/∂q' − ∂L/∂q."""
+        return self.rate - self.slope
 
 
 @final
@@ -144,15 +166,27 @@ class Ring:
                 accumulate(parts, trig, polynomial, denominator // s.denominator)
         return canonical(self, parts, denominator, max((s.reach for s in terms), default=0))
 
-    def euler(self, L: Series) -> list[Series]:
-        """Return d/dt ∂L/∂q' − ∂L/∂q for every coordinate (J. L. Lagrange, Mécanique analytique, 1788).
+    def partials(self, series: Series) -> list[Series]:
+        """Return the partial derivatives with respect to each velocity."""
+        return [series.diff(v) for v in self.names(Kind.VELOCITY)]
+
+    def along(self, series: Series) -> list[Series]:
+        """Return how a function of the coordinates changes along each velocity: ∂/∂q along q'."""
+        moving = [g for g in series.generators() if g.kind is Kind.COORDINATE]
+        found = []
+        for v in self.names(Kind.VELOCITY):
+            rates = [(g.name, self.rates[g.index].diff(v)) for g in moving]
+            found.append(self.sum([series.diff(name) * rate for name, rate in rates if rate]))
+        return found
+
+    def euler(self, L: Series) -> list[Euler]:
+        """Apply Lagrange's operator for every velocity (Mécanique analytique, 1788).
 
         Args:
             L: a function of coordinates, velocities and time.
         """
-        return [
-            L.diff(self.velocity(name)).ddt() - L.diff(name) for name in self.names(Kind.COORDINATE)
-        ]
+        pairs = zip(self.partials(L), self.along(L), strict=True)
+        return [Euler(momentum, momentum.ddt(), slope) for momentum, slope in pairs]
 
     def angle(self, monomial: int, multiple: Fraction) -> int:
         """Return a multiple of an angle, packed; the angle is adjoined where needed.

@@ -125,7 +125,7 @@ class Derivation:
         """M a + h − Q − Σ λ ∂Φ/∂q, one series for each velocity."""
         ring = self.algebra.ring
         a = [ring[name] for name in self.algebra.accelerations]
-        slopes = [(tie.multiplier, self.algebra.along(tie.demand)) for tie in self.ties]
+        slopes = [(tie.multiplier, self.algebra.ring.along(tie.demand)) for tie in self.ties]
         rows = []
         for k, (row, h, Q) in enumerate(zip(self.M, self.h, self.Q, strict=True)):
             inertia = [m * x for m, x in zip(row, a, strict=True)]

@@ -104,7 +104,7 @@ def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
         kind="moment" if link.kind == "turn" else "force",
         axis=lift(algebra.ring, [combination(row, axis) for row in turn]).tidy(),
         name=link.coordinates[0],
-        partials=tuple(tidy(slope) for slope in algebra.along(r)),
+        partials=tuple(tidy(slope) for slope in algebra.ring.along(r)),
         rotor=tidy(inertia * r.ddt().ddt()) if inertia else algebra.ring.number(0),
     )
 

@@ -68,9 +68,9 @@ def _forces(
 ) -> tuple[Series, ...]:
     """The generalized forces: −∂V/∂q of a potential, −f ∂x/∂q of a pull f."""
     if law.kind == "potential" and scalar is not None:
-        return tuple(-slope for slope in algebra.along(scalar))
+        return tuple(-slope for slope in algebra.ring.along(scalar))
     pull = law.pull(Travel(along.x))
-    return tuple(-(pull * slope) for slope in algebra.along(along.x))
+    return tuple(-(pull * slope) for slope in algebra.ring.along(along.x))
 
 
 def _of_wrench(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
@@ -80,10 +80,10 @@ def _of_wrench(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
     if wrench.force is not None:
         F = kinematics.vector(wrench.force, wrench.axes, body)
         velocity = kinematics.velocity(body, wrench.point)
-        pairs += zip(F, map(algebra.partials, velocity), strict=True)
+        pairs += zip(F, map(algebra.ring.partials, velocity), strict=True)
     if wrench.torque is not None:
         C = kinematics.vector(wrench.torque, wrench.axes, body)
-        pairs += zip(C, map(algebra.partials, kinematics.spin(body)), strict=True)
+        pairs += zip(C, map(algebra.ring.partials, kinematics.spin(body)), strict=True)
     forces = tuple(
         algebra.ring.sum([component * column[k] for component, column in pairs])
         for k in range(len(algebra.velocities))

@@ -62,11 +62,12 @@ class Lagrange:
         """Return the equations of motion with their steps."""
         algebra = self.algebra
         ring, names = algebra.ring, algebra.velocities
-        momenta = algebra.partials(self.T)
-        rates = [p.ddt() for p in momenta]
-        turning = self._turning(momenta)
-        slopes, falls = algebra.along(self.T), algebra.along(self.gravity)
-        inertia = [rates[k] + turning[k] - slopes[k] + falls[k] for k in range(len(names))]
+        operated = ring.euler(self.T)
+        turning = self._turning([E.momentum for E in operated])
+        falls = ring.along(self.gravity)
+        inertia = [
+            E.value + terms + fall for E, terms, fall in zip(operated, turning, falls, strict=True)
+        ]
         M, h = mass_and_bias(algebra, inertia)
         loads = [ring.sum([work.forces[k] for work in self.works]) for k in range(len(names))]
         return Derivation(
@@ -80,10 +81,7 @@ class Lagrange:
                 *work_stages(algebra, self.works, self.D),
                 *loop_stages(self.ties),
                 *coordinate_stages(
-                    algebra,
-                    list(zip(momenta, rates, turning, slopes, strict=True)),
-                    algebra.along(self.V),
-                    algebra.partials(self.D),
+                    names, operated, turning, ring.along(self.V), ring.partials(self.D)
                 ),
             ),
             assumptions=tuple(a for work in self.works for a in work.assumptions),

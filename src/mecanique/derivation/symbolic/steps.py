@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from mecanique.derivation.scalars.ring import Euler
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage
 from mecanique.derivation.symbolic.forces import Work
@@ -135,42 +136,44 @@ def loop_stages(ties: Sequence[Tie]) -> list[Stage]:
 
 
 def coordinate_stages(
-    algebra: Algebra,
-    T: Sequence[tuple[Series, Series, Series, Series]],
-    V: Sequence[Series],
-    D: Sequence[Series],
+    velocities: Sequence[str],
+    operated: Sequence[Euler],
+    turning: Sequence[Series],
+    falls: Sequence[Series],
+    losses: Sequence[Series],
 ) -> list[Stage]:
     """Return the steps that apply Lagrange's operator, one for each velocity.
 
     Args:
-        algebra: the mechanism's symbols.
-        T: for each velocity ∂T/∂v, its time derivative, the terms of Euler and Kirchhoff, and the
-            slope of T.
-        V: the slope of V along each velocity.
-        D: the slope of D with each velocity.
+        velocities: their names.
+        operated: the operator on T.
+        turning: the terms of Euler and Kirchhoff.
+        falls: the slope of V along each velocity.
+        losses: the slope of D with each velocity.
     """
     found = []
-    for name, (momentum, rate, turning, slope), fall, loss in zip(
-        algebra.velocities, T, V, D, strict=True
-    ):
-        quasi = not name.endswith("'")
-        results = [Result(Left("T", name), momentum), Result(Left("T", name, total=True), rate)]
-        if turning:
-            results.append(Result(Left("T", name, turning=True), turning))
-        if slope or not quasi:
-            results.append(Result(Left("T", coordinate_of(name)), slope))
-        if fall or not quasi:
-            results.append(Result(Left("V", coordinate_of(name)), fall))
-        if loss:
-            results.append(Result(Left("D", name), loss))
+    for v, E, terms, fall, loss in zip(velocities, operated, turning, falls, losses, strict=True):
+        q = coordinate_of(v)
+        quasi = q == v
         sentence = (
-            f"Lagrange's operator for {coordinate_of(name)}: the momentum that belongs to it, how that changes in time, and how "
-            "T and V change with the coordinate while the velocities stay."
-            if not quasi
-            else f"The operator for {name}, which is no rate of a coordinate: because its axes turn with the body, the "
-            "terms of Euler and Kirchhoff enter."
+            f"Lagrange's operator for {q}: the momentum that belongs to it, how that changes in "
+            "time, and how T and V change with the coordinate while the velocities stay."
         )
-        found.append(Stage(f"Operator for {coordinate_of(name)}", sentence, tuple(results)))
+        if quasi:
+            sentence = (
+                f"The operator for {v}, which is no rate of a coordinate: because its axes turn "
+                "with the body, the terms of Euler and Kirchhoff enter."
+            )
+        lines = [
+            (Left("T", v), E.momentum, True),
+            (Left("T", v, total=True), E.rate, True),
+            (Left("T", v, turning=True), terms, bool(terms)),
+            (Left("T", q), E.slope, bool(E.slope) or not quasi),
+            (Left("V", q), fall, bool(fall) or not quasi),
+            (Left("D", v), loss, bool(loss)),
+        ]
+        results = tuple(Result(left, right) for left, right, shown in lines if shown)
+        found.append(Stage(f"Operator for {q}", sentence, results))
     return found
 
 

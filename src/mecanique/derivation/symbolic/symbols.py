@@ -9,7 +9,7 @@ from mecanique.derivation.scalars.arcs import function_without_arcs
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.evaluation import evaluate as value_of
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.tree.poses import (
     Arithmetic,
     combination,
@@ -107,27 +107,6 @@ class Algebra:
             value: a series, or a number left plain by the poses.
         """
         return value if isinstance(value, Series) else self.ring.number(value)
-
-    def along(self, series: Series) -> list[Series]:
-        """Return how a function of the coordinates changes along each velocity: ∂/∂q for a coordinate q.
-
-        Args:
-            series: depends on coordinates and time.
-        """
-        found = []
-        moving = [g for g in series.generators() if g.kind is Kind.COORDINATE]
-        for v in self.velocities:
-            rates = [(g.name, self.ring.rates[g.index].diff(v)) for g in moving]
-            found.append(self.ring.sum([series.diff(name) * rate for name, rate in rates if rate]))
-        return found
-
-    def partials(self, series: Series) -> list[Series]:
-        """Return the partial derivatives with respect to each velocity.
-
-        Args:
-            series: any series.
-        """
-        return [series.diff(v) for v in self.velocities]
 
     def root(self, square: Series) -> Series:
         """Return the square root of a square distance, positive where all coordinates are zero.

@@ -244,7 +244,7 @@ class VirtualWork:
 
     def _vary(self, velocity: Vector) -> Vector:
         """The virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
-        partials = self.algebra.partials
+        partials = self.algebra.ring.partials
         return Vector(*(self._displacement(partials(c)) for c in velocity)).tidy()
 
     def _displacement(self, slopes: Sequence[Series]) -> Series:
