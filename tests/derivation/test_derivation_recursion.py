@@ -153,3 +153,13 @@ def test_a_massless_motion_is_refused() -> None:
         DerivationError, match=r"'nothing': its mass matrix is singular.*give them mass"
     ):
         Recursion(nothing).acceleration(states(nothing, 1))
+
+
+def test_gravity_may_be_varied_as_a_whole_or_state_by_state() -> None:
+    mechanism = sample("everything")
+    some, g = states(mechanism, 3), np.array([0.3, -0.5, 1.6])
+    expected = Recursion(replace(mechanism, gravity=tuple(g.tolist()))).bias(some)
+    for gravity in (g, np.tile(g, (3, 1))):
+        np.testing.assert_allclose(
+            Recursion(mechanism).varied(gravity=gravity).bias(some), expected
+        )

@@ -12,6 +12,7 @@ from verification_injections import INJECTIONS, seen, told_by
 import mecanique as mq
 from mecanique.verification import forms as sources
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.links import link_changes
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.states.random import random_states
 
@@ -125,3 +126,66 @@ def test_gravity_that_leans_is_told_by_its_components() -> None:
     still, *_ = mq.verify(mechanism, 10, against=replace(mechanism, gravity=(0, 0, 0))).causes
     assert still.text == "gravity is left out"
     assert still.alike == ()
+
+
+def test_a_prescribed_motion_gives_evidence_against_nothing_by_itself() -> None:
+    """Where inertia moves by itself the mass matrix is asked together with the bias."""
+    mechanism = mq.textbook.load("base_excited_mass")
+    states = random_states(mechanism, 6, 0)
+    evidence = Evidence.of(mechanism, states, told_by(mechanism)(states))
+    assert evidence is not None
+    assert evidence.before < 1e-12
+
+
+def test_a_unit_mistaken_in_every_link_is_one_cause() -> None:
+    arm = mq.textbook.load("double_pendulum")
+    grams = arm.replace(m1=1000 * arm.values["m1"], m2=1000 * arm.values["m2"])
+    cause, *_ = mq.verify(arm, 10, against=grams).causes
+    assert (cause.kind, cause.where) == ("mass unit", "")
+    assert cause.text == "mass and inertia times 1000 of every link"
+
+
+def test_the_axis_of_a_joint_that_follows_the_coordinates_may_be_reversed() -> None:
+    """The double pendulum's second hinge turns by q2 − q1, about −y."""
+    ours = mq.textbook.load("double_pendulum")
+    first, second = ours.joints
+    assert isinstance(second, mq.Revolute)
+    theirs = replace(ours, joints=(first, replace(second, axis=(0, 1, 0))))
+    cause, *_ = mq.verify(ours, 10, against=theirs).causes
+    named = {(one.kind, one.where) for one in (cause, *cause.alike)}
+    assert ("axis sign", f"joint {second.name!r}") in named
+
+
+def test_damping_left_out_in_every_joint_is_one_cause() -> None:
+    arm = mq.textbook.load("two_link_arm")
+    motors = tuple(force for force in arm.forces if isinstance(force, mq.JointForce))
+    dampers = tuple(
+        mq.JointDamper(f"damper {joint.name}", joint.name, 0.3 + k)
+        for k, joint in enumerate(arm.joints)
+    )
+    damped = replace(arm, forces=(*motors, *dampers))
+    free = replace(arm, forces=motors)
+    cause, *_ = mq.verify(damped, 10, against=free).causes
+    assert (cause.kind, cause.where) == ("damping", "")
+    assert cause.text == "the damping of every joint is left out"
+
+
+def test_every_change_that_is_tried_has_its_own_words() -> None:
+    mechanism = mq.textbook.load("two_link_arm")
+    states = random_states(mechanism, 6, 0)
+    evidence = Evidence.of(mechanism, states, told_by(mechanism)(states))
+    assert evidence is not None
+    words = [(change.where, change.text) for change in link_changes(evidence)]
+    assert len(words) == len(set(words))
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1000, "times 1000"), (0.001, "divided by 1000")])
+def test_a_joint_in_millimeters_is_named_with_its_factor(factor: float, words: str) -> None:
+    arm = mq.textbook.load("two_link_arm")
+    first, second = arm.joints
+    place = second.origin
+    x, y, z = (factor * arm.evaluate(c) for c in place.xyz)
+    misread = replace(second, origin=replace(place, xyz=(x, y, z)))
+    cause, *_ = mq.verify(arm, 10, against=replace(arm, joints=(first, misread))).causes
+    assert cause.where == f"joint {second.name!r}"
+    assert words in cause.text

@@ -183,3 +183,10 @@ def test_states_next_to_a_singular_point_of_the_coordinates_are_not_drawn() -> N
     states = random_states(textbook.load("heavy_top"), 3000, 0)
     assert 0 < np.sin(abs(states.q[:, 1])).min() < 0.2
     assert np.sin(abs(states.q[:, 1])).min() > 5e-3
+
+
+def test_states_keep_a_little_inside_the_limits_of_a_coordinate() -> None:
+    mechanism = slider(coordinates=Coordinates((), limits={"x": (1.0, 3.0)}))
+    q = random_states(mechanism, 500, 0).q[:, 0]
+    assert 1.1 <= q.min() < 1.15
+    assert 2.85 < q.max() <= 2.9

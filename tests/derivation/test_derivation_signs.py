@@ -1,0 +1,178 @@
+"""Signs, factors and choices that agreement of two derivations would not show, by closed forms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import sympy
+
+from mecanique import textbook
+from mecanique.derivation import derive
+from mecanique.derivation.numeric.lagrange import Definition
+from mecanique.derivation.numeric.newton_euler import Balances
+from mecanique.derivation.numeric.recursion import Recursion
+from mecanique.derivation.numeric.virtual_work import Works
+from mecanique.derivation.scalars.elementary import cos, sin
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.axes import normal_of
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.newton_euler import NewtonEuler
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import along
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Joint,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    Spherical,
+    Torque,
+    ball,
+    coordinate,
+    disk,
+)
+from mecanique.model.states import States
+from mecanique.verification.states.random import random_states
+
+
+def test_moments_are_taken_about_the_center_of_mass_of_a_body_that_moves_freely() -> None:
+    """The second bar of the double pendulum: Ḣ_C = −m l²/12 q₂'' about y, R with the arm l/2."""
+    by_hand = NewtonEuler(textbook.load("double_pendulum"))
+    cut = by_hand.cuts.bodies[1]
+    ring = by_hand.algebra.ring
+    m, length, q, a, x, z = (ring[n] for n in ("m2", "l2", "q2", "q2''", "R_pin2_x", "R_pin2_z"))
+    assert not cut.fixed
+    assert by_hand.turning(cut)[1] == -m * length**2 * a / 12
+    assert by_hand.moment(cut)[1] == length * (z * sin(q) + x * cos(q)) / 2
+
+
+def test_inertia_forces_of_a_rod_act_at_two_thirds_and_leave_no_couple() -> None:
+    text = derive(textbook.load("rigid_bar_pendulum"), "virtual_work").text(steps=True)
+    assert "δr_inertia_rod_t = 2 l δq/3" in text
+    assert "δW_inertia_rod = -l^2 m q'' δq/3" in text
+    assert "C_inertia_rod" not in text
+    assert "the inertia forces where their resultant acts, at the distance s_rod" in " ".join(
+        text.split()
+    )
+
+
+def test_a_rotor_takes_its_part_of_the_moment_about_its_joint() -> None:
+    """Moment less Ḣ is −((m l²/3 + I) q'' + m g l/2 sin q) for a rod on a geared motor's shaft."""
+    pendulum = textbook.load("rigid_bar_pendulum")
+    inertia = Parameter("I", 0.3, "kg*m^2")
+    (joint,) = pendulum.joints
+    assert isinstance(joint, Revolute)
+    driven = replace(
+        pendulum,
+        joints=(replace(joint, armature=inertia),),
+        parameters=(*pendulum.parameters, inertia),
+    )
+    by_hand = NewtonEuler(driven)
+    (cut,) = by_hand.cuts.bodies
+    m, length, g, rotor, q, a = (
+        by_hand.algebra.ring[name] for name in ("m", "l", "g", "I", "q", "q''")
+    )
+    about_k = by_hand.moments_along(cut)[2]
+    rate = m * length**2 * a / 3
+    assert about_k == -rotor * a - m * g * length * sin(q) / 2
+    assert by_hand.derivation().rows == (rate - about_k,)
+
+
+@pytest.mark.parametrize("method", [Definition, Recursion, Balances, Works])
+def test_a_rotor_behind_a_gear_of_varying_ratio(
+    method: Callable[[Mechanism], Definition | Recursion | Balances | Works],
+) -> None:
+    """φ = x² turns I + J: T = ½ (I + J) (2 x x')², so M = 4 (I + J) x², bias = 4 (I + J) x x'²."""
+    flywheel = disk(2.0, 0.5)
+    J = 0.5 * 2.0 * 0.5**2
+    mechanism = Mechanism(
+        "flywheel",
+        bodies=(Body("ground"), Body("wheel", flywheel)),
+        joints=(
+            Revolute("shaft", "ground", "wheel", axis=(0, 0, 1), coordinate="phi", armature=0.3),
+        ),
+        coordinates=Coordinates(("x",), {"phi": coordinate("x") ** 2}),
+    )
+    x, v = np.array([0.7, -1.3]), np.array([1.1, 2.0])
+    states = States.of(mechanism, x[:, None], v[:, None], np.zeros(2))
+    ours = method(mechanism)
+    np.testing.assert_allclose(ours.mass_matrix(states)[:, 0, 0], 4 * (J + 0.3) * x**2)
+    np.testing.assert_allclose(ours.bias(states)[:, 0], 4 * (J + 0.3) * x * v**2)
+    np.testing.assert_allclose(ours.energy(states)[0], 2 * (J + 0.3) * (x * v) ** 2)
+
+
+def test_floats_that_stand_for_roots_are_recognized_by_their_relative_distance() -> None:
+    algebra = Algebra(textbook.load("rigid_bar_pendulum"))
+    assert algebra.number(30 * 2**0.5) ** 2 == algebra.number(1800)
+    assert algebra.number(0.05 * 2**0.5) ** 2 == algebra.number(0.005)
+    assert algebra.number(0.05 * 2**0.5 * (1 + 1e-13)) ** 2 != algebra.number(0.005)
+
+
+TURN = Revolute("turn", "ground", "one", axis=(0, 1, 0))
+TURN_ON = Revolute("on", "one", "two", axis=(0, 1, 0))
+BODIES = (Body("ground"), Body("one", ball(1.0, 0.1)), Body("two", ball(1.0, 0.1)))
+
+
+@pytest.mark.parametrize(
+    ("joints", "normal"),
+    [
+        ((TURN, Prismatic("slide", "one", "two", axis=(1, 0, 0))), (0, 1, 0)),
+        ((TURN, Prismatic("slide", "one", "two", axis=(0, 1, 0))), None),
+        ((TURN, Revolute("other", "one", "two", axis=(0, -1, 0))), (0, 1, 0)),
+        ((TURN, Revolute("other", "one", "two", axis=(1, 0, 0))), None),
+        ((Spherical("ball", "ground", "one"), TURN_ON), None),
+        ((Prismatic("in", "ground", "one"), Prismatic("out", "one", "two")), (0, 0, 1)),
+    ],
+)
+def test_a_plane_of_motion_has_all_turns_along_its_normal_and_all_slides_across(
+    joints: tuple[Joint, ...], normal: tuple[int, int, int] | None
+) -> None:
+    found = normal_of(Kinematics(Algebra(Mechanism("two", BODIES, joints))))
+    assert (found is None) == (normal is None)
+    if found is not None and normal is not None:
+        np.testing.assert_allclose(found, normal, atol=1e-15)
+
+
+def test_a_torque_on_the_ground_does_no_work() -> None:
+    pendulum = textbook.load("rigid_bar_pendulum")
+    pushed = replace(pendulum, forces=(Torque("idle", "ground", (1.0, 2.0, 3.0)),))
+    for method in ("lagrange", "newton_euler", "virtual_work"):
+        assert derive(pushed, method).text() == derive(pendulum, method).text()
+
+
+@pytest.mark.parametrize(
+    "name", ["rigid_bar_pendulum", "double_pendulum", "cart_pole", "gyroscope", "rotating_plate"]
+)
+def test_the_balances_of_every_body_hold_as_they_are_written(name: str) -> None:
+    """Forces and moments with all reactions equal the rates of momentum, axis by axis."""
+    mechanism = textbook.load(name)
+    by_hand, some = NewtonEuler(mechanism), random_states(mechanism, 3, 0)
+    states = States.of(mechanism, some.q, some.v, some.t)
+    algebra, a = by_hand.algebra, Balances(mechanism).acceleration(states)
+    values = states.values | dict(zip(algebra.accelerations, a.T, strict=True))
+    reactions = dict(by_hand.derivation().reactions)
+    evaluated = Evaluation(algebra.ring, values)
+    values |= {reaction: evaluated(series) for reaction, series in reactions.items()}
+    evaluated = Evaluation(algebra.ring, values)
+    for cut in by_hand.cuts.bodies:
+        sides = (
+            (by_hand.forces_along(cut), along(cut.axes.rows, cut.push)),
+            (by_hand.moments_along(cut), along(cut.axes.turns, by_hand.turning(cut))),
+        )
+        for acting, changing in sides:
+            for one, other in zip(acting, changing, strict=True):
+                np.testing.assert_allclose(evaluated(one), evaluated(other), atol=1e-9)
+
+
+def test_roots_and_products_of_constants_are_numbers_of_the_ring() -> None:
+    algebra = Algebra(textbook.load("rigid_bar_pendulum"))
+    assert algebra.number(sympy.sqrt(2)) ** 2 == algebra.number(2)
+    assert algebra.number(sympy.sqrt(3) * sympy.pi) == (
+        algebra.number(sympy.pi) * algebra.number(sympy.sqrt(3))
+    )
+    assert algebra.number(1 / sympy.pi) * algebra.number(sympy.pi) == algebra.number(1)
