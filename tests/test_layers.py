@@ -94,6 +94,7 @@ UPWARD: dict[str, set[str]] = {
         "motion.output.notebook",
         "motion.output.plot",
         "motion.output.storage",
+        "motion.record.report",
     },
     "motion.linear.linearization": {
         "motion.linear.comparison",

@@ -96,6 +96,7 @@ def long_motions() -> None:
             fps=1000 / duration,
         )
         closed = motion.reference.closed
+        assert closed is not None
         between = motion(np.linspace(0.0003, 0.999, 777) * duration)
         states = zip(between.q, between.v, np.atleast_1d(between.t), strict=True)
         worst = np.max([closed.drift(q, v, float(t)) for q, v, t in states], axis=0)

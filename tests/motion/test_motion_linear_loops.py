@@ -110,7 +110,9 @@ def test_a_mode_in_motion_keeps_its_loops_closed() -> None:
     mechanism = mq.textbook.load("bars_and_springs_loop")
     small = linearize(mechanism)
     motion = small.motion(amplitude=0.3, periods=1.0)
-    closures = motion.reference.closed.closures
+    closed = motion.reference.closed
+    assert closed is not None
+    closures = closed.closures
     gaps = [np.abs(closures.residual(q, 0.0)).max() for q in motion.q]
     assert max(gaps) < 1e-9
     # to the first order it is the mode's shape times a cosine

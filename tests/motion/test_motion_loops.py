@@ -40,6 +40,7 @@ PUBLISHED = {
 
 def drift(motion: Motion, t: np.ndarray | None = None) -> float:
     closed = motion.reference.closed
+    assert closed is not None
     states = zip(motion.q, motion.v, motion.t, strict=True)
     if t is not None:
         state = motion(t)

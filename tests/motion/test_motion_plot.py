@@ -3,6 +3,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mecanique as mq
@@ -32,7 +33,7 @@ def test_every_plot_has_units_on_its_axes(
         text for axes in figure.axes for text in (axes.get_xlabel(), axes.get_ylabel()) if text
     }
     assert found == labels
-    assert all(line.get_xdata().size for axes in figure.axes for line in axes.lines)
+    assert all(np.size(line.get_xdata()) for axes in figure.axes for line in axes.lines)
     figure.savefig(tmp_path / "a.png")
     assert (tmp_path / "a.png").stat().st_size > 10_000
 

@@ -172,14 +172,14 @@ def test_a_short_pulse_of_an_input_function_is_not_stepped_over() -> None:
     assert motion["x'"][-1] == pytest.approx(0.5, abs=1e-6)
 
 
-def test_progress_is_told() -> None:
-    told: list[float] = []
+def test_progress_is_reported() -> None:
+    reported: list[float] = []
     mq.simulate(
-        mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, progress=told.append
+        mq.textbook.load("rigid_bar_pendulum"), q=[2.0], duration=10.0, progress=reported.append
     )
-    assert told == sorted(told)
-    assert told[-1] == 1.0
-    assert 50 < len(told) < 120
+    assert reported == sorted(reported)
+    assert reported[-1] == 1.0
+    assert 50 < len(reported) < 120
 
 
 @pytest.mark.parametrize("method", ["dop853", *(["taylor"] if installed() else [])])
@@ -200,7 +200,7 @@ def test_what_progress_raises_loses_nothing(method: str, when: float) -> None:
     assert isinstance(caught.value.__cause__, RuntimeError)
     motion = caught.value.motion
     assert motion is not None
-    # a Taylor series of ten seconds is told of at its end only
+    # a Taylor series of ten seconds is reported of at its end only
     assert motion.t[-1] == 10.0 if when == 1.0 or method == "taylor" else 5.0 < motion.t[-1] < 6.0
 
 
@@ -240,7 +240,7 @@ def test_an_interrupt_raised_by_a_callback_does_not_break_the_integrator() -> No
 
 
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
-def test_what_an_input_raises_is_told_with_time_and_state(method: str) -> None:
+def test_what_an_input_raises_is_reported_with_time_and_state(method: str) -> None:
     def signal_(t: float) -> float:
         return 1.0 if t < 2 else 1 / 0
 
@@ -255,7 +255,7 @@ def test_what_an_input_raises_is_told_with_time_and_state(method: str) -> None:
     assert caught.value.state.shape == (2,)
 
 
-def test_a_collapsing_step_is_told() -> None:
+def test_a_collapsing_step_is_reported() -> None:
     x = mq.coordinate("x")
     mechanism = sliding(mq.Force("pull", "block", (0, 0, 0), (-1 / x**3, 0, 0)))
     with pytest.raises(
@@ -268,7 +268,7 @@ def test_a_collapsing_step_is_told() -> None:
         mq.simulate(mechanism, q=[0.0], duration=5.0)
 
 
-def test_too_many_steps_are_told() -> None:
+def test_too_many_steps_are_reported() -> None:
     with pytest.raises(
         mq.IntegrationError, match=r"more than 20 steps at t = .*max_steps"
     ) as caught:

@@ -72,7 +72,7 @@ def test_a_mechanism_outside_the_catalogue_must_be_given_and_is_checked(
         mq.Motion.load(path, motion.mechanism)
 
 
-def test_other_parameters_are_told(motion: mq.Motion, tmp_path: Path) -> None:
+def test_other_parameters_are_reported(motion: mq.Motion, tmp_path: Path) -> None:
     motion.save(tmp_path / "a.npz")
     with pytest.raises(mq.InputError, match="with other parameters"):
         mq.Motion.load(tmp_path / "a.npz", mq.textbook.load("two_blocks"))

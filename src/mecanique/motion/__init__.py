@@ -1,4 +1,4 @@
-"""Motion: integrate a mechanism's equations, look at what comes of them, and audit it."""
+"""Integrate, inspect and audit motions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ _HOMES = {
     "simulate": "simulation.simulate",
     "simulate_many": "ensemble.simulate_many",
 }
-"""The module of each name; they are imported when somebody asks for them."""
+"""The module of each name; each is imported when it is first used."""
 
 
 def __getattr__(name: str) -> Any:

@@ -48,6 +48,7 @@ def require_agreement(
     (row,) = rows_of((source, "Pinocchio"), ours, theirs, states, mechanism)
     if not row.worst <= TOLERANCE:
         raise DerivationError(
-            f"the {source} of {mechanism.name!r} and the reference disagree: accelerations differ by {row.worst:.1e} "
-            f"at q = {list(row.q)}; verify(mechanism) shows what else does"
+            f"the {source} of {mechanism.name!r} and the reference disagree: accelerations "
+            f"differ by {row.worst:.1e} at q = {list(row.q)}; "
+            "verify(mechanism) shows what else does"
         )

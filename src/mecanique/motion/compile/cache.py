@@ -1,4 +1,4 @@
-"""What was compiled for a mechanism, kept as long as the mechanism is: equations in Python, Taylor integrators."""
+"""Keep what is compiled for a mechanism, as long as it lives: Python code, Taylor integrators."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Compiled", "compiled"]
 
 OPTIMIZED = 50_000
-"""After so many steps of Taylor series their code is optimized: by then that pays, whatever the mechanism."""
+"""After so many steps of Taylor series, optimizing their code pays for any mechanism."""
 
 _DERIVING = 2e-3
 """Time to derive, compare and compile the least equations, roughly [s]."""
@@ -64,7 +64,7 @@ class Compiled:
             mechanism = self._mechanism()
             assert mechanism is not None, "who asks holds the mechanism"
             try:
-                self._program = _agreed(mechanism, reference)
+                self._program = _compare(mechanism, reference)
             except DerivationError as error:
                 self._program = error
         if isinstance(self._program, DerivationError):
@@ -72,7 +72,9 @@ class Compiled:
         return self._program
 
     def rhs(self, reference: Reference) -> RightHandSide:
-        """Return the equations as a function of floats; it overwrites its last answer and is for one user alone.
+        """Return the equations as a function of floats, which overwrites its last answer.
+
+        Each call returns a function of its own.
 
         Args:
             reference: the mechanism's `Reference`.
@@ -99,7 +101,7 @@ class Compiled:
         return tolerance in self._pools
 
     def borrow(self, reference: Reference, tolerance: float) -> Any:
-        """Return a Taylor integrator; whoever borrows it alone uses it, and gives it back.
+        """Return a Taylor integrator for one user, who gives it back.
 
         Args:
             reference: the mechanism's `Reference`.
@@ -131,7 +133,7 @@ class Compiled:
         self.give_back(tolerance, self.borrow(reference, tolerance))
 
     def exchange(self, reference: Reference, tolerance: float, machine: Any, steps: int) -> Any:
-        """Return a Taylor integrator to go on with: the same, or an optimized one if that pays by now.
+        """Return a Taylor integrator to continue with: the same, or an optimized one if that pays.
 
         Args:
             reference: the mechanism's `Reference`.
@@ -199,7 +201,7 @@ def compiled(mechanism: Mechanism) -> Compiled:
     return found[1]
 
 
-def _agreed(mechanism: Mechanism, reference: Reference) -> Program:
+def _compare(mechanism: Mechanism, reference: Reference) -> Program:
     program = program_of(mechanism)
     rhs = scalar(program)
 

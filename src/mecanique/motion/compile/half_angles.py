@@ -1,4 +1,4 @@
-"""Sines and cosines from tangents of half angles: numpy computes one tangent several times faster than a sine.
+"""Sines and cosines from tangents of half angles, which numpy computes several times faster.
 
 With t = tan(θ/2): sin θ = 2t/(1 + t²), cos θ = 2/(1 + t²) − 1 (Weierstrass's substitution). Both
 are accurate to rounding, also where t grows without bounds.
@@ -47,7 +47,7 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
     places: dict[int, Value] = {}
     known: dict[tuple[str, int], Value] = {}
 
-    def moved(value: Value) -> Value:
+    def move(value: Value) -> Value:
         return places[value] if isinstance(value, int) else value
 
     def circular(function: str, angle: int) -> Value:
@@ -70,8 +70,8 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
 
     def _of_one(function: str, angle: int) -> Value:
         if wanted[angle] != _BOTH:
-            return new.call(function, moved(angle))
-        t = new.call("tan", new.multiply(0.5, moved(angle)))
+            return new.call(function, move(angle))
+        t = new.call("tan", new.multiply(0.5, move(angle)))
         twice = new.divide(2.0, new.add(1.0, new.multiply(t, t)))
         return new.multiply(t, twice) if function == "sin" else new.subtract(twice, 1.0)
 
@@ -80,15 +80,15 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
         if kind == "input":
             places[place] = new.input(name)
         elif kind == "+":
-            places[place] = new.add(moved(values[0]), moved(values[1]))
+            places[place] = new.add(move(values[0]), move(values[1]))
         elif kind == "-":
-            places[place] = new.subtract(moved(values[0]), moved(values[1]))
+            places[place] = new.subtract(move(values[0]), move(values[1]))
         elif kind == "*":
-            places[place] = new.multiply(moved(values[0]), moved(values[1]))
+            places[place] = new.multiply(move(values[0]), move(values[1]))
         elif kind == "/":
-            places[place] = new.divide(moved(values[0]), moved(values[1]))
+            places[place] = new.divide(move(values[0]), move(values[1]))
         elif kind in _BOTH and isinstance(values[0], int):
             places[place] = circular(kind, values[0])
         else:
-            places[place] = new.call(kind, moved(values[0]))
-    return new, [moved(value) for value in outputs]
+            places[place] = new.call(kind, move(values[0]))
+    return new, [move(value) for value in outputs]

@@ -21,15 +21,18 @@ __all__ = ["build_seconds", "building", "installed", "integrator", "lanes", "sys
 _FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}
 
 _COMPACT = {True: 600, False: 200}
-"""Programs with more operations are compiled compactly, if optimized and if not: slower, but not compiled for long."""
+"""Programs with more operations, optimized or not, are compiled compactly: sooner, but slower."""
 
 _OPTIONS: dict[bool, dict[str, Any]] = {
     True: {"opt_level": 1, "fast_math": True},
     False: {"opt_level": 0, "fast_math": True},
 }
-"""Optimized or not: that runs two to five times faster and takes ten times longer to compile. Higher levels gain
-little. Products and sums may be fused, which rounds less; that a state is not finite is seen all
-the same."""
+"""Optimized code or not.
+
+Optimized code runs two to five times faster and takes ten times longer to compile; higher levels
+gain little. Products and sums may be fused, which rounds less; states that are not finite are still
+detected.
+"""
 
 _BUILDING = {True: (0.02, 3.5e-3), False: (0.01, 4e-4)}
 """Time to compile, optimized or not: in all, and for each operation, roughly [s]."""
@@ -100,7 +103,8 @@ def lanes() -> int:
 def _heyoka() -> Any:
     if not installed():
         raise InputError(
-            "method 'taylor' needs heyoka, which is not installed: pip install 'mecanique[fast]', or use method 'auto'"
+            "method 'taylor' needs heyoka, which is not installed: pip install 'mecanique[fast]', "
+            "or use method 'auto'"
         )
     import heyoka
 
@@ -120,8 +124,8 @@ def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
     if program.signals:
         names = ", ".join(program.signals)
         raise DerivationError(
-            f"method 'taylor' needs the equations as formulas, but the input {names} is a function or a record; write "
-            "it as an expression in t, or use method 'closed_form' or 'auto'"
+            f"method 'taylor' needs the equations as formulas, but the input {names} is a function "
+            "or a record; write it as an expression in t, or use method 'closed_form' or 'auto'"
         )
     operations = program.tape.operations
     needed = program.tape.needed(program.rates)
@@ -145,7 +149,7 @@ def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
         return heyoka.expression(value) if isinstance(value, float) else built[value]
 
     def terms(value: Value, sign: float) -> list[Any]:
-        """A sum's terms, as far as nothing else uses its parts: one sum of many is cheaper than many of two."""
+        """A sum's terms, where nothing else uses its parts: one long sum is cheaper than many."""
         if isinstance(value, int) and operations[value][0] in "+-" and uses[value] == 1:
             kind, (a, b), _ = operations[value]
             return terms(a, sign) + terms(b, sign if kind == "+" else -sign)

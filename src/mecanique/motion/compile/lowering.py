@@ -22,7 +22,7 @@ __all__ = ["Lowering"]
 _CONSTANTS = {"pi": 3.141592653589793, "E": 2.718281828459045}
 
 _ROUNDING = 1e-14
-"""Quotients of coefficients this near to a simple fraction are that fraction, and this near to zero are zero."""
+"""Quotients of coefficients this near to a simple fraction, or to zero, are rounded to it."""
 
 
 @final
@@ -70,7 +70,7 @@ class Lowering:
         return tape.sum(terms)
 
     def _factors(self, monomial: int, c: Fraction) -> tuple[Value, Value, tuple[int, ...]]:
-        """A term as (powers of what moves, number and parameters, velocities), the last with repetition."""
+        """A term as powers of what moves, number and parameters, velocities (with repetition)."""
         tape = self._tape
         rest: Value = 1.0
         coefficient: Value = c.numerator / c.denominator
@@ -104,7 +104,7 @@ class Lowering:
         return tape.sum(total)
 
     def _squares(self, form: dict[tuple[int, ...], float]) -> Value:
-        """A quadratic form as a sum of squares of linear forms, as long as a square is there to complete."""
+        """A quadratic form as a sum of squares of linear forms, while a square can be completed."""
         tape, total = self._tape, []
         form = dict(form)
         while form:

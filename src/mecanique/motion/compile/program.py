@@ -1,4 +1,4 @@
-"""The equations of motion as one straight-line program ẏ = f(t, y), from the closed form derived in-house."""
+"""The equations of motion as one straight-line program ẏ = f(t, y), from the closed form."""
 
 from __future__ import annotations
 
@@ -56,27 +56,27 @@ class _Traced:
         self.value = value
 
     def __add__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.add(self.value, self._lifted(other)))
+        return _Traced(self.tape, self.tape.add(self.value, self._lift(other)))
 
     __radd__ = __add__
 
     def __mul__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.multiply(self.value, self._lifted(other)))
+        return _Traced(self.tape, self.tape.multiply(self.value, self._lift(other)))
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.divide(self.value, self._lifted(other)))
+        return _Traced(self.tape, self.tape.divide(self.value, self._lift(other)))
 
     def __rtruediv__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.divide(self._lifted(other), self.value))
+        return _Traced(self.tape, self.tape.divide(self._lift(other), self.value))
 
     def __pow__(self, other: Any) -> _Traced:
         if isinstance(other, int):
             return _Traced(self.tape, self.tape.power(self.value, other))
         raise DerivationError("an input holds a power that is no whole number")
 
-    def _lifted(self, other: Any) -> Value:
+    def _lift(self, other: Any) -> Value:
         return other.value if isinstance(other, _Traced) else float(other)
 
 
@@ -131,7 +131,7 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
         tape.subtract(lowered(q), lowered(h))
         for q, h in zip(derivation.Q, derivation.h, strict=True)
     ]
-    accelerations = _solved(tape, M, rest)
+    accelerations = _solve(tape, M, rest)
     rates = [lowered(ring.rates[ring.index(name)]) for name in mechanism.coordinates]
     return Program(mechanism, tape, (*rates, *accelerations), kept, tuple(signals))
 
@@ -145,8 +145,8 @@ def _function(name: str) -> Callable[[Any], Any]:
     return apply
 
 
-def _solved(tape: Tape, M: list[list[Value]], rest: list[Value]) -> list[Value]:
-    """A from M a = rest by elimination from the last row up, M = Uᵀ D U (Cholesky's method without roots)."""
+def _solve(tape: Tape, M: list[list[Value]], rest: list[Value]) -> list[Value]:
+    """Solve M a = rest from the last row up, M = Uᵀ D U (Cholesky's method without roots)."""
     M, rest = [list(row) for row in M], list(rest)
     size = len(rest)
     factors: dict[tuple[int, int], Value] = {}

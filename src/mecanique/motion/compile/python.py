@@ -23,7 +23,7 @@ _DEEPEST = 40
 
 
 def scalar(program: Program) -> RightHandSide:
-    """Return f(t, y) = y' of a program without open parameters, for one state; each answer is an array of its own.
+    """Return f(t, y) = y' of a program without open parameters; each answer is a new array.
 
     Args:
         program: the program.
@@ -32,7 +32,7 @@ def scalar(program: Program) -> RightHandSide:
 
 
 def owning(rhs: RightHandSide) -> RightHandSide:
-    """Return a right-hand side whose answers are arrays of their own, from one that overwrites its last answer.
+    """Return a right-hand side with new arrays as answers, from one that overwrites its last.
 
     Args:
         rhs: f(t, y).
@@ -41,10 +41,10 @@ def owning(rhs: RightHandSide) -> RightHandSide:
 
 
 def overwriting(program: Program) -> Callable[[], RightHandSide]:
-    """Return what makes f(t, y) = y' of a program without open parameters; each overwrites its last answer.
+    """Return a maker of functions f(t, y) = y', each of which overwrites its last answer.
 
-    To make an array takes as long as the equations of a pendulum. Whoever integrates makes a
-    function of its own.
+    To make an array takes as long as the equations of a pendulum. Each integration makes a function
+    of its own. The program has no open parameters.
 
     Args:
         program: the program.
@@ -58,7 +58,7 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
         "Abs": abs,
         "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
     }
-    lines, rates = _written(program.tape, program.rates, program)
+    lines, rates = _write(program.tape, program.rates, program)
     signals = _signals(program)
     text = "\n".join(
         [
@@ -87,8 +87,8 @@ def batched(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
         program: the program.
         values: value of each open parameter, shape () or (n,).
     """
-    lines, rates = _written(*by_tangents(program.tape, program.rates), program)
-    fixed, moving = _parted(program, lines)
+    lines, rates = _write(*by_tangents(program.tape, program.rates), program)
+    fixed, moving = _split(program, lines)
     text = "\n".join(
         [
             f"def build({', '.join(map(_name, program.open))}):",
@@ -139,8 +139,8 @@ def _state(program: Program) -> str:
     return f"[{', '.join(f's{k}' for k in range(len(program.states)))}]"
 
 
-def _written(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list[str], list[str]]:
-    """Assignments and the outputs' expressions; what is used once stays inside the expression that uses it."""
+def _write(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list[str], list[str]]:
+    """Assignments and the outputs' expressions; what is used once is written where it is used."""
     names = {name: f"s{k}" for k, name in enumerate(program.states)} | {"t": "t"}
     needed = tape.needed(outputs)
     uses = dict.fromkeys(needed, 0)
@@ -170,7 +170,7 @@ def _written(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[li
     return lines, [text(value) for value in outputs]
 
 
-def _parted(program: Program, lines: list[str]) -> tuple[list[str], list[str]]:
+def _split(program: Program, lines: list[str]) -> tuple[list[str], list[str]]:
     """Assignments that depend on parameters alone, and the others."""
     import re
 

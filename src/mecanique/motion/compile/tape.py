@@ -17,7 +17,7 @@ Value: TypeAlias = "float | int"
 """A float is a number; an int is the place of an operation on the tape."""
 
 Operation: TypeAlias = "tuple[str, tuple[Value, ...], str]"
-"""What is done ("+", "-", "*", "/", a function's name, or "input"), with what, and the name of an input."""
+"""The operation ("+", "-", "*", "/", a function or "input"), its operands, an input's name."""
 
 _NUMBERS: dict[str, Callable[[float], float]] = {
     "sin": math.sin,
@@ -60,11 +60,11 @@ class Tape:
                 return a + b
             if b == 0.0:
                 return a
-        if isinstance(b, int) and (negative := self._negated(b)) is not None:
+        if isinstance(b, int) and (negative := self._negate(b)) is not None:
             return self.subtract(a, negative)
-        if isinstance(a, int) and (negative := self._negated(a)) is not None:
+        if isinstance(a, int) and (negative := self._negate(a)) is not None:
             return self.subtract(b, negative)
-        return self._place("+", _ordered(a, b))
+        return self._place("+", _order(a, b))
 
     def subtract(self, a: Value, b: Value) -> Value:
         """Return a − b."""
@@ -72,7 +72,7 @@ class Tape:
             return self.add(a, -b)
         if isinstance(a, float) and a == 0.0:
             return self.multiply(-1.0, b)
-        if (negative := self._negated(b)) is not None:
+        if (negative := self._negate(b)) is not None:
             return self.add(a, negative)
         return 0.0 if a == b and isinstance(a, int) else self._place("-", (a, b))
 
@@ -93,7 +93,7 @@ class Tape:
             kind, (first, *rest), _ = self._operation(x)
             if kind == "*" and isinstance(first, float):
                 return self.multiply(first, self.multiply(rest[0], y))
-        return self._place("*", _ordered(a, b))
+        return self._place("*", _order(a, b))
 
     def divide(self, a: Value, b: Value) -> Value:
         """Return a / b."""
@@ -119,7 +119,7 @@ class Tape:
         """Return a function, by its sympy name."""
         if isinstance(a, float):
             return _NUMBERS[function](a)
-        if function in ("sin", "cos") and (negative := self._negated(a)) is not None:
+        if function in ("sin", "cos") and (negative := self._negate(a)) is not None:
             value = self.call(function, negative)
             return self.multiply(-1.0, value) if function == "sin" else value
         return self._place(function, (a,))
@@ -146,7 +146,7 @@ class Tape:
         kind, values, name = self.operations[place]
         return kind, values or (0.0,), name
 
-    def _negated(self, place: int) -> Value | None:
+    def _negate(self, place: int) -> Value | None:
         """What it is the negative of, if it is written as one."""
         kind, values, _ = self.operations[place]
         if kind == "*" and isinstance(values[0], float) and values[0] < 0:
@@ -163,8 +163,8 @@ class Tape:
         return found
 
 
-def _ordered(a: Value, b: Value) -> tuple[Value, Value]:
-    """Two operands in the order of their places, so that a + b is found as b + a; numbers come first."""
+def _order(a: Value, b: Value) -> tuple[Value, Value]:
+    """Two operands, numbers first, then by place, so that a + b and b + a are one operation."""
     if isinstance(b, float) or (isinstance(a, int) and b < a):
         return b, a
     return a, b

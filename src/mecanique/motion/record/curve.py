@@ -1,4 +1,4 @@
-"""The motion between the integrator's steps: a polynomial on each interval through the nearest steps.
+"""The motion between the integrator's steps: on each interval a polynomial through nearby steps.
 
 At each step the integrator knows q, v and a, hence q, q̇ and q̈ to its tolerance: the polynomial of
 degree 11 through four neighboring steps (Hermite, in Newton's form with confluent nodes) is as
@@ -23,13 +23,13 @@ from mecanique.motion.record.rates import Rates
 __all__ = ["Curve", "State"]
 
 CLOSEST = 0.5
-"""Least distance between the nodes of a polynomial, in lengths of its interval; nearer ones would amplify errors."""
+"""Least distance between a polynomial's nodes, in intervals; nearer ones would amplify errors."""
 
 DERIVED = 1.5
-"""Error of the derivative of the polynomial for q, in estimated errors of q per length (measured: 0.3 to 4)."""
+"""Error of the derivative of q's polynomial, in errors of q per length (measured: 0.3 to 4)."""
 
 DOUBTED = 3.0
-"""Factor on the estimate of the polynomial for v: on long steps, where the other is better, it may be too small."""
+"""Factor on the error estimate for v's own polynomial, which on long steps may be too small."""
 
 REACH = 5
 """How many intervals away a new step changes the interpolation."""
@@ -50,7 +50,7 @@ class State(NamedTuple):
 
 
 class _Pieces(NamedTuple):
-    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), estimate of the largest error (n,)."""
+    """Newton's form on each interval: nodes (n, m), coefficients (n, m, k), error estimate (n,)."""
 
     nodes: np.ndarray
     coefficients: np.ndarray
@@ -69,8 +69,8 @@ class _Pieces(NamedTuple):
             value += coefficients[:, order]
         return value, rate
 
-    def merged(self, kept: np.ndarray, changed: np.ndarray, fresh: _Pieces) -> _Pieces:
-        """Return the kept rows of these, in the places that did not change, and fresh ones in the others."""
+    def merge(self, kept: np.ndarray, changed: np.ndarray, fresh: _Pieces) -> _Pieces:
+        """Return these rows where nothing changed, and fresh ones elsewhere."""
         merged = []
         for old, new in zip(self, fresh, strict=True):
             both = np.empty((len(changed), *old.shape[1:]))
@@ -109,14 +109,14 @@ class Curve:
 
     @cached_property
     def intervals(self) -> np.ndarray:
-        """Index of the step at the start of each interval, shape (m,); breaks and steps without length are none."""
+        """Index of the step at the start of each interval, shape (m,); breaks have no interval."""
         return np.flatnonzero(np.diff(self.t) > 0)
 
     @cached_property
     def _pieces(self) -> tuple[_Pieces, ...]:
-        return self._fitted(self.intervals) if self.known is None else self.known
+        return self._fit(self.intervals) if self.known is None else self.known
 
-    def _fitted(self, starts: np.ndarray) -> tuple[_Pieces, ...]:
+    def _fit(self, starts: np.ndarray) -> tuple[_Pieces, ...]:
         """Polynomials for q and for v on intervals; for both at once if the curve is not smooth."""
         if not self.smooth:
             most = int(np.diff(np.append(self.breaks, len(self.t))).max())
@@ -137,7 +137,7 @@ class Curve:
 
     @cached_property
     def _errors_of_v(self) -> np.ndarray:
-        """Estimates for the derivative of the polynomial for q, and for that of v if there is one: one row each."""
+        """Error estimates of v from q's polynomial, and from its own if there is one, in rows."""
         length = self.t[self.intervals + 1] - self.t[self.intervals]
         estimates = [DERIVED * self._pieces[0].error / length]
         if self.close:  # the times of steps are rounded, which a derivative between them enlarges
@@ -146,7 +146,7 @@ class Curve:
         return np.stack(estimates + [DOUBTED * pieces.error for pieces in self._pieces[1:]])
 
     def errors(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return estimates of the largest errors in q and in v on a smooth curve's intervals, each of shape (m,)."""
+        """Return estimates of the largest errors in q and in v on each interval, shape (m,)."""
         return self._pieces[0].error, self._errors_of_v.min(axis=0)
 
     def __call__(self, t: float | np.ndarray) -> State:
@@ -204,11 +204,11 @@ class Curve:
         kept = np.searchsorted(
             self.intervals, starts[~changed] - np.searchsorted(new, starts[~changed])
         )
-        fresh = curve._fitted(starts[changed])
+        fresh = curve._fit(starts[changed])
         return replace(
             curve,
             known=tuple(
-                old.merged(kept, changed, f) for old, f in zip(self._pieces, fresh, strict=True)
+                old.merge(kept, changed, f) for old, f in zip(self._pieces, fresh, strict=True)
             ),
         )
 
@@ -216,7 +216,7 @@ class Curve:
 def _stencils(
     t: np.ndarray, starts: np.ndarray, breaks: np.ndarray, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return for each interval the nearest steps of its stretch, shape (n, count), and how many are usable."""
+    """Return the nearest steps of each interval, shape (n, count), and how many are usable."""
     stretch = np.searchsorted(breaks, starts, side="right") - 1
     low, high = breaks[stretch], np.append(breaks[1:], len(t))[stretch] - 1
     length = t[starts + 1] - t[starts]
@@ -251,7 +251,7 @@ def _stencils(
 def _newton(
     t: np.ndarray, data: list[np.ndarray], nodes: np.ndarray, used: np.ndarray, starts: np.ndarray
 ) -> _Pieces:
-    """Return Newton's form; data holds values and Taylor coefficients at the steps, each node counts as often."""
+    """Return Newton's form through values and Taylor coefficients at the steps."""
     pieces, count = nodes.shape
     repeat = len(data)
     size = count * repeat

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -14,10 +14,13 @@ from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.quadrature import integral
 
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
+
 __all__ = ["Energies", "energies", "is_rheonomic"]
 
 TIME_STEP = 0.1
-"""Step of the sixth-order differences that give ∂L/∂t of prescribed motions, in lengths of an integrator's step."""
+"""Step of the differences for ∂L/∂t of prescribed motions, in steps of the integrator."""
 
 
 @final
@@ -60,14 +63,14 @@ class Energies:
 
     @cached_property
     def scale(self) -> float:
-        """Largest kinetic energy and the range of the potential together, what errors are compared with."""
+        """What errors are compared with: kinetic energy, range of the potential, and work."""
         size = float(self.kinetic.max() + np.ptp(self.potential) + np.abs(self.work).max())
         return size if size > 0 else 1.0
 
 
 def energies(
     mechanism: Mechanism,
-    reference: Any,
+    reference: Reference,
     curve: Curve,
     occurrences: tuple[Occurrence, ...],
     times: np.ndarray,
@@ -112,7 +115,9 @@ def is_rheonomic(mechanism: Mechanism) -> bool:
     )
 
 
-def _work(mechanism: Mechanism, reference: Any, curve: Curve, times: np.ndarray) -> np.ndarray:
+def _work(
+    mechanism: Mechanism, reference: Reference, curve: Curve, times: np.ndarray
+) -> np.ndarray:
     free = tuple(force for force in mechanism.forces if not force.conservative)
     rheonomic = is_rheonomic(mechanism)
     work: np.ndarray = np.zeros(len(times))

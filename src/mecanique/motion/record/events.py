@@ -102,7 +102,8 @@ class Event:
         held = sorted({symbol.name for symbol in expression.free_symbols} & {*mechanism.velocities})
         if held:
             raise InputError(
-                f"event {self.name!r}: an impact depends on positions alone, got {', '.join(held)} in it"
+                f"event {self.name!r}: an impact depends on positions alone, "
+                f"got {', '.join(held)} in it"
             )
         gradient = [diff(expression, Symbol(name)) for name in (*mechanism.coordinates, "t")]
         slope = _functions(mechanism, gradient)
@@ -119,7 +120,8 @@ class Event:
             yielding = float(n @ direction)
             if not yielding > 1e-14 * float(np.abs(n) @ np.abs(direction)):
                 raise InputError(
-                    f"event {self.name!r}: no impulse changes its quantity at t = {t:.6g} s; it cannot move"
+                    f"event {self.name!r}: no impulse changes its quantity at t = {t:.6g} s; "
+                    "it cannot move"
                 )
             velocities: np.ndarray = v - direction * ((1 + e) * rate / yielding)
             return velocities

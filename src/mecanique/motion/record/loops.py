@@ -42,7 +42,7 @@ class ClosedLoops:
     """
 
     share: ClassVar[float] = 0.1
-    """Part of the tolerance that the steps may use: each starts afresh, and their errors add up without canceling."""
+    """Part of the tolerance that a step may use: each starts afresh, and no errors cancel."""
 
     def __init__(self, mechanism: Mechanism, reference: Reference, rtol: float) -> None:
         self._mechanism = mechanism
@@ -99,23 +99,23 @@ class ClosedLoops:
             t: its time [s].
             y: shape (nq + nv,).
         """
-        gap = np.abs(self.closed(t, y) - y)
+        gap = np.abs(self.close(t, y) - y)
         speed = 1.0 + float(np.abs(y[self._nq :]).max(initial=0.0))
         return bool(
             max(gap[: self._nq].max(initial=0.0), gap[self._nq :].max(initial=0.0) / speed)
             > self._most
         )
 
-    def closed(self, t: float, y: np.ndarray) -> np.ndarray:
+    def close(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the state on the loops next to a state, shape (nq + nv,).
 
         Args:
             t: its time [s].
             y: shape (nq + nv,).
         """
-        return np.concatenate(self._both(y[: self._nq], y[self._nq :], t))
+        return np.concatenate(self._project(y[: self._nq], y[self._nq :], t))
 
-    def all_closed(
+    def close_all(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the states on the loops next to some states, shape (n, nq) and (n, nv).
@@ -125,12 +125,12 @@ class ClosedLoops:
             q: shape (n, nq).
             v: shape (n, nv).
         """
-        both = [self._both(*state) for state in zip(q, v, t.tolist(), strict=True)]
+        both = [self._project(*state) for state in zip(q, v, t.tolist(), strict=True)]
         return np.array([position for position, _ in both]), np.array(
             [velocity for _, velocity in both]
         )
 
-    def _both(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
+    def _project(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
         from mecanique.reference.loops.assembly import project
 
         position, velocity = project(self._closed, q, v, t, drifted=True)

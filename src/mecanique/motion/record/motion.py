@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields
 from functools import cached_property
 from os import PathLike
-from typing import Any, final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
@@ -16,6 +16,13 @@ from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.energies import Energies, energies
 from mecanique.motion.record.events import Event, Occurrence
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+    from mecanique.reference import Reference
+    from mecanique.reference.engine.answers import PointMotion, Wrench
 
 __all__ = ["Motion", "Statistics"]
 
@@ -70,7 +77,7 @@ class Motion:
     statistics: Statistics
     events: tuple[Occurrence, ...] = ()
     watched: tuple[Event, ...] = field(default=(), repr=False)
-    engine: Any = field(default=None, repr=False)
+    engine: Reference | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.t, self.q, self.v):
@@ -85,7 +92,7 @@ class Motion:
         return curve
 
     @cached_property
-    def reference(self) -> Any:
+    def reference(self) -> Reference:
         """The mechanism's `Reference`."""
         if self.engine is not None:
             return self.engine
@@ -132,7 +139,7 @@ class Motion:
         return self._on_loops(self.curve(self._times(t)))
 
     def poses(self, t: float | Sequence[float] | np.ndarray | None = None) -> np.ndarray:
-        """Return the pose of every body in the world, in the order of the mechanism's bodies, shape (n, nb, 4, 4).
+        """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
 
         Args:
             t: times [s]: a number, for shape (nb, 4, 4), or shape (n,); the samples' by default.
@@ -156,7 +163,7 @@ class Motion:
     def _energies(self) -> Energies:
         return energies(self.mechanism, self.reference, self.curve, self.events, self.t)
 
-    def reactions(self, joint: str, t: Sequence[float] | np.ndarray | None = None) -> Any:
+    def reactions(self, joint: str, t: Sequence[float] | np.ndarray | None = None) -> Wrench:
         """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).
 
         Of a loop: what body a does to body b.
@@ -176,8 +183,8 @@ class Motion:
         return self.reference.reactions(state.q, state.v, state.t)[name]
 
     @cached_property
-    def _reactions(self) -> dict[str, Any]:
-        found: dict[str, Any] = self.reference.reactions(self.q, self.v, self.t)
+    def _reactions(self) -> dict[str, Wrench]:
+        found: dict[str, Wrench] = self.reference.reactions(self.q, self.v, self.t)
         return found
 
     def point(
@@ -185,8 +192,8 @@ class Motion:
         body: str,
         xyz: Sequence[float] = (0.0, 0.0, 0.0),
         t: Sequence[float] | np.ndarray | None = None,
-    ) -> Any:
-        """Return how a point of a body moved: position, velocity, acceleration, each of shape (n, 3), world axes.
+    ) -> PointMotion:
+        """Return position, velocity, acceleration of a point of a body, shape (n, 3), world axes.
 
         Args:
             body: name of the body.
@@ -220,7 +227,7 @@ class Motion:
         return audit(self, refine=refine, accuracy=accuracy)
 
     def summary(self) -> str:
-        """Return what moved, for how long, how it was integrated and how well the energy balance holds."""
+        """Return what moved, for how long, how it was integrated and how well energy balances."""
         from mecanique.motion.record.report import summary
 
         return summary(self)
@@ -279,7 +286,7 @@ class Motion:
 
         to_parquet(self, path)
 
-    def to_frame(self) -> Any:
+    def to_frame(self) -> pandas.DataFrame:
         """Return t (as index), q, v and a as a pandas DataFrame.
 
         Raises:
@@ -289,7 +296,7 @@ class Motion:
 
         return to_frame(self)
 
-    def plot(self, what: str = "coordinates", joint: str | None = None) -> Any:
+    def plot(self, what: str = "coordinates", joint: str | None = None) -> Figure:
         """Plot the motion; return the matplotlib Figure.
 
         Args:
@@ -301,7 +308,8 @@ class Motion:
         """
         from mecanique.motion.output.plot import plot
 
-        return plot(self, what, joint)
+        figure: Figure = plot(self, what, joint)
+        return figure
 
     def _repr_html_(self) -> str | None:
         from mecanique.motion.output.notebook import html
@@ -309,7 +317,8 @@ class Motion:
         return html(self)
 
     def __repr__(self) -> str:
-        return f"<Motion of {self.mechanism.name!r}: {len(self.t)} samples, t = {self.t[0]:g}…{self.t[-1]:g} s>"
+        span = f"t = {self.t[0]:g}…{self.t[-1]:g} s"
+        return f"<Motion of {self.mechanism.name!r}: {len(self.t)} samples, {span}>"
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}
@@ -332,13 +341,13 @@ class Motion:
         return State(self.t, self.q, self.v) if t is None else self(t)
 
     def _on_loops(self, state: State) -> State:
-        """The state with its loops closed to rounding, not only to the tolerance of the interpolation."""
+        """The state with its loops closed to rounding, not only to the tolerance."""
         if not self.mechanism.loops:
             return state
         from mecanique.motion.record.loops import ClosedLoops
 
         loops = ClosedLoops(self.mechanism, self.reference, self.statistics.rtol)
-        q, v = loops.all_closed(
+        q, v = loops.close_all(
             np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
         )
         return State(state.t, q, v) if np.ndim(state.t) else State(state.t, q[0], v[0])

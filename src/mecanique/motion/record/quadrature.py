@@ -1,4 +1,4 @@
-"""Integrals along a motion, by Gauss–Legendre quadrature on each interval between the integrator's steps."""
+"""Integrals along a motion, by Gauss–Legendre quadrature between the integrator's steps."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ POINTS = 8
 """Gauss points per interval: exact to degree 15 at the interval's end, to degree 7 inside."""
 
 FARTHEST = 0.5
-"""Intervals in which a coordinate moves farther [rad or m] are parted: steps are long where q(t) is simple, but forces
-depend on q in other ways."""
+"""Intervals in which a coordinate moves farther [rad or m] are divided.
+
+Steps are long where q(t) is simple, but forces depend on q in other ways.
+"""
 
 Integrand = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 """Values, shape (n, k), at times (n,), positions (n, nq) and velocities (n, nv)."""

@@ -84,7 +84,10 @@ class Rates:
         )
 
     def first(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Return q̇ (for a quaternion Q and ω in body axes: Q̇ = ½ Q ω; Shuster, J. Astronaut. Sci. 41 (1993) 439).
+        """Return q̇.
+
+        For a quaternion Q and ω in body axes: Q̇ = ½ Q ω (Shuster, J. Astronaut. Sci. 41
+        (1993) 439).
 
         Args:
             q: shape (…, nq).
@@ -124,7 +127,7 @@ class Rates:
         return rate
 
     def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
-        """Return positions moved along velocity directions: q + step where v is q̇, in body axes elsewhere.
+        """Return positions after a small step along velocities: q + step where v is q̇.
 
         Args:
             q: shape (…, nq), with unit quaternions.

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from mecanique.model.units import labelled, units
 
+if TYPE_CHECKING:
+    from mecanique.motion.record.motion import Motion
+
 __all__ = ["summary"]
 
-MOST = 12
+MAX_LISTED = 12
 """Most coordinates that are listed."""
 
 
-def summary(motion: Any) -> str:
-    """Return what moved, for how long, how it was integrated and how well the energy balance holds.
+def summary(motion: Motion) -> str:
+    """Return what moved, for how long, how it was integrated and how well energy balances.
 
     Args:
         motion: the `Motion`.
@@ -21,7 +24,8 @@ def summary(motion: Any) -> str:
     mechanism, statistics = motion.mechanism, motion.statistics
     energy = motion.energy()
     lines = [
-        f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, {len(motion.t)} samples",
+        f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, "
+        f"{len(motion.t)} samples",
         f"method: {motion.method}",
         f"        rtol {statistics.rtol:g}, atol {statistics.atol:g}; {statistics.steps} steps, "
         f"{statistics.evaluations} evaluations, {statistics.seconds:.3g} s",
@@ -30,13 +34,14 @@ def summary(motion: Any) -> str:
     ]
     unit = units(mechanism)
     names = (*mechanism.coordinates.names, *mechanism.velocities)
-    for name in names[:MOST]:
+    for name in names[:MAX_LISTED]:
         values = motion[name]
         lines.append(
-            f"{labelled(name, unit[name]):>14}: {values.min():.6g} … {values.max():.6g}, at the end {values[-1]:.9g}"
+            f"{labelled(name, unit[name]):>14}: {values.min():.6g} … {values.max():.6g}, "
+            f"at the end {values[-1]:.9g}"
         )
-    if len(names) > MOST:
-        lines.append(f"{'…':>14}  {len(names) - MOST} more")
-    for event in motion.events[:MOST]:
+    if len(names) > MAX_LISTED:
+        lines.append(f"{'…':>14}  {len(names) - MAX_LISTED} more")
+    for event in motion.events[:MAX_LISTED]:
         lines.append(f"event {event.name}: t = {event.t:.9g} s")
     return "\n".join(lines)

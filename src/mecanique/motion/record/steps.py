@@ -87,7 +87,7 @@ class Steps:
         self.t[-1], self.y[-1], self.dy[-1] = t, y, rhs(t, y)
 
     def _squeeze(self, end: float, rhs: RightHandSide) -> None:
-        """Move the last step's points to where they are as far apart as before, up to its new end."""
+        """Move the last step's points in proportion to its new end."""
         from scipy.interpolate import BarycentricInterpolator
 
         first = self.breaks[-1]

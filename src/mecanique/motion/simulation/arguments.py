@@ -1,4 +1,4 @@
-"""What `simulate` is asked for, checked at the door."""
+"""Check the arguments of `simulate`."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ def span_and_tolerances(
         raise InputError(f"expected a positive duration [s], got {duration:g}")
     if not t0 + duration * 1e-6 > t0:
         raise InputError(
-            f"expected a duration that is not lost beside the start time, got {duration:g} at {t0:g} s"
+            "expected a duration that is not lost beside the start time, "
+            f"got {duration:g} at {t0:g} s"
         )
     rtol = finite(rtol, "the relative tolerance rtol")
     if not 1e-14 <= rtol <= 0.1:

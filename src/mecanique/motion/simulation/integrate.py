@@ -137,7 +137,7 @@ def _course(
         steps.curve, nq, rates, smooth=METHODS[choice.method].smooth
     )
     if outcome.accurate:
-        path = partial(_refined, problem, choice, task, steps, watcher.corrected)
+        path = partial(_refine, problem, choice, task, steps, watcher.correct)
     last = float(steps.t[-1])
     times = problem.times
     if last < problem.end:
@@ -149,16 +149,16 @@ def _course(
     curve = path()
     samples = curve(times)
     if problem.loops is not None:
-        samples = State(times, *problem.loops.all_closed(times, samples.q, samples.v))
+        samples = State(times, *problem.loops.close_all(times, samples.q, samples.v))
     return Course(samples, curve, watcher.occurrences(curve))
 
 
-def _refined(
+def _refine(
     problem: Problem,
     choice: Choice,
     task: Task,
     steps: Steps,
-    corrected: Callable[[float, np.ndarray], np.ndarray],
+    correct: Callable[[float, np.ndarray], np.ndarray],
 ) -> Curve:
     """Halve the intervals on which the polynomial is less accurate than the steps.
 
@@ -189,7 +189,7 @@ def _refined(
     try:
         for i, middle in zip(coarse, t.tolist(), strict=True):
             y = np.concatenate([curve.q[i], curve.v[i]])
-            states.append(corrected(middle, advance(task, float(curve.t[i]), y, middle).y))
+            states.append(correct(middle, advance(task, float(curve.t[i]), y, middle).y))
     except EquationsError:
         return curve
     if not states or not np.isfinite(y := np.array(states)).all():

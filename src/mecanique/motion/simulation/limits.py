@@ -16,7 +16,7 @@ from mecanique.motion.record.motion import Motion
 __all__ = ["limit_events", "refuse_limit", "report_end"]
 
 MARGIN = 1e-3
-"""A coordinate this near to its limit, in parts of the distance of its limits or of 1, has reached it.
+"""A coordinate this near to its limit has reached it, relative to the limits' distance or 1.
 
 A motion may touch the limit and turn back, as the abscissa of a point on a circle does.
 """

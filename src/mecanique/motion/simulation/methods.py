@@ -113,7 +113,7 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
     """
     if end == t:
         return Reached(y.copy(), 0)
-    with _guarded(task.rhs) as guard:
+    with _lend(task.rhs) as guard:
         step = _radau_step if task.implicit else _dop853_step
         result = step(guard, task, t, y, end)
         if guard.fault is not None:
@@ -184,7 +184,7 @@ def _nothing(t: float, y: np.ndarray) -> np.ndarray:
 
 
 @contextmanager
-def _guarded(rhs: RightHandSide) -> Iterator[_Guard]:
+def _lend(rhs: RightHandSide) -> Iterator[_Guard]:
     """Lend equations to SciPy: 1.17's compiled dop853 never gives back what it has called."""
     guard = _Guard(rhs)
     try:
@@ -214,7 +214,7 @@ def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
         if task.restarts and stability.lost(t - times[-2]) and len(times) > MIN_STEPS:
             halted = Outcome("stiff")
         else:
-            halted = _looked(look)
+            halted = _look_safely(look)
         return 0 if halted is None else -1
 
     def run(end: float) -> Outcome:
@@ -229,7 +229,7 @@ def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
             return halted
         return Outcome(_DOP853_CODES[solver.get_return_code()])
 
-    with _guarded(stability.noting(rhs) if task.restarts else rhs) as guard:
+    with _lend(stability.noting(rhs) if task.restarts else rhs) as guard:
         solver = ode(guard.rates).set_integrator(
             "dop853",
             rtol=task.rtol,
@@ -294,7 +294,7 @@ class _Stability:
         return self._at_limit >= STIFF_AFTER
 
 
-def _looked(look: Look) -> Outcome | None:
+def _look_safely(look: Look) -> Outcome | None:
     """Look at the last step; what that raises is the outcome, as no caller may let it pass."""
     try:
         return look()
@@ -345,7 +345,7 @@ def _implicit(
                     states[-1] = solver.y
                     rates = [guard.rates(t, y) for t, y in zip(times, states, strict=True)]
                     steps.add_spread(times, states, np.array(rates))
-                    if (halted := _looked(look)) is not None:
+                    if (halted := _look_safely(look)) is not None:
                         return halted
                     if guard.fault is not None:
                         return failed()
@@ -353,7 +353,7 @@ def _implicit(
                         return Outcome("end")
             return Outcome("too many steps")
 
-        with _guarded(task.rhs) as guard:
+        with _lend(task.rhs) as guard:
             try:
                 yield run
             finally:

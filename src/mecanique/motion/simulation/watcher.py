@@ -21,7 +21,7 @@ PLACES = (0.25, 0.5, 0.75, 1.0)
 """Fractions of a step at which events are looked for."""
 
 SHORTEST_FLIGHT = 1e-9
-"""Impacts that follow each other faster than this fraction of the duration are a lasting contact."""
+"""Impacts closer together than this fraction of the duration are a lasting contact."""
 
 TINY = 1e-300
 """Stands for zero with a sign."""
@@ -117,7 +117,7 @@ class Watcher:
         return Outcome("halt") if halts else None
 
     def settle(self) -> Outcome | None:
-        """Correct the last step: end it at an event, or on the loops; return whether all ends there.
+        """Correct the last step: end it at an event or on the loops; return how all ends there.
 
         Raises:
             EquationsError: if the equations fail on the way to an event.
@@ -127,7 +127,7 @@ class Watcher:
         found = None if crossing is None else self._locate(crossing)
         if crossing is None or found is None:
             t = steps.t[-1]
-            steps.end_at(t, self.corrected(t, steps.y[-1]), self._task.rhs)
+            steps.end_at(t, self.correct(t, steps.y[-1]), self._task.rhs)
             return None
         t, y = found
         self._to_record = [
@@ -183,7 +183,7 @@ class Watcher:
         self._to_record = []
         return tuple(sorted(self._found, key=lambda occurrence: occurrence.t))
 
-    def corrected(self, t: float, y: np.ndarray) -> np.ndarray:
+    def correct(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the state on the loops, and with unit quaternions, next to a state.
 
         Args:
@@ -191,7 +191,7 @@ class Watcher:
             y: shape (nq + nv,).
         """
         if self._loops is not None:
-            return self._loops.closed(t, y)
+            return self._loops.close(t, y)
         return np.concatenate([self._rates.normalized(y[: self._nq]), y[self._nq :]])
 
     def _measure(self, t: float, y: np.ndarray) -> list[float]:
@@ -199,7 +199,7 @@ class Watcher:
         return [float(quantity(t, q, v)) for quantity in self._quantities]
 
     def _has_crossed(self) -> bool:
-        """Look for sign changes along the last step; note those to record, and the first to halt at."""
+        """Look for sign changes along the last step, and note those to record or to halt at."""
         steps = self._steps
         for at in range(steps.first, len(steps.t) - 1):
             t0, t1 = steps.t[at : at + 2]
@@ -229,7 +229,7 @@ class Watcher:
                 self._halting = crossing
 
     def _locate(self, crossing: _Crossing) -> tuple[float, np.ndarray] | None:
-        """Return when and in which state the quantity is zero, by integrating from the step before."""
+        """Return when and where the quantity is zero, by integrating from the step before."""
         from scipy.optimize import brentq
 
         steps = self._steps
@@ -261,4 +261,4 @@ class Watcher:
                 self._before = self._measure(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
-        return t, self.corrected(t, state(t))
+        return t, self.correct(t, state(t))
