@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import final
 
 import numpy as np
@@ -31,7 +31,7 @@ __all__ = ["Reference"]
 
 @final
 class Reference:
-    """A mechanism inside Pinocchio, by way of its URDF: M(q, t) a + bias(q, v, t) = forces(q, v, t).
+    """A mechanism inside Pinocchio, by its URDF: M(q, t) a + bias(q, v, t) = forces(q, v, t).
 
     bias holds the inertia forces that do not depend on a (Coriolis, centrifugal, those of a
     prescribed motion) and gravity; forces those of springs, dampers, drives and loads. With a
@@ -39,8 +39,8 @@ class Reference:
     (M_r γ + b_r) = Gᵀ Q_r (Lagrange; Kane & Levinson, Dynamics, 1985, sect. 4.1, 6.1).
 
     Every method takes one state or many: q of shape (nq,) or (n, nq), or values by coordinate name;
-        answers for many
-    have a first axis of n. Not safe to share between threads: each has to make its own.
+    answers for many have a first axis of n. Not safe to share between threads: each has to make its
+    own.
 
     Args:
         mechanism: what to load.
@@ -63,13 +63,14 @@ class Reference:
 
     @property
     def massless(self) -> dict[str, float] | None:
-        """A motion that moves no mass, by velocity name: no acceleration is determined; None if there is none."""
+        """A motion that moves no mass, by velocity name; None if there is none.
+
+        Where there is one, accelerations are not determined.
+        """
         mode = self._tree.massless
-        return (
-            None
-            if mode is None
-            else dict(zip(self.mechanism.velocities, mode.tolist(), strict=True))
-        )
+        if mode is None:
+            return None
+        return dict(zip(self.mechanism.velocities, mode.tolist(), strict=True))
 
     def mass_matrix(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the mass matrix M, shape (nv, nv).
@@ -78,12 +79,10 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(
-            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.mass(q, v, t)
-        )
+        return self._answer(States.of(self.mechanism, q, t=t), self._tree.mass)
 
     def response(self, q: Given, t: float, impulse: Given) -> Array:
-        """Return the change of velocities that a generalized impulse causes while loops stay closed, shape (nv,).
+        """Return the change of velocities by a generalized impulse, loops staying closed, shape (nv,).
 
         Args:
             q: shape (nq,).
@@ -112,9 +111,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        return self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.bias(q, v, t)
-        )
+        return self._answer(States.of(self.mechanism, q, v, t=t), self._tree.bias)
 
     def forces(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the generalized forces of springs, dampers, drives and loads, shape (nv,).
@@ -124,9 +121,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        return self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.forces(q, v, t)
-        )
+        return self._answer(States.of(self.mechanism, q, v, t=t), self._tree.forces)
 
     def acceleration(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the accelerations a, shape (nv,).
@@ -141,12 +136,10 @@ class Reference:
             ClosureError: if a motion that the loops leave free moves no mass.
         """
         moving: Tree | Closed = self._tree if self._closed is None else self._closed
-        return self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: moving.acceleration(q, v, t)
-        )
+        return self._answer(States.of(self.mechanism, q, v, t=t), moving.acceleration)
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
-        """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
+        """Return the generalized forces that accelerations a need: M a + bias − forces, shape (nv,).
 
         Args:
             q: shape (nq,).
@@ -155,10 +148,7 @@ class Reference:
             t: time [s].
         """
         return self._answer(
-            States.of(self.mechanism, q, v, t, a),
-            lambda q, v, a, t: (
-                self._tree.mass(q, v, t) @ a + self._tree.bias(q, v, t) - self._tree.forces(q, v, t)
-            ),
+            States.of(self.mechanism, q, v, t, a), self._tree.inverse_dynamics, accelerations=True
         )
 
     def gravity(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -168,9 +158,7 @@ class Reference:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(
-            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.gravity(q, v, t)
-        )
+        return self._answer(States.of(self.mechanism, q, t=t), self._tree.gravity)
 
     def energy(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Energy:
         """Return kinetic energy, potential energy of gravity and of springs [J].
@@ -180,9 +168,7 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.energy(q, v, t)
-        )
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.energy)
         if parts.ndim == 1:
             kinetic, gravity, springs = parts.tolist()
             return Energy(kinetic, gravity, springs)
@@ -196,13 +182,11 @@ class Reference:
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)
-        )
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.momentum)
         return Momentum(*np.moveaxis(parts, -2, 0)[:3])
 
     def center_of_mass(self, q: Given, t: float | Array = 0.0) -> Array:
-        """Return the common center of mass of the bodies that the ground does not hold, world axes, shape (3,) [m].
+        """Return the center of mass of the bodies that can move, world axes, shape (3,) [m].
 
         Args:
             q: shape (nq,).
@@ -215,12 +199,13 @@ class Reference:
             raise EngineError(
                 f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
             )
-        return self._answer(
-            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.momentum(q, v, t)[3]
-        )
+        center: Array = self._answer(States.of(self.mechanism, q, t=t), self._tree.momentum)[
+            ..., 3, :
+        ]
+        return center
 
     def reactions(self, q: Given, v: Given = None, t: float | Array = 0.0) -> dict[str, Wrench]:
-        """Return what each parent does to its child, by joint name: at the child's origin, world axes.
+        """Return what each parent does to its child, by joint: at the child's origin, world axes.
 
         Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is
         what the joint itself transmits: nothing along or about a free axis. Of a joint that follows
@@ -246,9 +231,7 @@ class Reference:
             return {}
         if self._closed is not None:
             return self._transmitted(States.of(self.mechanism, q, v, t=t), self._closed)
-        parts = self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.reactions(q, v, t)
-        )
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.reactions)
         return {
             name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)
         }
@@ -267,16 +250,14 @@ class Reference:
             t: time [s].
         """
         effects = self._tree.loads.effects
-        parts = self._answer(
-            States.of(self.mechanism, q, v, t=t), lambda q, v, a, t: self._tree.applied(q, v, t)
-        )
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.applied)
         return tuple(
             AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
             for k, effect in enumerate(effects)
         )
 
     def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
-        """Return the components of reactions and loop forces that redundant constraints leave undetermined, by name.
+        """Return the components of reactions that redundant constraints leave undetermined, by name.
 
         Joints and loops of which everything is determined are left out.
 
@@ -297,15 +278,13 @@ class Reference:
         }
 
     def poses(self, q: Given, t: float | Array = 0.0) -> Array:
-        """Return the pose of every body in the world, in the order of the mechanism's bodies, shape (nb, 4, 4).
+        """Return the poses of all bodies in the world, in their order, shape (nb, 4, 4).
 
         Args:
             q: shape (nq,).
             t: time [s].
         """
-        return self._answer(
-            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.poses(q, t)
-        )
+        return self._answer(States.of(self.mechanism, q, t=t), self._tree.poses)
 
     def point(
         self,
@@ -338,12 +317,13 @@ class Reference:
             raise InputError(f"expected a finite point, got {xyz!r}")
         parts = self._answer(
             States.of(self.mechanism, q, v, t, a),
-            lambda q, v, a, t: self._tree.point(name, local, q, v, a, t),
+            partial(self._tree.point, name, local),
+            accelerations=True,
         )
         return PointMotion(*np.moveaxis(parts, -2, 0))
 
     def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
-        """Return the velocity of a body's origin, then its angular velocity, by each velocity v, world axes.
+        """Return how each v moves a body: velocity of its origin, angular velocity, world axes.
 
         Args:
             body: name of the body.
@@ -358,9 +338,8 @@ class Reference:
             UnknownNameError: if there is no such body.
         """
         name = self.mechanism.body(body).name
-        return self._answer(
-            States.of(self.mechanism, q, t=t), lambda q, v, a, t: self._tree.jacobian(name, q, v, t)
-        )
+        one = partial(self._tree.jacobian, name)
+        return self._answer(States.of(self.mechanism, q, t=t), one)
 
     def rates(self, q: Given, v: Given) -> Array:
         """Return the rates q' of the coordinates, shape (nq,).
@@ -370,7 +349,7 @@ class Reference:
             v: shape (nv,).
         """
 
-        def one(q: Array, v: Array, a: Array, t: float) -> Array:
+        def one(q: Array, v: Array, t: float) -> Array:
             out: Array = np.empty(self.mechanism.nq)
             self._tree.chart.rates(q, v, out)
             return out
@@ -378,7 +357,7 @@ class Reference:
         return self._answer(States.of(self.mechanism, q, v), one)
 
     def rhs(self, *, overwriting: bool = False) -> Rhs:
-        """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,); it checks nothing and is fast.
+        """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,), fast and unchecked.
 
         Where the motion is not determined it gives numbers that are not finite, or raises what
         Python's own arithmetic raises (`ArithmeticError`, `ValueError`) where a map or a force is
@@ -411,11 +390,10 @@ class Reference:
             The largest gap in characteristic lengths or radians, and the largest rate of a gap in
             the same per second.
         """
-        closed = self._closed
-        return self._answer(
-            States.of(self.mechanism, q, v, t),
-            lambda q, v, a, t: np.zeros(2) if closed is None else np.array(closed.drift(q, v, t)),
-        )
+        states = States.of(self.mechanism, q, v, t)
+        if self._closed is None:
+            return np.zeros(2) if states.single else np.zeros((len(states), 2))
+        return self._answer(states, self._closed.drift)
 
     @property
     def closed(self) -> Closed | None:
@@ -433,7 +411,7 @@ class Reference:
     def _transmitted(self, states: States, closed: Closed) -> dict[str, Wrench]:
         flags = np.zeros((len(self._carriers), 6), dtype=bool)
 
-        def one(q: Array, v: Array, a: Array, t: float) -> Array:
+        def one(q: Array, v: Array, t: float) -> Array:
             found = closed.reactions(q, v, t)
             np.logical_or(flags, found.undetermined, out=flags)
             return found.wrenches
@@ -444,12 +422,15 @@ class Reference:
             for k, name in enumerate(self._carriers)
         }
 
-    def _answer(self, states: States, one: Callable[[Array, Array, Array, float], Array]) -> Array:
+    def _answer(
+        self, states: States, one: Callable[..., Array], *, accelerations: bool = False
+    ) -> Array:
+        """Return what one(q, v, t), or one(q, v, t, a), answers in each state; all of it finite."""
         rows = []
         for q, v, a, t in zip(states.q, states.v, states.a, states.t.tolist(), strict=True):
             reason = ""
             try:
-                row = np.asarray(one(q, v, a, t))
+                row = np.asarray(one(q, v, t, a) if accelerations else one(q, v, t))
             except MecaniqueError:
                 raise
             except (ArithmeticError, ValueError) as error:
@@ -457,8 +438,8 @@ class Reference:
                 row, reason = np.array(np.nan), f" ({error})"
             if not np.isfinite(row).all():
                 raise EngineError(
-                    f"mechanism {self.mechanism.name!r} has no finite answer at q = {q.tolist()}, v = {v.tolist()}, "
-                    f"t = {t:g}{reason}"
+                    f"mechanism {self.mechanism.name!r} has no finite answer at q = {q.tolist()}, "
+                    f"v = {v.tolist()}, t = {t:g}{reason}"
                 )
             rows.append(row)
         return rows[0] if states.single else np.array(rows)

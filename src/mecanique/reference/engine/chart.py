@@ -8,22 +8,32 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import cos, sin, sqrt
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
 from mecanique.errors import EngineError
 from mecanique.model.expression import compiled, plain, symbols_in
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
-from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.load import Engine, Seat
 
 __all__ = ["Chart"]
 
 
+class _Places(NamedTuple):
+    """Where each coordinate stands in q and each velocity in v."""
+
+    q: dict[str, int]
+    v: dict[str, int]
+
+
 @final
 class Chart:
-    """The map of a mechanism's coordinates to those of its engine; its arrays are overwritten by the next call.
+    """The map of a mechanism's coordinates to those of its engine.
+
+    Its arrays are overwritten by the next call.
 
     Args:
         mechanism: whose coordinates are mapped.
@@ -40,75 +50,72 @@ class Chart:
         self._quaternions: list[tuple[int, tuple[int, ...]]] = []
         self._twists: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
         self._spins: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
-        self._rates: list[tuple[int, int]] = []
         self.index: dict[str, int] = {}
         """Where each joint coordinate stands in the list that `place` returns."""
-        driven = mechanism.coordinates.driven
-        q_at = {name: k for k, name in enumerate(mechanism.coordinates)}
-        v_at = {name: k for k, name in enumerate(mechanism.velocities)}
         self.p: Array = np.zeros(engine.model.nq)
-        fixed: Array = np.zeros((engine.model.nv, mechanism.nv))
-        followers: list[str] = []
-        rows: list[int] = []
+        self._G: Array = np.zeros((engine.model.nv, mechanism.nv))
+        self._c: Array = np.zeros(engine.model.nv)
+        self._gamma: Array = np.zeros(engine.model.nv)
+        names = _Places(
+            {name: k for k, name in enumerate(mechanism.coordinates)},
+            {name: k for k, name in enumerate(mechanism.velocities)},
+        )
+        followers: dict[str, int] = {}
         for joint in mechanism.joints:
             seats = engine.seats[joint.name]
             if joint.quaternion:
-                (seat,) = seats
-                at_q = tuple(q_at[name] for name in joint.coordinates)
-                at_v = tuple(v_at[name] for name in joint.velocities)
-                self._quaternions.append((seat.at_q + 3, at_q[-4:]))
-                self._spins.append((at_q[-4:], at_v[-3:]))
-                if joint.linear_coordinates:
-                    self._positions += zip(range(seat.at_q, seat.at_q + 3), at_q, strict=False)
-                    self._twists.append((at_q, at_v))
-                self.index.update(zip(joint.coordinates, at_q, strict=True))
-                for row, column in zip(
-                    range(seat.at_v + 6 - len(at_v), seat.at_v + 6), at_v, strict=True
-                ):
-                    fixed[row, column] = 1.0
-                continue
-            for name, seat in zip(joint.coordinates, seats, strict=False):
-                if name in driven:
-                    at = mechanism.nq + len(followers)
-                    followers.append(name)
-                    rows.append(seat.at_v)
-                else:
-                    at = q_at[name]
-                    fixed[seat.at_v, v_at[f"{name}'"]] = 1.0
-                self.index[name] = at
-                (self._circles if seat.kind == "continuous" else self._positions).append(
-                    (seat.at_q, at)
-                )
-        plain_names = {name[:-1] for name in mechanism.velocities if name.endswith("'")}
+                self._seat_quaternion(joint, seats[0], names)
+            else:
+                for name, seat in zip(joint.coordinates, seats, strict=False):
+                    self._seat_single(name, seat, names, followers)
         self._rates = [
-            (q_at[name], v_at[f"{name}'"]) for name in mechanism.coordinates if name in plain_names
+            (at, names.v[f"{name}'"]) for name, at in names.q.items() if f"{name}'" in names.v
         ]
         self._q_at_v = np.array([at for at, _ in self._rates], dtype=int)
         self._v_at_q = np.array([at for _, at in self._rates], dtype=int)
-        self._nq = mechanism.nq
         self._map: Callable[..., tuple[float, ...]] | None = None
         self._jet: Callable[..., tuple[float, ...]] | None = None
-        self._G = fixed
-        self._c: Array = np.zeros(engine.model.nv)
-        self._gamma: Array = np.zeros(engine.model.nv)
-        self._rows = np.array(rows, dtype=int)
+        self._rows = np.array(list(followers.values()), dtype=int)
         if followers:
-            self._follow(mechanism, followers)
-        same = (
-            self._jet is None
-            and fixed.shape[0] == fixed.shape[1]
-            and bool((fixed == np.eye(len(fixed))).all())
-        )
-        self.identical = same
-        """Whether v are the engine's velocities in the engine's order."""
+            self._follow(mechanism, tuple(followers))
         self.constant = self._jet is None
         """Whether G is constant, c and γ are zero."""
-        self.one_hinge = same and not self._positions and self._circles == [(0, 0)]
+        square = engine.model.nv == mechanism.nv
+        self.identical = self.constant and square and np.array_equal(self._G, np.eye(mechanism.nv))
+        """Whether v are the engine's velocities in the engine's order."""
+        self.one_hinge = self.identical and not self._positions and self._circles == [(0, 0)]
         """Whether one angle is all there is."""
-        self.single = self.constant and fixed.shape[0] == fixed.shape[1] and not self._quaternions
-        """Whether the positions and angles of the engine's joints follow the coordinates linearly, one by one."""
+        self.single = self.constant and square and not self._quaternions
+        """Whether the engine's positions and angles follow the coordinates linearly, one by one."""
         self.velocities_are_rates = not self._spins and all(a == b for a, b in self._rates)
         """Whether v is q'."""
+
+    def _seat_quaternion(self, joint: Joint, seat: Seat, names: _Places) -> None:
+        """Place a joint with a quaternion, which the engine holds as a floating one."""
+        at_q = tuple(names.q[name] for name in joint.coordinates)
+        at_v = tuple(names.v[name] for name in joint.velocities)
+        self._quaternions.append((seat.at_q + 3, at_q[-4:]))
+        self._spins.append((at_q[-4:], at_v[-3:]))
+        if joint.linear_coordinates:
+            self._positions += zip(range(seat.at_q, seat.at_q + 3), at_q, strict=False)
+            self._twists.append((at_q, at_v))
+        self.index.update(zip(joint.coordinates, at_q, strict=True))
+        last = seat.at_v + 6
+        self._G[range(last - len(at_v), last), at_v] = 1.0
+
+    def _seat_single(
+        self, name: str, seat: Seat, names: _Places, followers: dict[str, int]
+    ) -> None:
+        """Place one coordinate; a driven one is noted with the engine's velocity that follows."""
+        if name in names.q:
+            at = names.q[name]
+            self._G[seat.at_v, names.v[f"{name}'"]] = 1.0
+        else:
+            at = len(names.q) + len(followers)
+            followers[name] = seat.at_v
+        self.index[name] = at
+        kind = self._circles if seat.kind == "continuous" else self._positions
+        kind.append((seat.at_q, at))
 
     @property
     def G(self) -> Array:

@@ -128,6 +128,11 @@ class Tree:
             )
         return self._reduced(total)
 
+    def inverse_dynamics(self, q: Array, v: Array, t: float, a: Array) -> Array:
+        """Return M a + bias − forces, shape (nv,)."""
+        force: Array = self.mass(q, v, t) @ a + self.bias(q, v, t) - self.forces(q, v, t)
+        return force
+
     def acceleration(self, q: Array, v: Array, t: float) -> Array:
         """Return a, shape (nv,).
 
@@ -181,14 +186,14 @@ class Tree:
         loads = self.loads
         a = self.acceleration(q, v, t)
         values, u, rate = self.move(q, v, t, a)
-        return self.transmitted(loads.update(values, q, u, v, t) + loads.across_joints(), u, rate)
+        return self.transmit(loads.update(values, q, u, v, t) + loads.across_joints(), u, rate)
 
     def applied(self, q: Array, v: Array, t: float) -> Array:
         """Return point, force and moment of what the loads do, as their `effects` list it, shape (k, 3, 3)."""
         values, u, _ = self.move(q, v, t)
         return np.array(self.loads.by_force(values, q, u, v, t)).reshape(-1, 3, 3)
 
-    def transmitted(
+    def transmit(
         self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
     ) -> Array:
         """Return what the joints transmit to balance what acts on the bodies, shape (n, 2, 3), as `reactions` does.
@@ -208,15 +213,15 @@ class Tree:
         found = self._reactions.read(actions)
         return np.array([found[joint.name] for joint in self.mechanism.joints]).reshape(-1, 2, 3)
 
-    def poses(self, q: Array, t: float) -> Array:
-        """Return the pose of every body, in their order, shape (nb, 4, 4)."""
+    def poses(self, q: Array, v: Array, t: float) -> Array:
+        """Return the pose of every body, in their order, shape (nb, 4, 4); v does not matter."""
         engine, chart = self.engine, self.chart
         chart.place(q, t)
         self._pin.framesForwardKinematics(engine.model, engine.data, chart.p)
         return np.array([engine.data.oMf[frame].homogeneous for frame in self._body_frames])
 
-    def point(self, body: str, xyz: Array, q: Array, v: Array, a: Array, t: float) -> Array:
-        """Return position, velocity and acceleration of a point of a body, world axes, shape (3, 3)."""
+    def point(self, body: str, xyz: Array, q: Array, v: Array, t: float, a: Array) -> Array:
+        """Return position, velocity, acceleration of a body's point, world axes, shape (3, 3)."""
         self.move(q, v, t, a)
         holder, data = self.engine.holders[body], self.engine.data
         at = holder.placement.act(xyz)

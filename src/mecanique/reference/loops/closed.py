@@ -122,7 +122,7 @@ class Closed:
         values, u, rate = tree.move(q, v, t, motion.acceleration)
         actions = loads.update(values, q, u, v, t) + loads.across_joints()
         wrenches = self.closures.wrenches(motion.multipliers)
-        found = tree.transmitted([*actions, *self._actions(wrenches)], u, rate)
+        found = tree.transmit([*actions, *self._actions(wrenches)], u, rate)
         force, moment, _ = wrenches
         whole = np.concatenate([found, np.stack([force, moment], axis=1)])
         if motion.determined.all():
@@ -143,19 +143,16 @@ class Closed:
             tree.move(q, zero, t, zero)
             wrenches = self.closures.wrenches(self.closures.rows * combination)
             rest = np.zeros(tree.engine.model.nv)
-            found = tree.transmitted(self._actions(wrenches), rest, rest, weightless=True)
+            found = tree.transmit(self._actions(wrenches), rest, rest, weightless=True)
             whole = np.concatenate([found, np.stack(wrenches[:2], axis=1)]).reshape(count, 6)
             whole[:, 3:] /= self.closures.length
             loose |= np.abs(whole) > LOOSE * max(float(np.abs(whole).max(initial=0.0)), TINY)
         return loose
 
-    def drift(self, q: Array, v: Array, t: float) -> tuple[float, float]:
-        """Return how far positions and velocities are off the constraints, at most, scaled."""
+    def drift(self, q: Array, v: Array, t: float) -> Array:
+        """Return the largest gap and the largest rate of a gap, scaled, shape (2,)."""
         here = self.closures.scaled(q, v, t)
-        position, velocity = (
-            float(np.abs(gap).max(initial=0.0)) for gap in (here.gaps, here.rates)
-        )
-        return position, velocity
+        return np.array([np.abs(part).max(initial=0.0) for part in (here.gaps, here.rates)])
 
     def rates(self, q: Array, v: Array) -> Array:
         """Return q', shape (nq,)."""
@@ -165,7 +162,7 @@ class Closed:
 
     def poses(self, q: Array, t: float) -> Array:
         """Return the pose of every body, in their order, shape (nb, 4, 4)."""
-        return self._tree.poses(q, t)
+        return self._tree.poses(q, np.zeros(self.mechanism.nv), t)
 
     def _checked(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
         self._tree.move(q, v, t)

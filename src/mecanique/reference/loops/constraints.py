@@ -1,4 +1,4 @@
-"""The constraint equations of loops, from Pinocchio's kinematics: Φ(q, t), Φ' = J v + b, Φ'' = J a + γ.
+"""The constraints of loops, from Pinocchio's kinematics: Φ(q, t), Φ' = J v + b, Φ'' = J a + γ.
 
 Everything is measured in the axes of frame a. With the position p and the rotation R of frame b
 there, the rows are components of p, of the angular velocity of b against a, or |p| − length. The
@@ -13,6 +13,7 @@ import math
 from typing import Any, NamedTuple, final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
@@ -47,6 +48,28 @@ class Closure(NamedTuple):
     gamma: Array
 
 
+class _Ends(NamedTuple):
+    """The frames of all loops on one side, each in the moving joint that carries its body.
+
+    Args:
+        joints: shape (loops,), indices of these joints.
+        turns: shape (loops, 3, 3).
+        points: shape (loops, 3).
+    """
+
+    joints: npt.NDArray[np.int_]
+    turns: Array
+    points: Array
+
+
+class _Row(NamedTuple):
+    """One constraint equation: the loop, its place, and the relative motion that it closes."""
+
+    owner: int
+    loop: Loop
+    motion: str
+
+
 class ScaledClosure(NamedTuple):
     """The constraints in one state, scaled to plain numbers.
 
@@ -78,50 +101,35 @@ class Closures:
         self._engine = engine
         self._chart = chart
         self._loops = mechanism.loops
-        ends = [
-            (_end(pin, mechanism, engine, loop, "a"), _end(pin, mechanism, engine, loop, "b"))
-            for loop in self._loops
+        self._a, self._b = (_ends(pin, mechanism, engine, side) for side in "ab")
+        carried = _velocities_that_carry(engine)
+        self._between: Array = carried[self._b.joints] - carried[self._a.joints]
+        self._masks = np.concatenate([self._between, carried[self._a.joints]]).T
+        joints = np.stack([self._a.joints, self._b.joints], axis=1)
+        self._used = np.unique(joints)
+        self._slot = np.searchsorted(self._used, joints)
+        rows = [
+            _Row(k, loop, row) for k, loop in enumerate(self._loops) for row in CLOSED[loop.kind]
         ]
-        self._joints = np.array([[a[0], b[0]] for a, b in ends])
-        self._turn_a, self._turn_b = (
-            np.array([pair[k][1].rotation for pair in ends]) for k in (0, 1)
-        )
-        self._point_a, self._point_b = (
-            np.array([pair[k][1].translation for pair in ends]) for k in (0, 1)
-        )
-        carries = np.zeros((engine.model.njoints, engine.model.nv))
-        for index in range(1, engine.model.njoints):
-            joint = engine.model.joints[index]
-            carries[index] = carries[engine.model.parents[index]]
-            carries[index, joint.idx_v : joint.idx_v + joint.nv] = 1.0
-        self._between: Array = carries[self._joints[:, 1]] - carries[self._joints[:, 0]]
-        self._masks = np.concatenate([self._between, carries[self._joints[:, 0]]]).T
-        self._used = np.unique(self._joints)
-        self._slot = np.searchsorted(self._used, self._joints)
-        owners = [(k, row) for k, loop in enumerate(self._loops) for row in CLOSED[loop.kind]]
-        self.names = tuple(f"{self._loops[k].name}: {row}" for k, row in owners)
+        self.names = tuple(f"{row.loop.name}: {row.motion}" for row in rows)
         """Name of each row: the loop's and the relative motion it closes, in the axes of frame a."""
-        self.owner = np.array([k for k, _ in owners], dtype=int)
+        self.owner = np.array([row.owner for row in rows], dtype=int)
         """Which loop each row belongs to, shape (m,)."""
-        self._component = np.array([_AT.get(row, 0) for _, row in owners], dtype=int)
-        self._rods = [i for i, (_, row) in enumerate(owners) if row == "length"]
+        self._component = np.array([_AT.get(row.motion, 0) for row in rows], dtype=int)
+        self._rods = [i for i, row in enumerate(rows) if row.motion == "length"]
+        self._lengths = [mechanism.evaluate(rows[i].loop.length) for i in self._rods]
         self._plates = [
-            i for i, (k, row) in enumerate(owners) if row == "rz" and self._loops[k].kind == "plate"
+            i for i, row in enumerate(rows) if row.motion == "rz" and row.loop.kind == "plate"
         ]
-        self._hinges, self._welds = (
-            [k for k, loop in enumerate(self._loops) if loop.kind == kind]
-            for kind in ("hinge", "weld")
-        )
-        self._lengths = np.array(
-            [mechanism.evaluate(self._loops[self.owner[i]].length) for i in self._rods]
-        )
-        self.length = length = characteristic_length(mechanism)
+        self._hinges = [k for k, loop in enumerate(self._loops) if loop.kind == "hinge"]
+        self._welds = [k for k, loop in enumerate(self._loops) if loop.kind == "weld"]
+        self.length = characteristic_length(mechanism)
         """What lengths are compared with [m]."""
-        self.rows: Array = np.where(self._component < 3, 1 / length, 1.0)
-        """Factors that make the rows plain numbers: lengths by the characteristic length, angles as they are."""
+        self.rows: Array = np.where(self._component < 3, 1 / self.length, 1.0)
+        """Factors that make the rows plain numbers: 1/length for lengths, 1 for angles."""
         slides = {name for joint in mechanism.joints for name in joint.linear_velocities}
         self.columns: Array = np.array(
-            [length if name in slides else 1.0 for name in mechanism.velocities]
+            [self.length if name in slides else 1.0 for name in mechanism.velocities]
         )
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
         self._u: Array = np.zeros(engine.model.nv)
@@ -245,11 +253,11 @@ class Closures:
         turns = np.array([pose.rotation for pose in poses])
         places = np.array([pose.translation for pose in poses])
         a, b = self._slot.T
-        turn = turns[a] @ self._turn_a
-        origin = places[a] + (turns[a] @ self._point_a[:, :, None])[:, :, 0]
-        place = places[b] + (turns[b] @ self._point_b[:, :, None])[:, :, 0]
+        turn = turns[a] @ self._a.turns
+        origin = places[a] + (turns[a] @ self._a.points[:, :, None])[:, :, 0]
+        place = places[b] + (turns[b] @ self._b.points[:, :, None])[:, :, 0]
         inverse = turn.transpose(0, 2, 1)
-        here = (inverse @ (place - origin)[:, :, None])[:, :, 0], inverse @ turns[b] @ self._turn_b
+        here = (inverse @ (place - origin)[:, :, None])[:, :, 0], inverse @ turns[b] @ self._b.turns
         return turn, here, place
 
     def _residual(self, here: tuple[Array, Array]) -> Array:
@@ -316,13 +324,32 @@ def characteristic_length(mechanism: Mechanism) -> float:
     return float(np.median(lengths)) if len(lengths) else 1.0
 
 
-def _end(pin: Any, mechanism: Mechanism, engine: Engine, loop: Loop, side: str) -> tuple[int, Any]:
-    """The joint that carries an end of a loop, and the pose of the loop's frame there."""
-    frame: Placement = getattr(loop, f"frame_{side}")
-    holder = engine.holders[getattr(loop, f"body_{side}")]
-    turn = np.array([[mechanism.evaluate(entry) for entry in row] for row in frame.rotation])
-    point = np.array([mechanism.evaluate(c) for c in frame.xyz])
-    return holder.joint, holder.placement * pin.SE3(turn, point)
+def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
+    """Where the loops begin, on side a, or end, on side b."""
+    joints, poses = [], []
+    for loop in mechanism.loops:
+        frame: Placement = getattr(loop, f"frame_{side}")
+        holder = engine.holders[getattr(loop, f"body_{side}")]
+        turn = np.array([[mechanism.evaluate(entry) for entry in row] for row in frame.rotation])
+        point = np.array([mechanism.evaluate(c) for c in frame.xyz])
+        joints.append(holder.joint)
+        poses.append(holder.placement * pin.SE3(turn, point))
+    return _Ends(
+        np.array(joints),
+        np.array([pose.rotation for pose in poses]),
+        np.array([pose.translation for pose in poses]),
+    )
+
+
+def _velocities_that_carry(engine: Engine) -> Array:
+    """Return which of the engine's velocities move each of its joints, as 0 or 1, shape (joints, nv)."""
+    model = engine.model
+    carried: Array = np.zeros((model.njoints, model.nv))
+    for index in range(1, model.njoints):
+        joint = model.joints[index]
+        carried[index] = carried[model.parents[index]]
+        carried[index, joint.idx_v : joint.idx_v + joint.nv] = 1.0
+    return carried
 
 
 def _unit(vector: Array) -> Array:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 import numpy.typing as npt
@@ -60,6 +60,18 @@ class Inputs:
         return Inputs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 
+class _Experiment(NamedTuple):
+    """One quantity asked for at all states; its flags are those of `Inputs`."""
+
+    kind: str
+    v: Array
+    a: Array
+    tau: Array
+    heavy: bool = True
+    inertia: bool = True
+    loads: bool = False
+
+
 @final
 class Evidence:
     """Experiments with what another source answered.
@@ -98,36 +110,38 @@ class Evidence:
         # of order one in every direction, so that no part of M is hidden
         a = np.abs(v).mean(axis=0) * np.random.default_rng(seed).normal(size=v.shape) if n else zero
         moved = _is_rheonomic(mechanism)
-        parts: list[tuple[str, Array, Array, bool, bool, bool, Array]] = []
         given = {name: values for name, values in theirs.items() if np.isfinite(values).all()}
+        parts: list[_Experiment] = []
         if "mass matrix" in given:
-            pushed = np.einsum("nij,nj->ni", given["mass matrix"], a)
+            Ma = np.einsum("nij,nj->ni", given["mass matrix"], a)
             if not moved:
-                parts.append(("mass matrix", zero, a, False, True, False, pushed))
+                parts.append(_Experiment("mass matrix", zero, a, Ma, heavy=False))
             elif "bias" in given:
-                parts.append(("mass matrix", v, a, True, True, False, pushed + given["bias"]))
+                parts.append(_Experiment("mass matrix", v, a, Ma + given["bias"]))
         if "bias" in given:
-            parts.append(("bias", v, zero, True, True, False, given["bias"]))
+            parts.append(_Experiment("bias", v, zero, given["bias"]))
         if "gravity" in given and not moved:
-            parts.append(("gravity", zero, zero, True, True, False, given["gravity"]))
+            parts.append(_Experiment("gravity", zero, zero, given["gravity"]))
         if "forces" in given:
-            parts.append(("forces", v, zero, True, False, True, -given["forces"]))
-        if "inverse dynamics" in given and not {"mass matrix", "bias"} & given.keys():
             parts.append(
-                ("inverse dynamics", v, states.a, True, True, True, given["inverse dynamics"])
+                _Experiment("forces", v, zero, -given["forces"], inertia=False, loads=True)
             )
+        if "inverse dynamics" in given and not {"mass matrix", "bias"} & given.keys():
+            tau = given["inverse dynamics"]
+            parts.append(_Experiment("inverse dynamics", v, states.a, tau, loads=True))
         if not parts or not n:
             return None
-        flags = [np.repeat([part[k] for part in parts], n) for k in (3, 4, 5)]
         inputs = Inputs(
             np.concatenate([q] * len(parts)),
-            np.concatenate([part[1] for part in parts]),
-            np.concatenate([part[2] for part in parts]),
+            np.concatenate([part.v for part in parts]),
+            np.concatenate([part.a for part in parts]),
             np.concatenate([t] * len(parts)),
-            *flags,
+            np.repeat([part.heavy for part in parts], n),
+            np.repeat([part.inertia for part in parts], n),
+            np.repeat([part.loads for part in parts], n),
         )
-        kind = np.repeat([part[0] for part in parts], n)
-        return cls(mechanism, inputs, np.concatenate([part[6] for part in parts]), kind)
+        kind = np.repeat([part.kind for part in parts], n)
+        return cls(mechanism, inputs, np.concatenate([part.tau for part in parts]), kind)
 
     def answers(
         self,
