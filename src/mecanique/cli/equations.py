@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -18,6 +18,9 @@ __all__ = ["app"]
 
 app = typer.Typer()
 
+SAMPLES, SAMPLES_OF_ROBOTS = 100, 50
+"""Numbers of random states at which to compare a system, and each robot."""
+
 
 @app.command("list", epilog="Example: mecanique list --tag pendulum")
 @report_errors
@@ -30,32 +33,19 @@ def list_(
 ) -> None:
     """List the textbook systems: name, title, degrees of freedom N, tags."""
     entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
-    known = sorted({word for entry in entries.values() for word in entry.tags})
+    known = sorted(set().union(*(entry.tags for entry in entries.values())))
     for word in tag or ():
         if word not in known:
             raise mq.UnknownNameError("tag", word, known)
-    entries = {name: entry for name, entry in entries.items() if set(tag or ()) <= set(entry.tags)}
-    rows = [
-        {
-            "name": name,
-            "title": entry.title,
-            "N": _freedom(name),
-            "source": entry.source,
-            "parameters": {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters},
-            "tags": list(entry.tags),
-        }
-        for name, entry in entries.items()
-    ]
+    rows = [_row(name) for name, entry in entries.items() if set(tag or ()) <= set(entry.tags)]
     if as_json:
         say(json.dumps(rows, ensure_ascii=False, indent=2))
         return
-    width, wide = (
-        max((len(str(row[key])) for row in rows), default=0) for key in ("name", "title")
-    )
-    for row, entry in zip(rows, entries.values(), strict=True):
-        say(
-            f"{row['name']:{width}}  {row['title']:{wide}}  N = {row['N']}  {', '.join(entry.tags)}"
-        )
+    name_width = max((len(row["name"]) for row in rows), default=0)
+    title_width = max((len(row["title"]) for row in rows), default=0)
+    for row in rows:
+        columns = f"{row['name']:{name_width}}  {row['title']:{title_width}}"
+        say(f"{columns}  N = {row['N']}  {', '.join(row['tags'])}")
 
 
 @app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
@@ -154,17 +144,14 @@ def verify(
         raise typer.BadParameter("expected a SYSTEM with --against")
     if (system is not None) + every + robots != 1:
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
+    number = samples if samples is not None else (SAMPLES_OF_ROBOTS if robots else SAMPLES)
     if system is None:
-        number = samples if samples is not None else 50 if robots else 100
         surveyed = survey(number, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))
         raise typer.Exit(0 if surveyed.agrees else 1)
-    number = 100 if samples is None else samples
     chosen = choose(system, parameters, root)
     other = None if against is None else source(against, root)
-    with working(
-        f"Comparing with {'Pinocchio' if against is None else against} at {number} states"
-    ):
+    with working(f"Comparing with {against or 'Pinocchio'} at {number} states"):
         verdict = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
         facts = () if against is not None else textbook_facts(system, parameters, seed)
     check = Check(verdict, facts)
@@ -197,7 +184,9 @@ def lint(
 
     The exit code is 1 if there are errors, 2 if the file cannot be read.
     """
-    form = "json" if as_json else "sarif" if as_sarif else "text"
+    form = "text"
+    if as_json or as_sarif:
+        form = "json" if as_json else "sarif"
     raise typer.Exit(lint_file(file, form, fix=fix, output=output))
 
 
@@ -217,6 +206,20 @@ def urdf(
     else:
         mq.write_urdf(mechanism, output)
         say(f"Wrote {output}")
+
+
+def _row(name: str) -> dict[str, Any]:
+    """Return what `mecanique list` prints about a textbook system."""
+    entry = mq.textbook.entry(name)
+    parameters = {p.symbol: {"value": p.value, "unit": p.unit} for p in entry.parameters}
+    return {
+        "name": name,
+        "title": entry.title,
+        "N": _freedom(name),
+        "source": entry.source,
+        "parameters": parameters,
+        "tags": list(entry.tags),
+    }
 
 
 def _freedom(name: str) -> int:

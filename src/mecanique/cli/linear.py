@@ -33,7 +33,7 @@ def small_motions(linearization: Linearization) -> str:
     lines.append("  " + ", ".join(f"{name} = {value:.6g}" for name, value in place))
     for letter, matrix in (("M", linearization.M), ("C", linearization.C), ("K", linearization.K)):
         lines.append(f"{letter}, rows and columns {', '.join(names)}")
-        lines += ["  " + "  ".join(f"{x:12.6g}" for x in row) for row in _clean(matrix)]
+        lines += [_matrix_row(row) for row in _clean(matrix)]
     lines.append(
         f"{'mode':>4}  {'rad/s':>12}  {'Hz':>12}  {'damping':>9}  shape "
         f"({', '.join(linearization.deviations)})"
@@ -56,7 +56,8 @@ def figures(linearization: Linearization) -> str:
         }
     except DerivationError as error:
         symbolic = {"equations": None, "latex": None, "why_not": str(error)}
-    told = {
+    parts = np.stack([linearization.modes.real, linearization.modes.imag], axis=-1)
+    data = {
         "mechanism": m.name,
         "equilibrium": dict(zip(m.coordinates, linearization.q.tolist(), strict=True)),
         "stable": linearization.stable,
@@ -69,14 +70,9 @@ def figures(linearization: Linearization) -> str:
         "frequencies_hz": (linearization.frequencies / (2 * np.pi)).tolist(),
         "damping_ratios": [None if np.isnan(z) else z for z in linearization.damping.tolist()],
         "eigenvalues": [[x.real, x.imag] for x in linearization.eigenvalues.tolist()],
-        "modes": {
-            name: [[complex(x).real, complex(x).imag] for x in row]
-            for name, row in zip(
-                linearization.deviations, linearization.modes.tolist(), strict=True
-            )
-        },
+        "modes": dict(zip(linearization.deviations, parts.tolist(), strict=True)),
     }
-    return json.dumps(told, ensure_ascii=False, indent=2, allow_nan=False)
+    return json.dumps(data, ensure_ascii=False, indent=2, allow_nan=False)
 
 
 def inertial_figures(check: InertialCheck) -> str:
@@ -85,7 +81,7 @@ def inertial_figures(check: InertialCheck) -> str:
     Args:
         check: what to print.
     """
-    told = {
+    data = {
         "mechanism": check.still.mechanism.name,
         "latitude_deg": float(np.degrees(check.latitude)),
         "facing": check.facing,
@@ -103,7 +99,7 @@ def inertial_figures(check: InertialCheck) -> str:
             for row in check.rows
         ],
     }
-    return json.dumps(told, ensure_ascii=False, indent=2, allow_nan=False)
+    return json.dumps(data, ensure_ascii=False, indent=2, allow_nan=False)
 
 
 def response_table(response: Response) -> str:
@@ -112,14 +108,13 @@ def response_table(response: Response) -> str:
     Args:
         response: what to print.
     """
-    head = [f"{what} {name}" for name in response.names for what in ("amplitude", "phase")]
-    lines = [",".join(["omega [rad/s]", *head])]
-    for omega, size, phase in zip(
-        response.frequencies, response.amplitude, response.phase, strict=True
-    ):
-        pairs = [x for pair in zip(size.tolist(), phase.tolist(), strict=True) for x in pair]
-        lines.append(",".join(f"{x:.10g}" for x in (float(omega), *pairs)))
-    return "\n".join(lines)
+    head = ["omega [rad/s]"]
+    for name in response.names:
+        head += [f"amplitude {name}", f"phase {name}"]
+    pairs = np.stack([response.amplitude, response.phase], axis=-1)
+    table = np.column_stack([response.frequencies, pairs.reshape(len(pairs), -1)])
+    rows = [",".join(f"{x:.10g}" for x in row) for row in table.tolist()]
+    return "\n".join([",".join(head), *rows])
 
 
 def _letters(linearization: Linearization) -> str:
@@ -136,6 +131,10 @@ def _independent(linearization: Linearization) -> tuple[str, ...]:
     unit = np.eye(len(linearization.M))
     rows = [int(np.abs(linearization.tangent - row).max(axis=1).argmin()) for row in unit]
     return tuple(linearization.deviations[k] for k in rows)
+
+
+def _matrix_row(row: np.ndarray) -> str:
+    return "  " + "  ".join(f"{x:12.6g}" for x in row)
 
 
 def _clean(matrix: np.ndarray) -> np.ndarray:

@@ -121,8 +121,8 @@ def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Au
     limit = GROWTH * (motion.statistics.rtol + ROUNDING)
     energy = motion.energy()
     rows = [_row("energy", energy.balance[:, None], energy.scale, limit, "J", motion.t)]
-    for name, residual, scale, unit in momentum_balances(motion):
-        rows.append(_row(name, residual, scale, limit, unit, motion.t))
+    for one in momentum_balances(motion):
+        rows.append(_row(one.name, one.residual, one.size, limit, one.unit, motion.t))
     if motion.mechanism.loops:
         most = motion.statistics.rtol + ROUNDING
         drift = motion.reference.drift(motion.q, motion.v, motion.t)

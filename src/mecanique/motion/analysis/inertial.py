@@ -11,7 +11,7 @@ ground. The earth's way around the sun and the tides are left out.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, final
+from typing import Literal, final
 
 import numpy as np
 
@@ -59,10 +59,10 @@ class InertialRow:
 
     @property
     def relative(self) -> float:
-        """The change by the size; infinite if something arises from nothing."""
-        return (
-            self.change / self.size if self.size > 0 else (float("inf") if self.change > 0 else 0.0)
-        )
+        """The change relative to the size; infinite if something arises from nothing."""
+        if self.size > 0:
+            return self.change / self.size
+        return float("inf") if self.change > 0 else 0.0
 
 
 @final
@@ -350,7 +350,7 @@ def _maxima(motion: Motion, name: str) -> list[float]:
     from scipy.optimize import brentq
 
     k = motion.mechanism.velocities.index(f"{name}'")
-    rate: Any = motion.v[:, k]
+    rate: np.ndarray = motion.v[:, k]
     if np.ptp(motion[name]) < 1e-9 * (1 + np.abs(motion[name]).max()):
         return []
     falls = np.flatnonzero((rate[:-1] > 0) & (rate[1:] <= 0))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, final
 
 import numpy as np
 
@@ -12,12 +13,31 @@ from mecanique.motion.record.quadrature import integral
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
+    from mecanique.reference.engine.answers import Momentum
 
-__all__ = ["momentum_balances"]
+__all__ = ["Balance", "momentum_balances"]
 
 
-def momentum_balances(motion: Motion) -> Iterator[tuple[str, np.ndarray, float, str]]:
-    """Yield name, residual (n, 3), size and unit of each balance of momentum.
+@final
+@dataclass(frozen=True, eq=False)
+class Balance:
+    """A balance of momentum along a motion.
+
+    Args:
+        name: of the momentum.
+        residual: shape (n, 3), what is left of the two sides' difference.
+        size: of the sides.
+        unit: SI unit of the residual.
+    """
+
+    name: str
+    residual: np.ndarray
+    size: float
+    unit: str
+
+
+def momentum_balances(motion: Motion) -> Iterator[Balance]:
+    """Yield the balances of linear and angular momentum.
 
     The rate of change of momentum is the resultant of the external forces, support reactions
     included: ṗ = F (Fundamentals of Dynamics, eqs. 1.1, 1.2), L̇ₒ = Mₒ about the world's origin
@@ -25,8 +45,6 @@ def momentum_balances(motion: Motion) -> Iterator[tuple[str, np.ndarray, float, 
     integrated, p(t) − p(0) − ∫ F dt, which needs no numerical derivative. Impulses of impacts are
     left out.
 
-    Args:
-        motion: the `Motion`.
     """
     mechanism, reference = motion.mechanism, motion.reference
     if not any(
@@ -61,10 +79,10 @@ def momentum_balances(motion: Motion) -> Iterator[tuple[str, np.ndarray, float, 
     ):
         # what is zero on both sides is compared with the momentum that its parts could have had
         size = float(sides[k]) if sides[k] > 1e-9 * sides.max() else float(sides.max())
-        yield name, residual[:, 3 * k : 3 * k + 3], size or 1.0, unit
+        yield Balance(name, residual[:, 3 * k : 3 * k + 3], size or 1.0, unit)
 
 
-def _momenta(momentum: Any) -> np.ndarray:
+def _momenta(momentum: Momentum) -> np.ndarray:
     return np.concatenate(
         [momentum.linear, momentum.angular, momentum.angular_about_center], axis=-1
     )

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import islice, product
 from typing import Any
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["provenance", "recover"]
+
+MAX_TRIALS = 1000
+"""Most combinations of whole-number options to try."""
 
 
 def provenance(mechanism: Mechanism) -> dict[str, Any]:
@@ -87,14 +91,9 @@ def _from_catalogue(mechanism: Mechanism) -> dict[str, Any] | None:
     }
     # options are not among the parameters of what they build; they count bodies or joints, so small
     # numbers do
-    trials: list[dict[str, float]] = [{}]
-    for option in system.options:
-        trials = [
-            {**trial, option: number}
-            for trial in trials
-            for number in range(1, len(mechanism.bodies) + 2)
-        ]
-    for trial in trials[:1000]:
+    numbers = range(1, len(mechanism.bodies) + 2)
+    for chosen in islice(product(numbers, repeat=len(system.options)), MAX_TRIALS):
+        trial = dict(zip(system.options, chosen, strict=True))
         try:
             if textbook.load(mechanism.name, **values, **trial) == mechanism:
                 return {"system": mechanism.name, "values": {**values, **trial}}

@@ -122,13 +122,11 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     step_t, step_q, step_v, step_a, breaks = steps
     curve = Curve(step_t, step_q, step_v, step_a, breaks, Rates.of(mechanism), smooth, close)
     cut = np.cumsum([1, mechanism.nq, mechanism.nv])
-    events = tuple(
-        Occurrence(name, float(time[0]), *state)
-        for name, (time, *state) in (
-            (name, np.split(row, cut)) for name, row in zip(names, happened, strict=True)
-        )
-    )
-    motion = Motion(mechanism, t, q, v, curve, method, statistics, events)
+    events = []
+    for name, row in zip(names, happened, strict=True):
+        time, *state = np.split(row, cut)
+        events.append(Occurrence(name, float(time[0]), *state))
+    motion = Motion(mechanism, t, q, v, curve, method, statistics, tuple(events))
     _check_accelerations(motion, os.fspath(path))
     return motion
 

@@ -126,7 +126,7 @@ SYSTEM = System(
         Steady("upright is an equilibrium", {"q1": np.pi}, given={"K": 0.0}),
         Eigenvalues(
             "upright, the frequencies of hanging turn into growth rates: λ = ±ω",
-            lambda s: [sign * sqrt(square) for square in squares(s) for sign in (1, -1)],
+            lambda s: [*sqrt(squares(s)), *-sqrt(squares(s))],
             at={"q1": np.pi},
             given={"K": 0.0},
         ),

@@ -7,7 +7,7 @@ vertical, from the x axis, and its angle theta from the upward vertical (phi has
 the rod is vertical). The rod points from m1 to m2.
 """
 
-from numpy import cos, sin, tan
+from numpy import cos, diag, sin, tan
 
 from mecanique.model import Body, Mechanism, Parameter, Prismatic, Revolute, bar, particle
 from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number, Values
@@ -41,13 +41,10 @@ def inertia(s: Values) -> Number:
     return s.m1 * s.m2 / (s.m1 + s.m2) * s.l**2
 
 
-def mass_matrix(s: Values) -> list[list[Number]]:
+def mass_matrix(s: Values) -> Number:
     """Return M, diagonal in these coordinates."""
-    entries = [s.m1 + s.m2] * 3 + [inertia(s) * sin(s.theta) ** 2, inertia(s)]
-    return [
-        [entry if row == column else 0.0 for column in range(5)]
-        for row, entry in enumerate(entries)
-    ]
+    m, I = s.m1 + s.m2, inertia(s)
+    return diag([m, m, m, I * sin(s.theta) ** 2, I])
 
 
 def acceleration(s: Values) -> list[float]:
