@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, TypeVar, final
 
@@ -13,14 +13,10 @@ from mecanique.errors import InputError, MechanismError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, coordinate, evaluate, symbols_in
-from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
-from mecanique.model.loops import Loop
-from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import vector
-from mecanique.model.validation import faults
+from mecanique.model.validation import Description, faults
 from mecanique.model.values import Given, numbers_of
-from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = ["Mechanism"]
 
@@ -30,7 +26,7 @@ _SHORTEST, _LONGEST = 1e-9, 1e9
 
 @final
 @dataclass(frozen=True)
-class Mechanism:
+class Mechanism(Description):
     """A mechanism described once; what can be built is sound.
 
     Args:
@@ -50,18 +46,6 @@ class Mechanism:
     Raises:
         MechanismError: with every fault found.
     """
-
-    name: str
-    bodies: tuple[Body, ...]
-    joints: tuple[Joint, ...]
-    forces: tuple[AnyForce, ...] = ()
-    loops: tuple[Loop, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
-    inputs: tuple[Input, ...] = ()
-    coordinates: Coordinates = field(default=Coordinates(()))
-    gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
-    ground: str = "ground"
-    velocity_constraints: tuple[VelocityConstraint, ...] = ()
 
     def __post_init__(self) -> None:
         for name in (
@@ -96,24 +80,6 @@ class Mechanism:
                 leaders = symbols_in(law) & driven.keys()
                 driven[name] = law.subs({coordinate(k): driven[k] for k in leaders})
         return driven
-
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """Value of each parameter, by symbol."""
-        return {parameter.symbol: parameter.value for parameter in self.parameters}
-
-    @cached_property
-    def velocities(self) -> tuple[str, ...]:
-        """Names of the velocities v: q' for a coordinate q, components for a quaternion."""
-        quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
-        inside = {name for joint in quasi.values() for name in joint.coordinates}
-        names: list[str] = []
-        for name in self.coordinates:
-            if name in quasi:
-                names.extend(quasi[name].velocities)
-            elif name not in inside:
-                names.append(f"{name}'")
-        return tuple(names)
 
     @property
     def nq(self) -> int:

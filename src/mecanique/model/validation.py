@@ -1,11 +1,12 @@
-"""What makes a mechanism sound; every fault is found at once and told in a sentence."""
+"""What makes a mechanism sound: every fault is found at once and reported in a sentence."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from typing import Protocol
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -22,60 +23,39 @@ from mecanique.model.velocity_constraints import VelocityConstraint, is_integrab
 __all__ = ["Description", "faults", "inertia_fault"]
 
 
-class Description(Protocol):
-    """What a mechanism states, before it is known to be sound."""
+@dataclass(frozen=True)
+class Description:
+    """The parts of a `Mechanism`, whose documentation says what they are."""
 
-    @property
-    def name(self) -> str:
-        """Its name."""
+    name: str
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    forces: tuple[AnyForce, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    coordinates: Coordinates = field(default=Coordinates(()))
+    gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
+    ground: str = "ground"
+    velocity_constraints: tuple[VelocityConstraint, ...] = ()
 
-    @property
-    def bodies(self) -> tuple[Body, ...]:
-        """Its bodies."""
-
-    @property
-    def joints(self) -> tuple[Joint, ...]:
-        """Its joints."""
-
-    @property
-    def forces(self) -> tuple[AnyForce, ...]:
-        """Its forces."""
-
-    @property
-    def loops(self) -> tuple[Loop, ...]:
-        """Its closures."""
-
-    @property
-    def parameters(self) -> tuple[Parameter, ...]:
-        """Its parameters."""
-
-    @property
-    def inputs(self) -> tuple[Input, ...]:
-        """Its inputs."""
-
-    @property
-    def coordinates(self) -> Coordinates:
-        """Its generalized coordinates."""
-
-    @property
-    def velocities(self) -> tuple[str, ...]:
-        """Names of its velocities."""
-
-    @property
-    def velocity_constraints(self) -> tuple[VelocityConstraint, ...]:
-        """Its constraints on velocities, for which it is refused."""
-
-    @property
-    def gravity(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Acceleration of free fall."""
-
-    @property
-    def ground(self) -> str:
-        """Name of its fixed body."""
-
-    @property
+    @cached_property
     def values(self) -> dict[str, float]:
-        """Value of each parameter."""
+        """Value of each parameter, by symbol."""
+        return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    @cached_property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the velocities v: q' for a coordinate q, components for a quaternion."""
+        quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
+        inside = {name for joint in quasi.values() for name in joint.coordinates}
+        names: list[str] = []
+        for coordinate in self.coordinates:
+            if coordinate in quasi:
+                names.extend(quasi[coordinate].velocities)
+            elif coordinate not in inside:
+                names.append(f"{coordinate}'")
+        return tuple(names)
 
 
 def faults(mechanism: Description) -> list[str]:
@@ -309,12 +289,12 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
         )
         if unknown or not constraint.terms:
             sound = False
-            told = (
+            fault = (
                 f"depends on {', '.join(map(repr, unknown))}, no coordinate or parameter"
                 if unknown
                 else "is empty"
             )
-            yield f"{where} {told}"
+            yield f"{where} {fault}"
     if not sound:
         return
     names = ", ".join(repr(constraint.name) for constraint in m.velocity_constraints)
