@@ -17,7 +17,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "mecanique"
 
 ORDER: dict[str, list[str]] = {
     "": [
-        "errors files",
+        "errors files safe_xml",
         "model",
         "textbook urdf derivation",
         "reference",

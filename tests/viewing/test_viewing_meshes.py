@@ -261,6 +261,11 @@ def test_collada_opacity(
         ("c.obj", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", r"c\.obj: expected finite numbers"),
         ("a.dae", "<COLLADA>", r"a\.dae: expected a COLLADA file, got one that is no XML"),
         (
+            "a.dae",
+            '<!DOCTYPE a [<!ENTITY b "c">]><COLLADA>&b;</COLLADA>',
+            "no XML: a document type or entity is declared",
+        ),
+        (
             "b.dae",
             collada('<node><instance_node url="#no"/></node>', ""),
             r"b\.dae: .* missing or wrong: KeyError\('no'\)",

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import html
-from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from mecanique.safe_xml import XmlRefusedError, tree_of
 
 __all__ = ["safe"]
 
@@ -19,6 +21,9 @@ _ATTRIBUTE_NAMES = (
 _ELEMENTS = frozenset(_ELEMENT_NAMES.split())
 _ATTRIBUTES = frozenset(_ATTRIBUTE_NAMES.split())
 
+_DEEPEST = 200
+"""Deepest nesting of an equation."""
+
 
 def safe(text: str, *, display: bool = False) -> str:
     """Return HTML for a text that may be MathML.
@@ -32,24 +37,20 @@ def safe(text: str, *, display: bool = False) -> str:
     if not stripped.startswith("<m"):
         return html.escape(text)
     try:
-        tree = ElementTree.fromstring(f"<m>{stripped}</m>")
-    except ElementTree.ParseError:
+        tree = tree_of(f"<m>{stripped}</m>", most_depth=_DEEPEST)
+    except (XmlRefusedError, UnicodeEncodeError):
         return html.escape(text)
     kept = "".join(_written(child) for child in tree)
-    if len(tree) == 1 and _bare(tree[0].tag) == "math":
+    if len(tree) == 1 and tree[0].tag == "math":
         kept = "".join(_written(child) for child in tree[0])
     return f'<math display="{"block" if display else "inline"}">{kept}</math>'
 
 
-def _bare(tag: object) -> str:
-    return str(tag).rpartition("}")[2]
-
-
-def _written(element: ElementTree.Element) -> str:
+def _written(element: Element) -> str:
     inner = html.escape(element.text or "") + "".join(
         _written(child) + html.escape((child.tail or "").strip()) for child in element
     )
-    tag = _bare(element.tag)
+    tag = element.tag
     if tag == "annotation":
         return ""
     if tag not in _ELEMENTS:

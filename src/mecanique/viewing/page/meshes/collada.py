@@ -7,18 +7,18 @@ Textures, lights, cameras and animations are left out, a skin is drawn as it was
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeAlias, final
-from xml.etree import ElementTree
+from typing import final
+from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from mecanique.errors import InputError
+from mecanique.safe_xml import XmlRefusedError, tree_of
 from mecanique.viewing.page.meshes.surface import Surface, fan
 from mecanique.viewing.scene.scene import Floats, Rgba
 
 __all__ = ["read_collada"]
 
-Element: TypeAlias = ElementTree.Element
 _WHITE: Rgba = (1.0, 1.0, 1.0, 1.0)
 _DEEPEST = 40
 
@@ -33,10 +33,10 @@ def read_collada(data: bytes) -> tuple[Surface, ...]:
         InputError: if it is no XML, or refers to what it does not hold.
     """
     try:
-        root = ElementTree.fromstring(data)
-    except ElementTree.ParseError as error:
+        root = tree_of(data)
+    except XmlRefusedError as error:
         raise InputError(f"expected a COLLADA file, got one that is no XML: {error}") from None
-    unit = root.find("{*}asset/{*}unit")
+    unit = root.find("asset/unit")
     scale = float(unit.get("meter", 1)) if unit is not None else 1.0
     try:
         return tuple(_Reader(root).surfaces(scale * np.eye(4)))
@@ -58,7 +58,7 @@ class _Reader:
         return self._named[(url or "").removeprefix("#")]
 
     def surfaces(self, pose: Floats) -> Iterator[Surface]:
-        shown = self._root.find("{*}scene/{*}instance_visual_scene")
+        shown = self._root.find("scene/instance_visual_scene")
         if shown is not None:
             yield from self._node(self._referred(shown.get("url")), pose, 0)
 
@@ -66,7 +66,7 @@ class _Reader:
         if depth > _DEEPEST:
             raise ValueError("nodes within nodes without end")
         for child in node:
-            kind = _name(child)
+            kind = child.tag
             if kind in _TRANSFORMS:
                 pose = pose @ _TRANSFORMS[kind](
                     np.array((child.text or "").split(), dtype=np.float64)
@@ -80,36 +80,36 @@ class _Reader:
 
     def _instance(self, instance: Element, pose: Floats) -> Iterator[Surface]:
         geometry = self._referred(instance.get("url"))
-        if (skin := geometry.find("{*}skin")) is not None:
+        if (skin := geometry.find("skin")) is not None:
             geometry = self._referred(skin.get("source"))
         bound = {
             each.get("symbol"): each.get("target")
             for each in instance.iter()
-            if _name(each) == "instance_material"
+            if each.tag == "instance_material"
         }
-        for part in geometry.findall("{*}mesh/*"):
-            if _name(part) in ("triangles", "polylist", "polygons"):
+        for part in geometry.findall("mesh/*"):
+            if part.tag in ("triangles", "polylist", "polygons"):
                 corners = self._corners(part) @ pose[:3, :3].T + pose[:3, 3]
                 yield Surface(corners, self._color(bound.get(part.get("material"))))
 
     def _corners(self, part: Element) -> Floats:
         """The corners of a list of triangles or polygons."""
-        inputs = part.findall("{*}input")
+        inputs = part.findall("input")
         stride = 1 + max(int(each.get("offset", 0)) for each in inputs)
         vertex = next(each for each in inputs if each.get("semantic") == "VERTEX")
         lists = [
             np.array((p.text or "").split(), dtype=np.int64).reshape(-1, stride)
-            for p in part.findall("{*}p")
+            for p in part.findall("p")
         ]
         if not lists:
             return np.empty((0, 3, 3))
         rows = np.concatenate(lists)[:, int(vertex.get("offset", 0))]
-        if _name(part) == "triangles":
+        if part.tag == "triangles":
             places = np.arange(len(rows)).reshape(-1, 3)
-        elif _name(part) == "polygons":
+        elif part.tag == "polygons":
             places = fan(np.array([len(each) for each in lists]))
         else:
-            places = fan(np.array((part.findtext("{*}vcount") or "").split(), dtype=np.int64))
+            places = fan(np.array((part.findtext("vcount") or "").split(), dtype=np.int64))
         positions = next(
             each
             for each in self._referred(vertex.get("source"))
@@ -119,19 +119,19 @@ class _Reader:
 
     def _floats(self, url: str | None) -> Floats:
         source = self._referred(url)
-        accessor = source.find("{*}technique_common/{*}accessor")
+        accessor = source.find("technique_common/accessor")
         stride = int(accessor.get("stride", 1)) if accessor is not None else 3
-        values = np.array((source.findtext("{*}float_array") or "").split(), dtype=np.float64)
+        values = np.array((source.findtext("float_array") or "").split(), dtype=np.float64)
         return values.reshape(-1, stride)[:, :3]
 
     def _color(self, url: str | None) -> Rgba | None:
         """A material's diffuse color; white where a texture gives it."""
-        used = None if url is None else self._referred(url).find("{*}instance_effect")
+        used = None if url is None else self._referred(url).find("instance_effect")
         if used is None:
             return None
-        for shading in self._referred(used.get("url")).findall("{*}profile_COMMON/{*}technique/*"):
-            if (diffuse := shading.find("{*}diffuse")) is not None:
-                red, green, blue, _ = _rgba(diffuse.find("{*}color")) or _WHITE
+        for shading in self._referred(used.get("url")).findall("profile_COMMON/technique/*"):
+            if (diffuse := shading.find("diffuse")) is not None:
+                red, green, blue, _ = _rgba(diffuse.find("color")) or _WHITE
                 return red, green, blue, _opacity(shading)
         return None
 
@@ -139,13 +139,13 @@ class _Reader:
 def _opacity(shading: Element) -> float:
     """By the four rules of COLLADA 1.4.1 for `opaque`; what would not be seen at all is taken as a slip for 1."""
     transparent, factor = (
-        shading.find("{*}transparent"),
-        shading.findtext("{*}transparency/{*}float"),
+        shading.find("transparent"),
+        shading.findtext("transparency/float"),
     )
     if transparent is None and factor is None:
         return 1.0
     rule = "A_ONE" if transparent is None else transparent.get("opaque", "A_ONE")
-    color = (None if transparent is None else _rgba(transparent.find("{*}color"))) or _WHITE
+    color = (None if transparent is None else _rgba(transparent.find("color"))) or _WHITE
     share = (color[3] if rule.startswith("A") else color[0]) * float(factor or 1)
     opacity = share if rule.endswith("ONE") else 1 - share
     return opacity if 0.01 < opacity < 1 else 1.0
@@ -156,10 +156,6 @@ def _rgba(color: Element | None) -> Rgba | None:
         return None
     red, green, blue, *rest = (float(x) for x in color.text.split())
     return red, green, blue, rest[0] if rest else 1.0
-
-
-def _name(element: Element) -> str:
-    return str(element.tag).rpartition("}")[2]
 
 
 def _moved(xyz: Floats) -> Floats:
