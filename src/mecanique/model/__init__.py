@@ -16,6 +16,7 @@ from mecanique.model.forces import (
 from mecanique.model.joints import (
     Fixed,
     Floating,
+    Helical,
     Joint,
     Limits,
     Planar,
@@ -57,6 +58,7 @@ __all__ = [
     "Fixed",
     "Floating",
     "Force",
+    "Helical",
     "Input",
     "Joint",
     "JointDamper",

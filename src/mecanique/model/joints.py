@@ -18,6 +18,7 @@ from typing import ClassVar, Literal, TypeAlias, TypeVar, final
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.expression import coordinate as symbol
 from mecanique.model.placement import Placement, vector
 
 __all__ = [
@@ -25,6 +26,7 @@ __all__ = [
     "Elementary",
     "Fixed",
     "Floating",
+    "Helical",
     "Joint",
     "Kind",
     "Limits",
@@ -283,6 +285,43 @@ class Prismatic(Single):
         return (Elementary("slide", (self.coordinate,), self.axis),)
 
 
+@final
+@dataclass(frozen=True)
+class Helical(Single):
+    """A screw: the child turns about an axis by its coordinate [rad] and advances as it turns.
+
+    The travel along the axis [m], pitch times the angle, is a coordinate of its own that follows,
+    `<coordinate>_travel` (R. S. Ball, A Treatise on the Theory of Screws, 1900, ch. I). A force in
+    the joint is a moment about the axis; the thread adds no friction.
+
+    Args:
+        pitch: advance along the axis per radian [m/rad], a number other than zero or an expression
+            in parameters; a thread of lead l has l/2π, a left-handed one a negative pitch.
+    """
+
+    pitch: Scalar = field(default=0.0, kw_only=True)
+    noun: ClassVar[str] = "screw"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "pitch", plain(self.pitch))
+        if isinstance(self.pitch, float) and not 0 < abs(self.pitch) < float("inf"):
+            raise InputError(
+                f"joint {self.name!r}: expected a finite pitch other than zero [m/rad], "
+                f"got {self.pitch:g}; a hinge is a Revolute"
+            )
+
+    @property
+    def chain(self) -> tuple[Elementary, ...]:
+        """A slide that follows, then the turn."""
+        angle, travel = self.coordinate, f"{self.coordinate}_travel"
+        follows = self.pitch * symbol(angle)
+        return (
+            Elementary("slide", (travel,), self.axis, part="travel", follows=follows),
+            Elementary("turn", (angle,), self.axis),
+        )
+
+
 @dataclass(frozen=True)
 class _Named(_Joint):
     """A joint with several coordinates.
@@ -402,7 +441,9 @@ class Floating(_Named):
         return (Elementary("free", self.names, quasi=quasi),)
 
 
-Joint: TypeAlias = Fixed | Revolute | Prismatic | Planar | Universal | Spherical | Floating
+Joint: TypeAlias = (
+    Fixed | Revolute | Prismatic | Helical | Planar | Universal | Spherical | Floating
+)
 
 
 def _set_axis(joint: _Joint, axis: Vector) -> None:

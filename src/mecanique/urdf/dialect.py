@@ -22,6 +22,7 @@ __all__ = [
     "LOOP",
     "LOOP_FRAMES",
     "OWN_NAMESPACE",
+    "SCREW",
     "SPRING_DAMPER",
     "UNBOUNDED",
     "WORLD",
@@ -40,6 +41,9 @@ OWN_NAMESPACE = "urn:mecanique"
 
 LOOP = "mecanique:loop"
 """Below robot: a loop of a kind that Drake has no tag for, with its name and type."""
+
+SCREW = "mecanique:screw"
+"""Below a joint that slides and mimics the hinge behind it: both are one screw joint, the hinge."""
 
 LOOP_FRAMES = ("mecanique:frame_a", "mecanique:frame_b")
 """Below a loop: the frame on each of its two links (link, xyz, rpy)."""

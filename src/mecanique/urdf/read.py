@@ -8,6 +8,7 @@ here: `mecanique.urdf.lint` tells all of it.
 from __future__ import annotations
 
 import os
+from collections import Counter
 from typing import Literal
 
 from mecanique.errors import InputError, MechanismError
@@ -18,7 +19,7 @@ from mecanique.model.forces import AnyForce, JointDamper
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import vector
-from mecanique.urdf.dialect import WORLD
+from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Document, Source, read_document
@@ -83,8 +84,10 @@ def mechanism_of(
     """
     if report.errors or document.root is None:
         return None
-    bodies = [link.body() for link in document.links]
-    joints = [joint.joint() for joint in document.joints]
+    joints, between = _joints(document, report)
+    if report.errors:
+        return None
+    bodies = [link.body() for link in document.links if link.name not in between]
     ground = document.root
     if root == "floating":
         ground = Names(body.name for body in bodies).free(WORLD)
@@ -109,6 +112,31 @@ def mechanism_of(
         return None
 
 
+def _joints(document: Document, report: Report) -> tuple[list[Joint], set[str]]:
+    """Return the joints, and the links within a screw, whose slide and hinge are one joint."""
+    slides = {joint.child: joint for joint in document.joints if joint.screw}
+    carried = Counter(joint.parent for joint in document.joints)
+    bare = {link.name for link in document.links if link.massless and not link.visuals}
+    joints: dict[str, Joint] = {}
+    for text in document.joints:
+        slide = slides.get(text.parent)
+        screw = text.threaded(slide) if slide and carried[text.parent] == 1 else None
+        if screw is not None and text.parent in bare:
+            del slides[text.parent]
+            joints[text.name] = screw
+        elif not text.screw:
+            joints[text.name] = text.joint()
+    for slide in slides.values():
+        report.add(
+            "M115",
+            slide.element,
+            slide.where,
+            f"<{SCREW}> expects a slide that mimics the hinge behind it, without offset, about the "
+            "same axis, with a link without mass or anything else between them",
+        )
+    return list(joints.values()), {t.child for t in document.joints if t.screw}
+
+
 def _with_own_names(joints: list[Joint]) -> list[Joint]:
     """Give each joint coordinates of its own: a joint may be called t, or as another's are."""
     names = Names(["t"])
@@ -129,6 +157,7 @@ def _map(document: Document, joints: list[Joint]) -> tuple[tuple[str, Scalar], .
     return tuple(
         (names[name], _linear(follower.multiplier, names[follower.leader], follower.offset))
         for name, follower in document.mimics.items()
+        if name in names
     )
 
 

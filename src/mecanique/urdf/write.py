@@ -11,7 +11,7 @@ from mecanique.errors import UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
 from mecanique.model.expression import plain, symbols_in
-from mecanique.model.joints import Joint, Single
+from mecanique.model.joints import Helical, Joint, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
@@ -21,6 +21,7 @@ from mecanique.urdf.dialect import (
     DRAKE_JOINT,
     DRAKE_NAMESPACE,
     OWN_NAMESPACE,
+    SCREW,
     UNBOUNDED,
     WORLD,
 )
@@ -67,7 +68,8 @@ def write_urdf(
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
     tree is written as if it were free. Planar and universal joints become slides and hinges with
-    massless links between them, in the order of their coordinates. Numbers are written so that they
+    massless links between them, in the order of their coordinates; a screw becomes a slide that
+    mimics a hinge, and `mecanique:screw` in it. Numbers are written so that they
     are read back exactly.
 
     Args:
@@ -83,7 +85,8 @@ def write_urdf(
     """
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
-    if has_own_loops(mechanism):
+    has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)
+    if has_screws or has_own_loops(mechanism):
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:
@@ -215,6 +218,8 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
     if isinstance(joint, Single):
         children += dynamics(mechanism, joint.name, where) if step.name == joint.name else ()
         children += _mimic(mechanism, step.coordinate or "")
+    if isinstance(joint, Helical) and step.name != joint.name:
+        children.append(Tag(SCREW))
     if step.kind == "ball":
         return Tag(DRAKE_JOINT, *children, name=step.name, type="ball")
     return Tag("joint", *children, name=step.name, type=step.kind)

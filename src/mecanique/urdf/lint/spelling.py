@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection
 from difflib import get_close_matches
 
-from mecanique.urdf.dialect import ACTUATOR_GEAR, ACTUATOR_INERTIA, EXTENSIONS, LOOP, LOOP_FRAMES
+from mecanique.urdf.dialect import (
+    ACTUATOR_GEAR,
+    ACTUATOR_INERTIA,
+    EXTENSIONS,
+    LOOP,
+    LOOP_FRAMES,
+    SCREW,
+)
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
@@ -24,6 +31,7 @@ _JOINT = (
         "mimic",
         "calibration",
         "safety_controller",
+        SCREW,
     },
 )
 _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
@@ -55,6 +63,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "mimic": ({"joint", "multiplier", "offset"}, ()),
     "frame": ({"name", "link", "xyz", "rpy"}, ()),
     LOOP: ({"name", "type"}, set(LOOP_FRAMES)),
+    SCREW: ((), ()),
     **{tag: ({"link", "xyz", "rpy"}, ()) for tag in LOOP_FRAMES},
 }
 """Attributes and children of each element."""

@@ -9,6 +9,7 @@ from typing import final
 from mecanique.model.joints import (
     Fixed,
     Floating,
+    Helical,
     Joint,
     Limits,
     Planar,
@@ -18,7 +19,7 @@ from mecanique.model.joints import (
     Universal,
 )
 from mecanique.model.placement import Placement
-from mecanique.urdf.dialect import DRAKE_JOINT, UNBOUNDED
+from mecanique.urdf.dialect import DRAKE_JOINT, SCREW, UNBOUNDED
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement, single
@@ -74,6 +75,7 @@ class JointText:
         friction: [N·m or N].
         mimic: the joint it follows, if any.
         armature: inertia of the drive's rotor seen at the joint [kg·m² or kg].
+        screw: whether it is the slide of a screw, one joint with the hinge behind it.
     """
 
     name: str
@@ -88,6 +90,7 @@ class JointText:
     friction: float
     mimic: Mimic | None
     armature: float = 0.0
+    screw: bool = False
 
     @property
     def where(self) -> str:
@@ -98,6 +101,31 @@ class JointText:
     def moving(self) -> bool:
         """Whether it moves."""
         return self.kind in MOVING
+
+    def threaded(self, slide: JointText) -> Helical | None:
+        """Return the screw that this hinge and the slide before it are; None if they are none."""
+        mimic, unit = slide.mimic, Placement()
+        fits = (
+            self.kind in ("revolute", "continuous")
+            and slide.kind == "prismatic"
+            and self.parent == slide.child
+            and (mimic is not None and mimic.joint == self.name and mimic.offset == 0)
+            and (self.origin.xyz, self.origin.rpy) == (unit.xyz, unit.rpy)
+            and self._unit == slide._unit
+            and not (slide.damping or slide.armature)
+        )
+        if not fits or mimic is None or not mimic.multiplier:
+            return None
+        return Helical(
+            self.name,
+            slide.parent,
+            self.child,
+            origin=slide.origin,
+            axis=self._unit,
+            limits=self.limits,
+            armature=self.armature,
+            pitch=mimic.multiplier,
+        )
 
     def joint(self) -> Joint:
         """Return the joint it describes, with the coordinate names it has by itself."""
@@ -175,7 +203,18 @@ def _joint(element: Element, report: Report) -> JointText | None:
     # what could not be read is reported; something stands in for it, so that the tree is judged too
     kind, axis = kind or "continuous", axis or _Z
     return JointText(
-        name, element, kind, parent, child, origin, axis, limits, damping, friction, mimic
+        name,
+        element,
+        kind,
+        parent,
+        child,
+        origin,
+        axis,
+        limits,
+        damping,
+        friction,
+        mimic,
+        screw=any(child.tag == SCREW for child in element.children),
     )
 
 

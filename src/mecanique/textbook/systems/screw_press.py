@@ -1,0 +1,136 @@
+"""Screw press.
+
+A spindle of length l without mass carries a flywheel, a thin disk of mass m and radius R, at its
+upper end. It turns in the thread of a fixed nut and goes down p for each radian. At its lower end
+it pushes a ram of mass M, which guides keep from turning, by a bearing. A constant moment D drives
+the spindle; gravity g pulls at both. The generalized coordinate theta is the angle that the spindle
+has turned since its lower end was at the height H. Neither thread nor bearing nor guides rub.
+"""
+
+from mecanique.model import (
+    Body,
+    Coordinates,
+    Helical,
+    JointForce,
+    Mechanism,
+    Parameter,
+    Placement,
+    Revolute,
+    bar,
+    box,
+    coordinate,
+    disk,
+)
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    KineticEnergy,
+    MassMatrix,
+    Number,
+    Reaction,
+    Solution,
+    Values,
+)
+from mecanique.textbook.system import System
+
+DOWN, UP = (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
+
+
+def build(
+    m: Parameter,
+    R: Parameter,
+    M: Parameter,
+    l: Parameter,
+    p: Parameter,
+    H: Parameter,
+    D: Parameter,
+    g: Parameter,
+) -> Mechanism:
+    """Return the spindle with its flywheel, and the ram."""
+    theta = coordinate("theta")
+    spindle = bar(l, UP, radius=0.03), disk(m, R, thickness=0.05).at((0, 0, l))
+    return Mechanism(
+        name="screw_press",
+        bodies=(
+            Body("ground"),
+            Body("spindle", *spindle),
+            Body("ram", box(M, (0.3, 0.3, 0.2)).at((0, 0, -0.1))),
+        ),
+        joints=(
+            Helical(
+                "thread",
+                "ground",
+                "spindle",
+                axis=DOWN,
+                pitch=p,
+                origin=Placement((0, 0, H)),
+                coordinate="theta",
+            ),
+            Revolute("bearing", "spindle", "ram", axis=DOWN, coordinate="slip"),
+        ),
+        forces=(JointForce("drive", "thread", D),),
+        coordinates=Coordinates(("theta",), {"slip": -theta}),
+        parameters=(m, R, M, l, p, H, D, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def inertia(s: Values) -> Number:
+    """Return what the moment has to turn: the flywheel, and all that goes down with it."""
+    return s.m * s.R**2 / 2 + (s.m + s.M) * s.p**2
+
+
+def spin(s: Values) -> Number:
+    """Return the angular acceleration."""
+    return (s.D + (s.m + s.M) * s.g * s.p) / inertia(s)
+
+
+SYSTEM = System(
+    title="Screw press with a flywheel",
+    source="pitch and screw after Ball, A Treatise on the Theory of Screws, 1900, ch. I",
+    parameters=(
+        Parameter("m", 60.0, "kg", "mass of the flywheel"),
+        Parameter("R", 0.4, "m", "radius of the flywheel"),
+        Parameter("M", 80.0, "kg", "mass of the ram"),
+        Parameter("l", 0.6, "m", "length of the spindle"),
+        Parameter("p", 0.012, "m/rad", "pitch: advance of the spindle per radian"),
+        Parameter("H", 0.5, "m", "height of the spindle's lower end at theta = 0"),
+        Parameter("D", 30.0, "N·m", "moment that drives the spindle"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={},
+    duration=2.0,
+    tags=("screw", "drive", "linear", "mimic"),
+    facts=(
+        Acceleration(
+            "(m R² / 2 + (m + M) p²) theta'' = D + (m + M) g p",
+            lambda s: [spin(s)],
+        ),
+        MassMatrix("m R² / 2 + (m + M) p²", lambda s: [[inertia(s)]]),
+        KineticEnergy(
+            "T = (m R² / 2 + (m + M) p²) theta'² / 2",
+            lambda s: inertia(s) * s["theta'"] ** 2 / 2,
+        ),
+        Solution(
+            "from rest, theta = theta'' t² / 2",
+            {},
+            lambda s: {"theta": spin(s) * s.t**2 / 2, "theta'": spin(s) * s.t},
+            until=lambda s: 1.5,
+        ),
+        Reaction(
+            "the thread holds spindle and ram up with (m + M) (g - p theta'')",
+            "thread",
+            lambda s: [0, 0, (s.m + s.M) * (s.g - s.p * spin(s))],
+        ),
+        Reaction(
+            "the spindle holds the ram up with M (g - p theta'')",
+            "bearing",
+            lambda s: [0, 0, s.M * (s.g - s.p * spin(s))],
+        ),
+        Conserved(
+            "the energy T - (m + M) g p theta, less the work D theta of the drive",
+            lambda s: inertia(s) * s["theta'"] ** 2 / 2 - ((s.m + s.M) * s.g * s.p + s.D) * s.theta,
+        ),
+    ),
+)
