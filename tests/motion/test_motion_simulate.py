@@ -239,6 +239,21 @@ def test_an_interrupt_raised_by_a_callback_does_not_break_the_integrator() -> No
     assert caught.value.motion.t[-1] > 5
 
 
+@pytest.mark.parametrize("method", ["dop853", "lsoda", "radau", "bdf"])
+def test_what_progress_raises_keeps_the_motion_until_then(method: str) -> None:
+    def stop(done: float) -> None:
+        if done > 0.5:
+            raise ValueError("enough")
+
+    mechanism = mq.textbook.load("rigid_bar_pendulum")
+    with pytest.raises(mq.IntegrationError, match="progress raised ValueError") as caught:
+        mq.simulate(mechanism, q=[1.0], duration=2.0, rtol=1e-6, method=method, progress=stop)
+    assert caught.value.motion is not None
+    assert caught.value.motion.t[-1] == caught.value.time
+    assert caught.value.motion.t[-1] > 1.0
+    assert isinstance(caught.value.__cause__, ValueError)
+
+
 @pytest.mark.parametrize("method", [*METHODS, "auto"])
 def test_what_an_input_raises_is_reported_with_time_and_state(method: str) -> None:
     def signal_(t: float) -> float:

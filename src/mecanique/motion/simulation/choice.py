@@ -16,6 +16,7 @@ __all__ = [
     "COMPILED",
     "Choice",
     "first_choice",
+    "may_change",
     "next_choice",
     "seconds_per_step",
     "worth_reconsidering",
@@ -153,6 +154,18 @@ def next_choice(problem: Problem, choice: Choice, integration: Integration) -> C
     return None
 
 
+def may_change(problem: Problem, choice: Choice) -> bool:
+    """Return whether another choice may pay after a while.
+
+    Args:
+        problem: what is integrated.
+        choice: what it is integrated with.
+    """
+    if problem.loops is not None or choice.method != "dop853":
+        return False
+    return choice.compiles or _can_tighten(problem, choice)
+
+
 def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) -> bool:
     """Return whether another choice pays, as the first `STEPS` steps of dop853 suggest.
 
@@ -165,8 +178,6 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
         t: the time they reached [s].
     """
     if steps != STEPS:
-        return False
-    if problem.loops is not None or choice.method != "dop853":
         return False
     if _can_tighten(problem, choice) and _steps_in_all(problem, t) > MANY_STEPS:
         return True

@@ -16,12 +16,12 @@ from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.arguments import kinks
-from mecanique.motion.simulation.choice import Choice, worth_reconsidering
+from mecanique.motion.simulation.choice import Choice, may_change, worth_reconsidering
 from mecanique.motion.simulation.methods import METHODS, EquationsError, Task, advance
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 from mecanique.motion.simulation.taylor import integrate_series
-from mecanique.motion.simulation.watcher import Watcher
+from mecanique.motion.simulation.watcher import Interruption, Watcher
 
 __all__ = ["integrate"]
 
@@ -56,13 +56,13 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
     if not np.isfinite(rate).all():
         outcome = Outcome("not finite")
         return Integration(outcome, problem.t0, steps.y[0], 0, 0, task.rtol, None)
-    with _interruptible() as interrupted:
+    with _interruptible() as interruption:
         watcher = Watcher(
             problem,
             task,
             steps,
-            interrupted,
-            lambda t: worth_reconsidering(problem, choice, steps.taken, t),
+            interruption,
+            partial(worth_reconsidering, problem, choice) if may_change(problem, choice) else None,
         )
         outcome = _integrate_stretches(problem, choice, task, steps, watcher)
     return Integration(
@@ -108,7 +108,7 @@ def _integrate_stretches(
         for stop in (*kinks(problem.mechanism, problem.t0, end), end):
             while steps.t[-1] < stop:
                 outcome = run(stop)
-                if watcher.interrupted():
+                if watcher.interruption.pressed:
                     return Outcome("interrupted")
                 if outcome.kind == "halt":
                     try:
@@ -199,18 +199,18 @@ def _refine(
 
 
 @contextmanager
-def _interruptible() -> Iterator[Callable[[], bool]]:
-    """Let Ctrl-C end the integration after a step, and yield whether it was pressed.
+def _interruptible() -> Iterator[Interruption]:
+    """Let Ctrl-C end the integration after a step.
 
     SciPy's compiled integrators survive no exception in a callback.
     """
-    pressed: list[int] = []
+    interruption = Interruption()
     in_main = threading.current_thread() is threading.main_thread()
     if not in_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield lambda: bool(pressed)
+        yield interruption
         return
-    signal.signal(signal.SIGINT, lambda number, frame: pressed.append(number))
+    signal.signal(signal.SIGINT, interruption.note)
     try:
-        yield lambda: bool(pressed)
+        yield interruption
     finally:
         signal.signal(signal.SIGINT, signal.default_int_handler)

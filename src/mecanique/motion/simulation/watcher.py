@@ -15,7 +15,7 @@ from mecanique.motion.simulation.methods import Task, advance
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Problem
 
-__all__ = ["Watcher"]
+__all__ = ["Interruption", "Watcher"]
 
 PLACES = (0.25, 0.5, 0.75, 1.0)
 """Fractions of a step at which events are looked for."""
@@ -28,6 +28,18 @@ TINY = 1e-300
 
 MAX_HALVINGS = 50
 """How often a step is halved to find where a quantity has left zero."""
+
+
+@final
+class Interruption:
+    """Whether Ctrl-C was pressed."""
+
+    def __init__(self) -> None:
+        self.pressed = False
+
+    def note(self, number: int, frame: object) -> None:
+        """Handle the signal."""
+        self.pressed = True
 
 
 class _Crossing(NamedTuple):
@@ -49,8 +61,9 @@ class Watcher:
         problem: what is integrated.
         task: the equations and tolerances.
         steps: the steps so far.
-        interrupted: returns whether Ctrl-C was pressed.
-        reconsider: returns at a time whether another method may pay.
+        interruption: whether Ctrl-C was pressed.
+        reconsider: returns after a number of steps, at a time, whether another method pays; None
+            if none may.
 
     Raises:
         UnknownNameError: if an event depends on a name that does not exist.
@@ -62,12 +75,11 @@ class Watcher:
         problem: Problem,
         task: Task,
         steps: Steps,
-        interrupted: Callable[[], bool],
-        reconsider: Callable[[float], bool],
+        interruption: Interruption,
+        reconsider: Callable[[int, float], bool] | None,
     ) -> None:
         mechanism, rates = problem.mechanism, problem.code.rates
-        self.interrupted = interrupted
-        """Returns whether Ctrl-C was pressed."""
+        self.interruption = interruption
         self._reconsider = reconsider
         self._reference = problem.reference
         self._loops = problem.loops
@@ -95,14 +107,14 @@ class Watcher:
 
     def look(self) -> Outcome | None:
         """Look at the last step; return why to halt, or None to continue."""
-        if self.interrupted():
+        if self.interruption.pressed:
             return Outcome("interrupted")
-        t = self._steps.t[-1]
-        if self._reconsider(t):
+        steps = self._steps
+        if self._reconsider is not None and self._reconsider(steps.taken, steps.t[-1]):
             return Outcome("reconsider")
         if self._idle:
             return None
-        y = self._steps.y[-1]
+        t, y = steps.t[-1], steps.y[-1]
         if self._progress is not None and t >= self._next_report:
             try:
                 self._progress((t - self._begin) / self._duration)
