@@ -1,4 +1,4 @@
-"""Mechanisms made by hand for the tests of derive: every joint type, force and kind of coordinate map."""
+"""Mechanisms made by hand: every joint type, force and kind of coordinate map."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def driven() -> Mechanism:
 
 
 def rheonomic() -> Mechanism:
-    """Return a pendulum on a turning arm whose pivot shakes: A cos(W t) up, Omega t about the vertical."""
+    """Return a pendulum on a turning arm whose pivot shakes: A cos(W t) up, Omega t about z."""
     m, length, A, W, Omega = (
         Parameter(s, value, unit)
         for s, value, unit in (
@@ -161,7 +161,7 @@ def rheonomic() -> Mechanism:
 
 
 def planar() -> Mechanism:
-    """Return a plate in the x-z plane on two springs, a drive's torque and a force in its own axes."""
+    """Return a plate in the x-z plane with two springs, a drive and a force in its own axes."""
     m, J, k, a, c, g = (
         Parameter(s, value, unit)
         for s, value, unit in (
@@ -222,7 +222,7 @@ def three_dimensional() -> Mechanism:
 
 
 def functions() -> Mechanism:
-    """Return a bead on a curve, driven through arcs and roots, with loads that are no polynomials."""
+    """Return a bead on a curve, driven through arcs and roots, with non-polynomial loads."""
     m, R = Parameter("m", 0.5, "kg"), Parameter("R", 6.0, "m")
     s, u = coordinate("s"), Input("u", 0.3 * sin(2 * time()), "m")
     return Mechanism(
@@ -244,7 +244,7 @@ def functions() -> Mechanism:
 
 
 def free() -> Mechanism:
-    """Return a free body that carries a swinging arm, with a load in its own axes and one in the world's."""
+    """Return a free body with a swinging arm, a load in its own axes and one in the world's."""
     m, J = Parameter("m", 2.0, "kg"), Parameter("J", 0.4, "kg·m²")
     return Mechanism(
         name="free",

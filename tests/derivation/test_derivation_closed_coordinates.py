@@ -1,4 +1,4 @@
-"""Loops replaced by coordinates in closed form: symbolic equations that agree with those of the loop itself."""
+"""Loops replaced by coordinates in closed form give the equations of the loop itself."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ ANGLES = (-2.9, -2.0, -0.4, 0.0, 0.7, 1.5, 3.0)
 
 
 def slider_crank() -> Mechanism:
-    """The catalogue's slider-crank without its loop: the rod and the slider follow the crank, x > 0."""
+    """The catalogue's slider-crank without its loop: rod and slider follow the crank, x > 0."""
     from sympy import asin, cos, sin, sqrt
 
     loop = textbook.load("slider_crank")

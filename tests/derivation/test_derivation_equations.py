@@ -1,4 +1,4 @@
-"""What `derive` gives: required texts, matrices, callables, and a clear word where there is no closed form."""
+"""What `derive` returns: texts, matrices, callables, and why there is no closed form."""
 
 from __future__ import annotations
 
@@ -72,7 +72,8 @@ SHORTEST = {
         "l m cos(q) q'' + (M + m) x'' - l m sin(q) q'^2 + c x' - F = 0",
     ),
     "double_pendulum": (
-        "l1 (m1 + m2) q1'' + l2 m2 cos(q1 - q2) q2'' + l2 m2 sin(q1 - q2) q2'^2 + g (m1 + m2) sin(q1) = 0",
+        "l1 (m1 + m2) q1'' + l2 m2 cos(q1 - q2) q2'' + l2 m2 sin(q1 - q2) q2'^2"
+        " + g (m1 + m2) sin(q1) = 0",
         "l1 cos(q1 - q2) q1'' + l2 q2'' - l1 sin(q1 - q2) q1'^2 + g sin(q2) = 0",
     ),
 }

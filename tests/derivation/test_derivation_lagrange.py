@@ -1,4 +1,4 @@
-"""Lagrange's equations in Poisson series: equal to the numeric ways, and printed as a textbook would."""
+"""Lagrange's equations in Poisson series equal the numeric ones and print as in a textbook."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def equations_of(name: str) -> Equations:
 
 
 def around_start(name: str, mechanism: Mechanism, n: int = 4) -> States:
-    """Return random states where the coordinates are sure to be valid and the closed form's assumptions hold."""
+    """Return random states that are valid and in which the closed form's assumptions hold."""
     rng = np.random.default_rng(5)
     start = mechanism.position(None if name in READABLE else textbook.entry(name).start)
     q = start + 0.05 * rng.normal(size=(n, mechanism.nq))
@@ -38,7 +38,7 @@ def around_start(name: str, mechanism: Mechanism, n: int = 4) -> States:
 
 
 def numbers(equations: Equations, some: States, a: np.ndarray) -> dict[str, Any]:
-    """Return the value of every symbol that may be printed, roots and the inputs' derivatives included."""
+    """Return the value of every symbol in print, roots and derivatives of inputs included."""
     derivation = equations.derivation
     values = {**some.values, **dict(zip(derivation.algebra.accelerations, a.T, strict=True))}
     for signal in equations.mechanism.inputs:

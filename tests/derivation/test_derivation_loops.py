@@ -1,4 +1,4 @@
-"""Closed mechanisms derived in-house: with multipliers, in independent coordinates, and against closed forms."""
+"""Closed mechanisms: by multipliers, in independent coordinates, against closed forms."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ def test_multipliers_and_independent_coordinates_agree() -> None:
 
 
 def test_the_loop_carries_what_newton_asks_of_the_slider() -> None:
-    """The pin's force along the line is the slider's mass times its acceleration; the rod pulls along itself."""
+    """The pin's force along the line is the slider's m a; the rod pulls along itself."""
     states = slider_crank(np.linspace(0.2, 2.8, 9), 2.5)
     mechanism = states.mechanism
     equations = derive(mechanism)
@@ -116,7 +116,7 @@ def test_the_loop_carries_what_newton_asks_of_the_slider() -> None:
 
 @pytest.mark.parametrize("kind", ["hinge", "weld", "plate", "pin", "ball", "distance"])
 def test_every_kind_of_loop_agrees_in_both_ways(kind: str) -> None:
-    """A chain of planar and universal joints, tied exactly where it happens to stand, with any velocity that fits."""
+    """A chain of planar and universal joints, tied where it stands, with any fitting velocity."""
     joints = (
         Planar("j", "ground", "a", axis=(0, 1, 0), origin=Placement((0.1, 0.2, 0.3))),
         Universal("u", "a", "b", origin=Placement((0.3, 0, 0), (0.1, 0.2, 0.3))),
@@ -180,7 +180,7 @@ def test_closed_systems_of_the_catalogue_have_accelerations_that_keep_the_loops(
 
 
 def test_the_published_start_of_the_squeezer() -> None:
-    """Hairer & Wanner, Solving ODEs II, sect. VII.7: consistent accelerations and multipliers at the start."""
+    """Hairer & Wanner, Solving ODEs II, sect. VII.7: accelerations and multipliers at the start."""
     mechanism = textbook.load("squeezer")
     a = derive(mechanism).acceleration(textbook.entry("squeezer").start, None)
     at = dict(zip(mechanism.coordinates, a, strict=True))
@@ -210,7 +210,7 @@ def test_a_doubled_loop_moves_the_same_and_says_what_is_undetermined() -> None:
 
 
 def test_a_driven_crank_is_rheonomic() -> None:
-    """With θ = 0.7 + 2 t given by an input, the slider follows the closed form of a crank at constant speed."""
+    """With θ = 0.7 + 2 t by an input, the slider moves as that of a crank at constant speed."""
     mechanism = textbook.load("slider_crank")
     signal = Input("turn", 2.0 * time() + 0.7)
     driven = replace(
@@ -235,7 +235,7 @@ def test_a_driven_crank_is_rheonomic() -> None:
 
 @pytest.mark.parametrize("name", [name for name in CLOSED if name != "bricard_linkage"])
 def test_printed_equations_with_multipliers_hold_on_the_loops(name: str) -> None:
-    """Some multipliers satisfy every printed line at once, with accelerations found in independent coordinates."""
+    """Some multipliers satisfy all printed lines, with accelerations in independent coordinates."""
     mechanism = textbook.load(name)
     equations = derive(mechanism)
     given = random_states(mechanism, 3, 2, equations.derivation.assumptions)

@@ -1,4 +1,4 @@
-"""Newton and Euler, and virtual work: the equations are Lagrange's, reactions the chapter's, and these do no work."""
+"""Newton and Euler, and virtual work: Lagrange's equations, the chapter's reactions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Printed equations: textbook forms, never longer than needed, and read back as the same numbers."""
+"""Printed equations are textbook forms, no longer than needed, and read back as numbers."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FUNCTIONS: dict[str, Callable[[Any], Any]] = {
 
 
 def evaluate_text(text: str, values: Mapping[str, Any]) -> Any:
-    """Value of a printed expression: juxtaposition is the product, ^ the power, primes belong to names."""
+    """Value of a printed expression: a b is a product, ^ a power, primes belong to names."""
     tokens = [match.groups() for match in TOKEN.finditer(text)]
     place = 0
 
@@ -132,7 +132,6 @@ def test_the_reader_of_these_tests_reads(text: str, value: float) -> None:
 
 
 # -- systems
-# -------------------------------------------------------------------------------------------------------
 
 
 class System:
@@ -307,7 +306,8 @@ TEXTBOOK: list[tuple[Callable[[], list[Series]], list[str]]] = [
     (
         double_pendulum,
         [
-            "l1 (m1 + m2) q1'' + l2 m2 cos(q1 - q2) q2'' + l2 m2 sin(q1 - q2) q2'^2 + g (m1 + m2) sin(q1) = 0",
+            "l1 (m1 + m2) q1'' + l2 m2 cos(q1 - q2) q2'' + l2 m2 sin(q1 - q2) q2'^2"
+            " + g (m1 + m2) sin(q1) = 0",
             "l1 cos(q1 - q2) q1'' + l2 q2'' - l1 sin(q1 - q2) q1'^2 + g sin(q2) = 0",
         ],
     ),
@@ -338,7 +338,8 @@ TEXTBOOK: list[tuple[Callable[[], list[Series]], list[str]]] = [
     (
         spinning_top,
         [
-            "(A sin(th)^2 + C cos(th)^2) phi'' + C cos(th) psi'' + 2 (A - C) sin(th) cos(th) phi' th'"
+            "(A sin(th)^2 + C cos(th)^2) phi'' + C cos(th) psi''"
+            " + 2 (A - C) sin(th) cos(th) phi' th'"
             " - C sin(th) psi' th' = 0",
             "A th'' + (C - A) sin(th) cos(th) phi'^2 + C sin(th) phi' psi' - g l m sin(th) = 0",
             "cos(th) phi'' + psi'' - sin(th) phi' th' = 0",

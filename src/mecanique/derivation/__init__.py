@@ -1,4 +1,4 @@
-"""In-house mechanics: equations of motion derived from the description alone, in symbols and numbers."""
+"""In-house mechanics: equations of motion derived from the description alone."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Whether all methods lead to the same equations of motion: not at some states, but as closed forms."""
+"""Check that all methods lead to the same equations of motion, as closed forms."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
 
 
 def agreement(mechanism: Mechanism) -> str:
-    """Return in a sentence whether the methods give the same equations: the differences of their left sides are zero.
+    """Say in a sentence whether the left sides that the methods give differ by zero.
 
     Quaternions are of unit length only along a motion, so that with one the difference need not
     vanish identically.
@@ -43,12 +43,16 @@ def agreement(mechanism: Mechanism) -> str:
                 return (
                     f"The closed forms of the equation for {name} differ; compare them by numbers."
                 )
-    said = "All three methods give the same equations of motion: the differences of their left sides vanish identically."
+    said = (
+        "All three methods give the same equations of motion: the differences of their left sides "
+        "vanish identically."
+    )
     reactions = found["newton_euler"].reactions
     if reactions:
         said += (
-            f" The reactions {', '.join(reactions)} stand in the balances of the single bodies and in their "
-            "equilibrium with the inertia forces; in the sum of the virtual work and in Lagrange's equations they do "
-            "not appear. Once the motion is known they follow from it, as listed under Reactions."
+            f" The reactions {', '.join(reactions)} stand in the balances of the single bodies and "
+            "in their equilibrium with the inertia forces; in the sum of the virtual work and in "
+            "Lagrange's equations they do not appear. Once the motion is known they follow from "
+            "it, as listed under Reactions."
         )
     return said

@@ -1,4 +1,4 @@
-"""Equations of motion as a result: M(q, t) a + bias(q, v, t) = forces(q, v, t), to read and to compute with."""
+"""Equations of motion as a result, M a + bias = forces, to read and to compute with."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Equations:
 
     @cached_property
     def h(self) -> Matrix:
-        """Coriolis, centrifugal and rheonomic inertia terms and gravity, a sympy Matrix of shape (nv, 1).
+        """The bias: inertia terms without a, and gravity; a sympy Matrix of shape (nv, 1).
 
         Raises:
             DerivationError: if there is no symbolic form.
@@ -119,7 +119,7 @@ class Equations:
 
     @cached_property
     def Q(self) -> Matrix:
-        """Generalized forces of springs, dampers, drives and loads, a sympy Matrix of shape (nv, 1).
+        """Generalized forces of springs, dampers, drives and loads; a sympy Matrix, (nv, 1).
 
         Raises:
             DerivationError: if there is no symbolic form.
@@ -152,13 +152,13 @@ class Equations:
         """
         if self.linear is None:
             raise DerivationError(
-                f"the equations of {self.mechanism.name!r} are not linear with constant coefficients; "
-                "linearize them about an equilibrium first"
+                f"the equations of {self.mechanism.name!r} are not linear with constant "
+                "coefficients; linearize them about an equilibrium first"
             )
         return self.linear.text()
 
     def holds(self, q: Given, t: float = 0.0) -> bool:
-        """Return whether a state is one that the symbolic equations hold for, e.g. springs not turned inside out.
+        """Return whether the symbolic equations hold in a state: no spring is turned inside out.
 
         Args:
             q: shape (nq,), or values by coordinate name.
@@ -181,7 +181,7 @@ class Equations:
         return self.document.text(steps) if self.symbolic else self._absent()
 
     def latex(self, steps: bool = False) -> str:
-        """Return the equations of motion in LaTeX, for mathematics mode; with steps, a fragment of a document.
+        """Return the equations in LaTeX, for mathematics mode; with steps, part of a document.
 
         Args:
             steps: whether to show how they came about.
@@ -189,7 +189,7 @@ class Equations:
         return self.document.latex(steps) if self.symbolic else f"\\text{{{self._absent()}}}"
 
     def mathml(self, steps: bool = False) -> str:
-        """Return the equations of motion in MathML, an element each; with steps, a fragment of an HTML page.
+        """Return the equations in MathML, an element each; with steps, part of an HTML page.
 
         Args:
             steps: whether to show how they came about.
@@ -200,13 +200,15 @@ class Equations:
         return self.text()
 
     def __repr__(self) -> str:
-        return f"<Equations of {self.mechanism.name!r} by {self.method}, v = ({', '.join(self.mechanism.velocities)})>"
+        v = ", ".join(self.mechanism.velocities)
+        return f"<Equations of {self.mechanism.name!r} by {self.method}, v = ({v})>"
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
     def _absent(self) -> str:
-        return f"The equations of {self.mechanism.name!r} are computed, not written out: {self.why_not}."
+        name = self.mechanism.name
+        return f"The equations of {name!r} are computed, not written out: {self.why_not}."
 
     def mass_matrix(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
         """Return the mass matrix M, shape (nv, nv) or (n, nv, nv).
@@ -222,7 +224,7 @@ class Equations:
         return states.shaped(self.numeric.mass_matrix(states))
 
     def bias(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (nv,) or (n, nv).
+        """Return the inertia terms without accelerations, and gravity, shape (nv,) or (n, nv).
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.
@@ -236,7 +238,7 @@ class Equations:
         return states.shaped(self.numeric.bias(states))
 
     def forces(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the generalized forces of springs, dampers, drives and loads, shape (nv,) or (n, nv).
+        """Return the forces of springs, dampers, drives and loads, shape (nv,) or (n, nv).
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.
@@ -267,8 +269,9 @@ class Equations:
         return states.shaped(self.numeric.acceleration(states))
 
     def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
-        """Return Lagrange's multipliers λ of the loops, by row, "loop: motion it closes"; each shape () or (n,).
+        """Return Lagrange's multipliers λ of the loops, each shape () or (n,).
 
+        They go by row, "loop: motion it closes".
         With these M a + bias − forces = Jᵀ λ. Along x, y, z and length they are forces [N] of body
         a on body b, about x, y, z moments [N·m], in the axes of frame a. Redundant rows share their
         load with the least sum of squares.
@@ -296,7 +299,7 @@ class Equations:
         return Constrained(self.mechanism, self.numeric)
 
     def reactions(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, Reaction]:
-        """Return what each joint's parent does to its child, by joint name: force and moment, world axes.
+        """Return force and moment of each joint's parent on its child, by joint, world axes.
 
         The moment is about the origin of the child's frame. Springs, dampers, drives and loads are
         no part of it.
@@ -313,12 +316,13 @@ class Equations:
         """
         if not isinstance(self.numeric, Balances):
             raise DerivationError(
-                f'the method {self.method!r} shows no reactions, which do no virtual work; use method="newton_euler"'
+                f"the method {self.method!r} shows no reactions, which do no virtual work; "
+                'use method="newton_euler"'
             )
         if self.mechanism.loops:
             raise DerivationError(
-                f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its tree leave out; "
-                "use Reference"
+                f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its "
+                "tree leave out; use Reference"
             )
         states = States.of(self.mechanism, q, v, t)
         found = self.numeric.reactions(states)
@@ -329,7 +333,7 @@ class Equations:
     def inverse_dynamics(
         self, q: Given, v: Given, a: Given, t: float | np.ndarray = 0.0
     ) -> np.ndarray:
-        """Return the generalized forces that must be added for accelerations a: M a + bias − forces, shape (nv,).
+        """Return the forces to add for accelerations a: M a + bias − forces, shape (nv,).
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.
@@ -369,7 +373,7 @@ class Equations:
     def momentum(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return linear momentum, angular about the world's origin and about the center of mass, world axes.
+        """Return the momenta: linear, angular about the origin and about the center of mass.
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.
@@ -377,7 +381,7 @@ class Equations:
             t: shape () or (n,) [s].
 
         Returns:
-            Each shape (3,) or (n, 3) [kg·m/s, then kg·m²/s].
+            World axes; each shape (3,) or (n, 3) [kg·m/s, then kg·m²/s].
 
         Raises:
             InputError: if a shape is wrong or a number is not finite.
@@ -389,7 +393,7 @@ class Equations:
     def energy(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic energy T and the potential energy V of gravity and springs, each shape () or (n,) [J].
+        """Return the kinetic energy T, and V of gravity and springs, each shape () or (n,) [J].
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.

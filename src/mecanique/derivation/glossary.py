@@ -79,10 +79,8 @@ def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
         for velocity in joint.velocities:
             linear = velocity in joint.linear_velocities
             what, unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
-            yield Meaning(
-                velocity,
-                f"{velocity[-1]} component of the {what} of {joint.child}, in its own axes [{unit}]",
-            )
+            of = f"the {what} of {joint.child}, in its own axes [{unit}]"
+            yield Meaning(velocity, f"{velocity[-1]} component of {of}")
 
 
 def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
@@ -117,7 +115,7 @@ def _axis(joint: Single | Planar) -> str:
 
 
 def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
-    """An axis in words, e.g. −y of ground; the joint's frame is named where it is turned against its parent."""
+    """An axis in words, e.g. −y of ground; a joint's frame is named where its parent's differs."""
     turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
     of = f"the frame of joint {joint.name}" if turned else joint.parent
     for name, component in zip("xyz", axis, strict=True):

@@ -32,7 +32,7 @@ __all__ = ["Along", "Drive", "Elastic", "Law", "Viscous", "laws_of"]
 
 
 class Along(Protocol):
-    """What a force acts along, with the unit vector e from one end to the other; in a joint e is 1."""
+    """What a force acts along; e is the unit vector from one end to the other, 1 in a joint."""
 
     @property
     def x(self) -> Any:

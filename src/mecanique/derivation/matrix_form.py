@@ -44,7 +44,8 @@ class Linear:
 
     def mathml(self) -> str:
         """Return it as one MathML element."""
-        return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{self._lines(MathML())[0]}</math>'
+        (line,) = self._lines(MathML())
+        return f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{line}</math>'
 
     def _lines(self, writer: Writer) -> list[str]:
         terms = [("M", self.M, "''"), ("C", self.C, "'"), ("K", self.K, "")]
@@ -73,7 +74,7 @@ class Linear:
 
 
 def linear(derivation: Derivation) -> Linear | None:
-    """Return the matrices of equations of motion that are linear with constant coefficients, else None.
+    """Return the matrices of linear equations with constant coefficients, else None.
 
     Args:
         derivation: the equations.

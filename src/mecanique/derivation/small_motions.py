@@ -1,4 +1,4 @@
-"""Small motions about an equilibrium, symbolically: M q'' + C q' + K q = f, differentiated in the ring.
+"""Small motions about an equilibrium in symbols: M q'' + C q' + K q = f.
 
 M, C and K are M a + h − Q of the exact equations differentiated with respect to accelerations,
 velocities and coordinates, with the equilibrium put in afterwards (L. Meirovitch, Elements of
@@ -60,20 +60,20 @@ class Linearized:
     ratio: tuple[Series, Series] | None
 
     def text(self) -> str:
-        """Return the equations, the matrices if there are several equations, and the natural frequency of one."""
+        """Return the equations; of several the matrices, of one the natural frequency."""
         lines = [self.about(), *(equation.text() for equation in self.equations)]
         if len(self.equations) > 1:
             lines += ["In matrices:", *self.matrices.text().splitlines()]
         return "\n".join([*lines, *self._figures(Text())])
 
     def latex(self) -> str:
-        """Return the equations in LaTeX, for mathematics mode, with the natural frequency of one degree of freedom."""
+        """Return the equations in LaTeX, for mathematics mode; of one the natural frequency."""
         rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
         rows += [line.replace(" = ", " &= ", 1) for line in self._figures(Latex())]
         return "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
 
     def mathml(self) -> str:
-        """Return the equations in MathML, an element each, then the matrices and the natural frequency."""
+        """Return the equations in MathML, an element each, then matrices and frequency."""
         out = [equation.mathml() for equation in self.equations]
         if len(self.equations) > 1:
             out.append(self.matrices.mathml())
@@ -87,7 +87,10 @@ class Linearized:
         if not listed:
             return "Small motions about the equilibrium with all coordinates zero:"
         numbers = "".join(f", {letter} = {value:.9g}" for letter, value in self.letters.items())
-        return f"Small motions about the equilibrium {listed}{numbers}; the coordinates below are deviations from it:"
+        return (
+            f"Small motions about the equilibrium {listed}{numbers}; the coordinates below are "
+            "deviations from it:"
+        )
 
     def __str__(self) -> str:
         return self.text()
@@ -134,8 +137,8 @@ def linearized(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
             timed = [g.name for g in entry.generators() if g.kind in (Kind.TIME, Kind.INPUT)]
             if timed:
                 raise DerivationError(
-                    f"the linear equations of {mechanism.name!r} have no constant coefficients: {what} depends on "
-                    f"{timed[0]!r}; use the matrices at one time"
+                    f"the linear equations of {mechanism.name!r} have no constant coefficients: "
+                    f"{what} depends on {timed[0]!r}; use the matrices at one time"
                 )
     f = tuple(_drive(put(force), numbers, mechanism.name) for force in forces)
     names = tuple(v[:-1] if v.endswith("'") else f"δ{v}" for v in algebra.velocities)
@@ -211,8 +214,8 @@ def _drive(rest: Series, numbers: Mapping[str, float], name: str) -> Series:
     left = evaluate(ring.sum(constant), numbers) if constant else 0.0
     if abs(left) > _BALANCED * max(size, 1e-300):
         raise DerivationError(
-            f"the forces of {name!r} do not balance there: {left:.3g} is left over; expected an equilibrium "
-            "(look for one with mecanique.equilibria)"
+            f"the forces of {name!r} do not balance there: {left:.3g} is left over; expected an "
+            "equilibrium (look for one with mecanique.equilibria)"
         )
     return ring.sum(timed)
 

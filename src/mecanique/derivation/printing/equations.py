@@ -51,7 +51,8 @@ _RANKED = (
     Kind.VARIATION,
 )
 _MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
-_GAIN = 2  # products of single angles are preferred to double angles unless they take this many signs more
+_GAIN = 2
+"""Products of single angles are preferred to double angles up to this many signs more."""
 
 
 @final
@@ -183,7 +184,8 @@ def expression(series: Series) -> Expression:
 def _equation(element: Series, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
-            "expected an equation of motion, got 0 = 0: a coordinate meets neither inertia nor force"
+            "expected an equation of motion, got 0 = 0: a coordinate meets neither inertia nor "
+            "force"
         )
     groups = _grouped(element, by_side=True)
     candidates = []
@@ -224,7 +226,7 @@ _Group = tuple[tuple[bool, int], Series]
 
 
 def _grouped(series: Series, *, by_side: bool) -> list[_Group]:
-    """The series by monomials of motion and of lengths, in textbook order: ((on the right, monomial), rest)."""
+    """The series by monomials of motion and lengths, in order: ((on the right, monomial), rest)."""
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
     depends = {i: {g.kind for g in atom.argument.generators()} for i, atom in ring.atoms.items()}
@@ -250,7 +252,10 @@ def _grouped(series: Series, *, by_side: bool) -> list[_Group]:
 
 
 def _rank(ring: Basis, key: int) -> tuple[object, ...]:
-    """Accelerations, then velocities, the higher powers first, then lengths, the lower powers first, then the rest."""
+    """Accelerations, then velocities, then lengths, then the rest.
+
+    Of motions the higher powers come first, of lengths the lower ones.
+    """
     powers = dict(exponents(key))
     degrees = {
         kind: [-powers.get(g.index, 0) for g in ring.generators if g.kind is kind]
@@ -285,7 +290,6 @@ def _notation(ring: Basis) -> Notation:
 
 
 def _math_element(row: str, text: str) -> str:
-    return (
-        f'<math xmlns="http://www.w3.org/1998/Math/MathML" display="block" alttext="{escape(text, quote=True)}">'
-        f"{row}</math>"
-    )
+    alt = escape(text, quote=True)
+    xmlns = "http://www.w3.org/1998/Math/MathML"
+    return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'

@@ -1,4 +1,4 @@
-"""Poisson series as sympy expressions with their factors drawn out; sympy factors polynomials and nothing else.
+"""Poisson series as factored sympy expressions; sympy factors polynomials, nothing else.
 
 sympy takes half a second to import, so it is imported when the first expression is made.
 """
@@ -22,7 +22,7 @@ from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series
 __all__ = ["Expr", "collected_terms", "definition", "factored", "letters", "to_sympy"]
 
 Expr: TypeAlias = Any
-"""A sympy expression. Products of a number and a sum are left as they are: sympy would multiply them out."""
+"""A sympy expression. Products of a number and a sum stay, where sympy would expand them."""
 
 _LARGEST = 40  # polynomials with more terms are not worth factoring
 
@@ -67,7 +67,7 @@ def factored(form: Form) -> Expr:
 
 
 def collected_terms(form: Form) -> list[Expr]:
-    """Return a form as terms to be added: what shares a sine or cosine, or a sum of parameters, is put together.
+    """Return a form as terms, those that share a sine, cosine or sum of parameters as one.
 
     Args:
         form: polynomials before products of sines and cosines.
@@ -170,7 +170,7 @@ def _factored_sum(polynomial: Series) -> Expr:
 
 
 def _gathered(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Expr]:
-    """Terms of a sum that cannot be factored; those that share a square are put together, a² b + a² c = a² (b + c)."""
+    """Terms of a sum without factors; a shared square is drawn out, a² b + a² c = a² (b + c)."""
     from sympy import Add
 
     shared: dict[tuple[int, int], int] = {}
@@ -264,7 +264,7 @@ def _number(number: Fraction) -> Expr:
 
 
 def _product(factors: Iterable[Expr]) -> Expr:
-    """A product that stays as it is: factors 1 are left out, numbers are put together, sums are not multiplied out."""
+    """A product without factors 1, its numbers as one, its sums not expanded."""
     from sympy import Integer, Mul
 
     number, rest = Integer(1), []

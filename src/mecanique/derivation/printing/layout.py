@@ -1,4 +1,4 @@
-"""Formulas laid out: one walk over a sympy expression sorts products, draws out signs and builds fractions."""
+"""Lay formulas out: sort products, draw out signs and build fractions in one walk."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from mecanique.derivation.printing.writers import Writer
 __all__ = ["FUNCTION_RANK", "SUM_RANK", "Notation", "write"]
 
 SUM_RANK, FUNCTION_RANK = 10, 30
-"""Places within a product: numbers and parameters, sums, lengths, then functions and motions after the fraction."""
+"""Places within a product: numbers, parameters, sums, lengths; then functions and motions."""
 
 _LARGE = 10**7  # numbers with more digits are written as decimals
 
@@ -45,7 +45,7 @@ def write(terms: Iterable[tuple[Any, Any]], notation: Notation, writer: Writer) 
 
 @final
 class _Walk:
-    """The way over an expression: products are sorted, signs drawn out, negative powers put below the line."""
+    """A walk over an expression: sort products, draw out signs, put negative powers below."""
 
     def __init__(self, notation: Notation, writer: Writer) -> None:
         self._notation = notation
@@ -116,7 +116,7 @@ class _Walk:
         return writer.brackets(self.sum(base), exponent)
 
     def _wants_flip(self, base: Any, negative: bool) -> bool:
-        """Whether a factor reads better with its signs changed: most terms negative, or half of them and a − before."""
+        """Whether a factor reads better with its signs changed: if most are −."""
         minus = sum(self.term([part])[0] for part in base.args)
         return 2 * minus > len(base.args) or (2 * minus == len(base.args) and negative)
 

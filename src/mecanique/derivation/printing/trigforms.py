@@ -1,4 +1,4 @@
-"""The shortest way to write a Poisson series: which sines and cosines to leave as sums, which to fold into products.
+"""The shortest way to write a Poisson series: which sines to leave as sums, which to fold.
 
 The canonical series of ½ A (1 − cos 2θ) + ½ C (1 + cos 2θ) is not what a book prints; A sin²θ + C
 cos²θ is. Here every pair of terms may be folded back by the addition theorems and every double
@@ -30,7 +30,7 @@ __all__ = [
 ]
 
 Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
-"""A product of powers of sines and cosines: (packed angle, 1 for sin or 0 for cos, power) each; () is 1."""
+"""A product of sines and cosines: (packed angle, 1 for sin or 0 for cos, power) each."""
 
 Form: TypeAlias = "dict[Trig, Series]"
 """A sum of products, each with a polynomial before it."""
@@ -78,7 +78,7 @@ def common_number(polynomials: Iterable[Series]) -> Fraction:
 
 
 def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = None) -> int:
-    """Return the greatest monomial, of generators of some kinds, that divides all terms of polynomials."""
+    """Return the greatest monomial in some kinds of generators that divides all polynomials."""
     terms = [
         (p.ring, dict(exponents(monomial))) for p in polynomials for monomial in p.parts.get(0, {})
     ]
@@ -186,7 +186,7 @@ def _foldable(key: int, other: int, products: bool) -> bool:
 
 
 def _folded(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series]]:
-    """P cos k + Q cos l, or P sin k + Q sin l, by the half sum and half difference of the angles."""
+    """P cos k + Q cos l, or with sin, by half the sum and half the difference of the angles."""
     u, w = ((key >> 1) + (other >> 1)) >> 1, ((key >> 1) - (other >> 1)) >> 1
     flip = -1 if w < 0 else 1  # of sin w
     w = abs(w)

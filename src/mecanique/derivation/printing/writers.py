@@ -56,7 +56,7 @@ class Writer(ABC):
 
 @final
 class Text(Writer):
-    """One line: juxtaposition is the product, ^ the power, ' the time derivative, f(x)/(a b) a quotient."""
+    """One line: a b is a product, ^ a power, ' a time derivative, f(x)/(a b) a quotient."""
 
     def number(self, digits: str) -> str:
         """Write an unsigned decimal number."""

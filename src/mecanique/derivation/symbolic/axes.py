@@ -97,9 +97,10 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         rows = [[_dot(rotation[i], unit) for i in range(3)] for unit in (n, t, joint.axis)]
         pin = joint.name
         sentence = (
-            f"Unit vectors that turn with the body: n points from {pin} to the center of mass, t across, to where the "
-            f"angle grows, k along the axis. R_{pin}_n is counted towards {pin}, against n, and R_{pin}_t along t. "
-            "Moments count positive in the sense of the angle."
+            f"Unit vectors that turn with the body: n points from {pin} to the center of mass, t "
+            f"across, to where the angle grows, k along the axis. R_{pin}_n is counted towards "
+            f"{pin}, against n, and R_{pin}_t along t. Moments count positive in the sense of the "
+            "angle."
         )
         return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
     at = int(np.abs(normal).argmax())
@@ -113,14 +114,14 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
             _UNITS, labels, (1, 1, 1), _UNITS, labels, "x, y and z are the axes of the world."
         )
     sentence = (
-        f"{plane} are the axes of the world, forces count positive along them; moments count positive about "
-        f"{'-' if sign < 0 else ''}{labels[at]}."
+        f"{plane} are the axes of the world, forces count positive along them; moments count "
+        f"positive about {'-' if sign < 0 else ''}{labels[at]}."
     )
     return Axes(_UNITS, labels, (1, 1, 1), turns, (moments[0], moments[1], moments[2]), sentence)
 
 
 def normal_of(kinematics: Kinematics) -> np.ndarray | None:
-    """Return the normal of the plane in which a mechanism moves, shape (3,), a coordinate axis of the world, or None.
+    """Return the world's axis normal to the plane of a mechanism's motion, shape (3,), or None.
 
     Where nothing turns any axis is a normal, and z is returned.
 

@@ -1,4 +1,4 @@
-"""What a symbolic derivation yields: M a + h = Q as series, how it came about, and what it takes for granted."""
+"""The result of a symbolic derivation: M a + h = Q as series, its steps and assumptions."""
 
 from __future__ import annotations
 

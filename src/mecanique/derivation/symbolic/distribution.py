@@ -79,7 +79,7 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
 
 
 def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:
-    """Length, direction (away from the joint) and center of a slender rod that is drawn as long as it weighs."""
+    """Length, direction away from the joint and center of a slender rod drawn at full length."""
     algebra = cuts.algebra
     if len(shape.visuals) != 1 or not isinstance(cylinder := shape.visuals[0].geometry, Cylinder):
         return None

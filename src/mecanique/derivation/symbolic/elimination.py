@@ -1,4 +1,4 @@
-"""Reactions eliminated from the tips of the tree to the ground, in series: what each joint must transmit.
+"""Eliminate the reactions from the tips to the ground: what each joint must transmit.
 
 For a body with all that hangs on it, F = d/dt p − m g − F_applied + Σ F_child, and the same for
 moments about the origin of the body's frame: equations are only ever solved by moving terms, so
@@ -25,7 +25,7 @@ __all__ = ["JointRate", "demands", "joint_rates", "project"]
 @final
 @dataclass(frozen=True)
 class JointRate:
-    """One joint velocity: which reaction component does work in it, and how it follows the coordinates.
+    """A joint velocity: the reaction that does work in it, and how it follows the coordinates.
 
     Args:
         body: the child that it moves.
@@ -122,7 +122,7 @@ def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
 def project(
     cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, Wrench], *, rotors: bool
 ) -> list[Series]:
-    """Return the work of reactions by each virtual displacement, Σ ∂u/∂v × (reaction · axis + rotor).
+    """Return the work of reactions by each displacement, Σ ∂u/∂v × (reaction · axis + rotor).
 
     Args:
         cuts: the bodies.

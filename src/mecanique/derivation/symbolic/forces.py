@@ -1,4 +1,4 @@
-"""Forces as series: energies of springs, Rayleigh's function of dampers, virtual work of everything else."""
+"""Forces as series: a spring's energy, a damper's Rayleigh function, the work of others."""
 
 from __future__ import annotations
 

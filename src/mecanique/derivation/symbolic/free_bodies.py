@@ -1,4 +1,4 @@
-"""Every body cut free, in series: its rates of momentum, its weight, what is applied to it, and where."""
+"""Every body cut free, in series: its rates of momentum, weight and applied forces."""
 
 from __future__ import annotations
 

@@ -62,8 +62,9 @@ class Kinematics:
                     isinstance(entry, Series) and _moves(entry) for row in parent for entry in row
                 ):
                     raise DerivationError(
-                        f"joint {link.joint!r} turns by a quaternion on a body that moves; such equations are "
-                        "computed, not written out: describe the joint by three hinges to read them"
+                        f"joint {link.joint!r} turns by a quaternion on a body that moves; such "
+                        "equations are computed, not written out: describe the joint by three "
+                        "hinges to read them"
                     )
                 self._frames[place] = pose
                 carrier, pose = place, IDENTITY
@@ -71,7 +72,7 @@ class Kinematics:
             self._relative.append(pose)
 
     def carrier(self, body: str) -> int:
-        """Return the place of the link in whose axes the velocities of a body are written, −1 for the world.
+        """Return the place of the link whose axes a body's velocities are in, −1 for the world.
 
         Args:
             body: name of the body.
@@ -173,7 +174,7 @@ class Kinematics:
         return lift(self.algebra.ring, given)
 
     def change(self, vector: Vector, carrier: int) -> Vector:
-        """Return the rate of a vector in the inertial frame, in the axes of its carrier: x' + ω × x.
+        """Return the inertial rate of a vector, x' + ω × x, in the axes of its carrier.
 
         Args:
             vector: in the axes of the carrier.

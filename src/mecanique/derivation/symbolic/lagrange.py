@@ -1,4 +1,4 @@
-"""Lagrange's equations of the second kind: d/dt ∂T/∂q' − ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q, in Poisson series.
+"""Lagrange's equations in Poisson series: d/dt ∂T/∂q' − ∂T/∂q + ∂V/∂q + ∂D/∂q' = Q.
 
 Where a joint turns by a quaternion its velocities ω, or v and ω, are no rates of coordinates, and
 the operator gains the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v (H. Lamb, Hydrodynamics,
@@ -35,7 +35,7 @@ __all__ = ["Lagrange"]
 
 @final
 class Lagrange:
-    """Energies, dissipation and virtual work of a mechanism as series, and what Lagrange's operator makes of them.
+    """Energies, dissipation and virtual work as series, and Lagrange's operator on them.
 
     Args:
         mechanism: any mechanism.
@@ -109,7 +109,8 @@ class Lagrange:
             terms += len(energy)
             if terms > self.algebra.ring.most_terms:
                 raise DerivationError(
-                    f"the kinetic energy has more than {self.algebra.ring.most_terms} terms and would help no reader"
+                    f"the kinetic energy has more than {self.algebra.ring.most_terms} terms and "
+                    "would help no reader"
                 )
             yield body, energy
 
@@ -154,7 +155,8 @@ class Lagrange:
         return (
             f"{which} are d/dt ∂T/∂q' - ∂T/∂q + ∂V/∂q{loss} = {drive} for every coordinate q"
             + (
-                ", and for a velocity that is no rate of a coordinate the terms of Euler and Kirchhoff are added."
+                ", and for a velocity that is no rate of a coordinate the terms of Euler and "
+                "Kirchhoff are added."
                 if quasi
                 else "."
             )

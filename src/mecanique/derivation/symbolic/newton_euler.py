@@ -1,4 +1,4 @@
-"""Newton and Euler's equations: every body cut free, its reactions by name, eliminated from the tips to the ground.
+"""Newton and Euler's equations: bodies cut free, reactions by name, then eliminated.
 
 Fundamentals of Dynamics, sect. 1.3.1: d/dt p = F (eq. 1.8) and d/dt H = M about the center of mass
 (eq. 1.12) or a fixed point (eq. 1.10).
@@ -51,8 +51,8 @@ class NewtonEuler:
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         if mechanism.loops:
             raise DerivationError(
-                f"mechanism {mechanism.name!r} has loops; the reactions in its tree alone would mean "
-                "nothing, but Lagrange's equations with multipliers can be written out"
+                f"mechanism {mechanism.name!r} has loops; the reactions in its tree alone would "
+                "mean nothing, but Lagrange's equations with multipliers can be written out"
             )
         self.algebra = algebra or Algebra(mechanism)
         self.cuts = Cuts(Kinematics(self.algebra))
@@ -104,7 +104,7 @@ class NewtonEuler:
         }
 
     def _name_reactions(self, cut: Cut) -> None:
-        """Name the reactions of a body's joint; a component that vanishes identically has no name."""
+        """Name the reactions of a body's joint, except components that vanish identically."""
         ring, free, demand = self.algebra.ring, self._free(cut), self.demands[cut.body]
         nothing = [ring.number(0)] * 3
         own = {"force": nothing.copy(), "moment": nothing.copy()}
@@ -256,9 +256,9 @@ class NewtonEuler:
         if words:
             yield Stage(
                 "Guided coordinates",
-                f"The joint coordinates {', '.join(words)} follow the generalized coordinates. What "
-                "guides them does no work in any virtual displacement: the reactions along these "
-                "joints, each times the derivative of its coordinate, add up to zero.",
+                f"The joint coordinates {', '.join(words)} follow the generalized coordinates. "
+                "What guides them does no work in any virtual displacement: the reactions along "
+                "these joints, each times the derivative of its coordinate, add up to zero.",
                 tuple(self.guided()),
             )
 

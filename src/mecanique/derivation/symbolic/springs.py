@@ -1,4 +1,4 @@
-"""What springs, dampers and drives act along, as series: lengths between points, coordinates of joints.
+"""What springs, dampers and drives act along: lengths between points, joint coordinates.
 
 A length is a polynomial where the distance is a square, a named root elsewhere.
 """

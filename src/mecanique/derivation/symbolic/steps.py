@@ -32,8 +32,9 @@ def quaternion_stages(algebra: Algebra) -> list[Stage]:
     if not free:
         return []
     sentence = (
-        "The velocities of a body that turns freely are components in its own axes. Its unit quaternion p follows the "
-        "angular velocity w by p' = p w / 2, a product of quaternions, and its position follows the turned velocity."
+        "The velocities of a body that turns freely are components in its own axes. Its unit "
+        "quaternion p follows the angular velocity w by p' = p w / 2, a product of quaternions, "
+        "and its position follows the turned velocity."
     )
     ring = algebra.ring
     results = tuple(Result(Left(f"{name}'"), ring.rates[ring.index(name)]) for name in free)
@@ -64,8 +65,9 @@ def energy_stages(
     found = [
         Stage(
             "Kinetic energy",
-            "The velocity of every mass particle follows from the position of its body as a function of the "
-            "coordinates; half the mass times the square of the velocity, summed over all bodies, is T.",
+            "The velocity of every mass particle follows from the position of its body as a "
+            "function of the coordinates; half the mass times the square of the velocity, summed "
+            "over all bodies, is T.",
             (*parts, Result(Left("T"), T)),
         )
     ]
@@ -76,7 +78,8 @@ def energy_stages(
     if gravity:
         stored.insert(0, Result(Left("V_gravity"), gravity))
     sentence = (
-        "The weights do the work that V loses: it is zero where all centers of mass are at the height of the origin."
+        "The weights do the work that V loses: it is zero where all centers of mass are at the "
+        "height of the origin."
         if gravity
         else "The weights do no work in this motion."
     )
@@ -99,15 +102,16 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
     found = []
     if D:
         sentence = (
-            "A linear damper resists with c times its rate; half of c times the square of the rate is Rayleigh's "
-            "dissipation function D, whose slope along a velocity is the force of the dampers against it."
+            "A linear damper resists with c times its rate; half of c times the square of the rate "
+            "is Rayleigh's dissipation function D, whose slope along a velocity is the force of "
+            "the dampers against it."
         )
         found.append(Stage("Dissipation", sentence, (Result(Left("D"), D),)))
     loads = [work for work in works if work.kind == "work"]
     if loads:
         sentence = (
-            "In a virtual displacement each drive and each load does work; the factor before the displacement of a "
-            "coordinate is the generalized force Q that belongs to it."
+            "In a virtual displacement each drive and each load does work; the factor before the "
+            "displacement of a coordinate is the generalized force Q that belongs to it."
         )
         results = []
         for k, name in enumerate(algebra.velocities):
@@ -126,9 +130,10 @@ def loop_stages(ties: Sequence[Tie]) -> list[Stage]:
     if not ties:
         return []
     sentence = (
-        "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, follows from the poses "
-        "of both and is zero as long as the loop is closed. In a virtual displacement that opens it by δΦ its force λ "
-        "does the work λ δΦ, so that λ ∂Φ/∂q joins the generalized forces."
+        "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, "
+        "follows from the poses of both and is zero as long as the loop is closed. In a virtual "
+        "displacement that opens it by δΦ its force λ does the work λ δΦ, so that λ ∂Φ/∂q joins "
+        "the generalized forces."
     )
     return [
         Stage("Loops", sentence, tuple(Result(Left(f"Phi_{tie.name}"), tie.demand) for tie in ties))

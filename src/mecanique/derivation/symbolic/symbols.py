@@ -1,4 +1,4 @@
-"""A mechanism in the ring of Poisson series: its coordinates, poses and points as exact closed forms."""
+"""The symbols of a mechanism in the ring of Poisson series."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from mecanique.model.mechanism import Mechanism
 __all__ = ["Algebra"]
 
 MOST_TERMS = 5_000
-"""Longest series: a robot with six hinges stays below it, and what exceeds it is refused within seconds."""
+"""Longest series: a robot with six hinges stays below it; longer ones are refused in seconds."""
 
 _CONSTANTS = {"exp(1)": "E"}
 
@@ -69,7 +69,7 @@ class Algebra:
         """Value of each parameter, input, coordinate (of joints, too), velocity and t, by name."""
 
     def number(self, constant: Any) -> Series:
-        """Return a constant of the description as a series, exact where it stands for a root or a fraction.
+        """Return a constant as a series, exact where it stands for a root or a fraction.
 
         Args:
             constant: a float or a sympy number.
@@ -120,7 +120,7 @@ class Algebra:
         return -root if self.at_rest(root) < 0 else root
 
     def at_rest(self, series: Series) -> float:
-        """Return the value of a series where all coordinates are zero, at t = 0, with the parameters' own values.
+        """Return the value of a series with all coordinates zero, at t = 0.
 
         Args:
             series: depends on no velocity.
@@ -144,7 +144,7 @@ class Algebra:
         return series
 
     def _quaternion(self, joint: Joint) -> dict[str, Series]:
-        """The coordinates and velocities of a quaternion's joint: the quaternion p turns as p' = ½ p ⊗ ω."""
+        """Coordinates and velocities of a quaternion's joint; the quaternion p has p' = ½ p ⊗ ω."""
         ring = self.ring
         moved, velocities = ring.quasi_coordinates(joint.coordinates, joint.velocities)
         x, y, z, w = moved[-4:]
