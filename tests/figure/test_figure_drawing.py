@@ -212,7 +212,7 @@ def test_every_style_has_ink_or_fill_by_day_and_by_night() -> None:
 
 
 def test_a_body_cut_free_shows_its_forces_in_their_directions() -> None:
-    """The arrows from each point of application go the way of the forces there, with their values written beside."""
+    """Arrows from each point of application follow the forces there; their values stand beside."""
     motion = mq.simulate(
         mq.textbook.load("double_pendulum"), q={"q1": 1.0, "q2": 0.3}, duration=0.5
     )

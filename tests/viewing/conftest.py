@@ -18,14 +18,15 @@ from viewing_scenes import write_page
 from mecanique.viewing.scene.scene import Scene
 
 FLAGS = (
-    "--no-sandbox --disable-quic --no-first-run --disable-background-networking --disable-component-update"
-    " --disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --ignore-gpu-blocklist"
+    "--no-sandbox --disable-quic --no-first-run --disable-background-networking"
+    " --disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader"
+    " --enable-unsafe-swiftshader --ignore-gpu-blocklist"
 )
 
 
 @pytest.fixture(autouse=True)
 def interruptible() -> Iterator[None]:
-    """Let Ctrl-C work here and in what is started from here, also where the tests run in the background."""
+    """Let Ctrl-C work here and in what is started from here, even in a background job."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
@@ -60,7 +61,10 @@ class Visit:
     def body(self, k: int) -> list[float]:
         """Position and quaternion of a body in the viewer's scene, in a mechanism's axes."""
         found = self.js(
-            "k => { const n = mecanique.stage.nodes[k]; return [...n.position.toArray(), ...n.quaternion.toArray()]; }",
+            """k => {
+                const { position, quaternion } = mecanique.stage.nodes[k];
+                return [...position.toArray(), ...quaternion.toArray()];
+            }""",
             k,
         )
         return [float(x) for x in found]

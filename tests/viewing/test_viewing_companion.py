@@ -74,7 +74,8 @@ def seen_at(seen: Visit) -> tuple[float, float]:
     """Where the brick is in the pane, from 0 to 1 to the right and down."""
     x, y = seen.js(
         """() => { const { stage, row } = mecanique; const pane = stage.pane.parentElement;
-        const [x, y] = stage.project(row.subarray(7, 10)); return [x / pane.clientWidth, y / pane.clientHeight]; }"""
+        const [x, y] = stage.project(row.subarray(7, 10));
+        return [x / pane.clientWidth, y / pane.clientHeight]; }"""
     )
     return float(x), float(y)
 

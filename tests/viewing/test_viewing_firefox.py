@@ -1,4 +1,4 @@
-"""The page in Firefox: it opens from a file, shows the motion it was given, asks for nothing, complains of nothing."""
+"""The page in Firefox: it opens from a file, shows its motion, and asks for nothing."""
 
 from __future__ import annotations
 
@@ -64,7 +64,8 @@ def test_the_bar_is_where_it_was_computed_and_drawn_there(fox: Firefox, tmp_path
         assert np.abs(np.abs(found @ about_y(theta)[0]) - 1) < 1e-7
         middle = [0.5 * float(np.sin(theta[0])), 0.0, -0.5 * float(np.cos(theta[0]))]
         x, y = fox.js(
-            f"""(() => {{ const {{ left, top }} = document.getElementById('stage').getBoundingClientRect();
+            f"""(() => {{
+            const {{ left, top }} = document.getElementById('stage').getBoundingClientRect();
             const [x, y] = mecanique.stage.project({middle}); return [x + left, y + top]; }})()"""
         )
         shot = np.asarray(Image.open(io.BytesIO(fox.screenshot())).convert("RGB")).astype(int)
@@ -96,14 +97,16 @@ def test_every_tab_shows_its_panel_and_equations_are_set(fox: Firefox, tmp_path:
     opened(fox, pendulum(), tmp_path)
     heights = fox.js(
         """[...document.querySelectorAll('[role=tab]')].map(tab => { tab.click();
-        return document.getElementById(tab.getAttribute('aria-controls')).getBoundingClientRect().height; })"""
+        const panel = document.getElementById(tab.getAttribute('aria-controls'));
+        return panel.getBoundingClientRect().height; })"""
     )
     assert len(heights) == 7
     assert min(heights) > 100
     fox.js("document.getElementById('tab-equations').click()")
     fractions = fox.js(
         """[...document.querySelectorAll('mfrac')].map(f => {
-        const [over, under] = [...f.children].map(e => e.getBoundingClientRect()); return under.top - over.bottom; })"""
+        const [over, under] = [...f.children].map(e => e.getBoundingClientRect());
+        return under.top - over.bottom; })"""
     )
     assert min(fractions) > -1
     clean(fox)
@@ -113,8 +116,11 @@ def test_a_robot_s_meshes_are_unpacked(fox: Firefox, tmp_path: Path) -> None:
     scene = scene_of(simulate(read_urdf(robot("panda")), duration=0.2))
     opened(fox, scene, tmp_path)
     triangles = fox.js(
-        """(() => { let sum = 0; for (const node of mecanique.stage.nodes) node.traverse(({ geometry }) => {
-        if (geometry && !geometry.index) sum += geometry.attributes.position.count / 3; }); return sum; })()"""
+        """(() => {
+        let sum = 0;
+        for (const node of mecanique.stage.nodes) node.traverse(({ geometry }) => {
+            if (geometry && !geometry.index) sum += geometry.attributes.position.count / 3; });
+        return sum; })()"""
     )
     assert triangles > 130_000
     clean(fox)
@@ -127,7 +133,8 @@ def test_a_live_view_streams(fox: Firefox) -> None:
         fox.js("new Promise(done => setTimeout(done, 300))")
         view.send(scene.frame(60))
         time = fox.js(
-            """(async () => { while (mecanique.clock.time < 0.9) await new Promise(done => setTimeout(done, 20));
+            """(async () => {
+            while (mecanique.clock.time < 0.9) await new Promise(done => setTimeout(done, 20));
             return mecanique.clock.time; })()"""
         )
         assert time == 1.0

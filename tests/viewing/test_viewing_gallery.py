@@ -1,4 +1,4 @@
-"""The gallery: a page a system, an index that works without a network, pictures that are up to date."""
+"""The gallery: a page a system, an index that works offline, pictures that are up to date."""
 
 from __future__ import annotations
 

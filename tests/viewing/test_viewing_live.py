@@ -1,4 +1,4 @@
-"""The live view: motion arrives, every page is served, strangers are turned away, nothing is left behind."""
+"""The live view: motion arrives, strangers are turned away, nothing is left behind."""
 
 from __future__ import annotations
 
@@ -143,7 +143,12 @@ def test_a_dragged_parameter_starts_the_motion_again(
     seen.page.click("#tab-parameters")
     until(lambda: bool(seen.js("mecanique.clock.time") > 0.2))
     seen.js(
-        """() => { const s = document.querySelector('[data-name=l]'); s.value = 1.5; s.oninput(); s.onchange(); }"""
+        """() => {
+            const slider = document.querySelector('[data-name=l]');
+            slider.value = 1.5;
+            slider.oninput();
+            slider.onchange();
+        }"""
     )
     until(lambda: len(calls) == 2)
     assert calls == [{}, {("parameter", "l"): 1.5}]
@@ -174,7 +179,8 @@ def test_an_open_page_survives_a_program_that_is_killed(
     script = tmp_path / "show.py"
     script.write_text(
         f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from viewing_scenes import instants, pendulum\nfrom mecanique.viewing.live.live import LiveView\n"
+        "from viewing_scenes import instants, pendulum\n"
+        "from mecanique.viewing.live.live import LiveView\n"
         f"with LiveView(pendulum(duration=0.5), port={port}, token='remembered-token') as view:\n"
         "    print(view.url, flush=True)\n"
         "    view.stream(lambda _: instants(view.scene), hold=True)\n"
@@ -265,7 +271,8 @@ def test_control_c_ends_it_and_leaves_nothing(tmp_path: Path) -> None:
     script = tmp_path / "show.py"
     script.write_text(
         f"import sys; sys.path.insert(0, {str(Path(__file__).parent)!r})\n"
-        "from viewing_scenes import instants, pendulum\nfrom mecanique.viewing.live.live import LiveView\n"
+        "from viewing_scenes import instants, pendulum\n"
+        "from mecanique.viewing.live.live import LiveView\n"
         "with LiveView(pendulum(duration=0.5)) as view:\n"
         "    print(view.url, flush=True)\n"
         "    view.stream(lambda _: instants(view.scene), hold=True)\n"

@@ -95,7 +95,7 @@ def test_triangles_come_back_to_half_a_step(n: int, seed: int) -> None:
 
 
 def test_neighbors_cost_little() -> None:
-    """A sheet of any order takes little more than a byte a coordinate of its points and a byte a triangle."""
+    """A sheet takes little more than a byte a coordinate of its points and a byte a triangle."""
     corners = bumpy(60, 0)
     corners[..., 2] = 0
     mixed = np.random.default_rng(0).permutation(corners)
@@ -111,7 +111,7 @@ def test_triangles_without_an_area_are_left_out() -> None:
 
 
 def test_edges_that_many_triangles_share_lose_none() -> None:
-    """Three sheets at one edge, one of them twice and one turned over: no manifold, but all there."""
+    """Three sheets at one edge, one twice and one turned over: no manifold, but all there."""
     sheets = [
         [[0, 0, 0], [1, 0, 0], point] for point in ([0, 1, 0], [0, 0, 1], [0, -1, 0], [0, 1, 0])
     ]
@@ -134,7 +134,10 @@ def test_polygons_are_cut_into_fans(counts: list[int], expected: list[list[int]]
 
 
 def test_stl_is_read_from_text_and_from_bytes(tmp_path: Path) -> None:
-    text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid"
+    text = (
+        "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+        "endloop\nendfacet\nendsolid"
+    )
     facet = np.array([0, 0, 1, *np.ravel(TRIANGLE)], dtype="<f4").tobytes() + b"\0\0"
     for head in (b"made by hand", b"solid in name only"):
         binary = head.ljust(80, b"\0") + (1).to_bytes(4, "little") + facet
@@ -176,21 +179,27 @@ def collada(nodes: str, primitive: str, transparent: str = "") -> str:
     return f"""<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit meter="0.01"/><up_axis>Y_UP</up_axis></asset>
 <library_effects><effect id="e"><profile_COMMON><technique sid="c"><lambert>
-<diffuse><color>0 0.5 1 1</color></diffuse>{transparent}</lambert></technique></profile_COMMON></effect>
+<diffuse><color>0 0.5 1 1</color></diffuse>{transparent}</lambert>
+</technique></profile_COMMON></effect>
 </library_effects>
 <library_materials><material id="m"><instance_effect url="#e"/></material></library_materials>
 <library_geometries><geometry id="g"><mesh>
 <source id="p"><float_array id="a" count="12">0 0 0 100 0 0 100 100 0 0 100 0</float_array>
 <technique_common><accessor source="#a" count="4" stride="3"/></technique_common></source>
-<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>{primitive}</mesh></geometry></library_geometries>
+<vertices id="v"><input semantic="POSITION" source="#p"/></vertices>{primitive}</mesh>
+</geometry></library_geometries>
 <library_nodes><node id="shared"><translate>0 0 300</translate>
-<instance_geometry url="#g"><bind_material><technique_common><instance_material symbol="s" target="#m"/>
+<instance_geometry url="#g"><bind_material><technique_common>
+<instance_material symbol="s" target="#m"/>
 </technique_common></bind_material></instance_geometry></node></library_nodes>
 <library_visual_scenes><visual_scene id="scene">{nodes}</visual_scene></library_visual_scenes>
 <scene><instance_visual_scene url="#scene"/></scene></COLLADA>"""
 
 
-TRIANGLES = '<triangles count="1" material="s"><input semantic="VERTEX" source="#v" offset="1"/><p>9 0 9 1 9 3</p></triangles>'
+TRIANGLES = (
+    '<triangles count="1" material="s"><input semantic="VERTEX" source="#v" offset="1"/>'
+    "<p>9 0 9 1 9 3</p></triangles>"
+)
 POLYLIST = (
     '<polylist count="2" material="s"><input semantic="VERTEX" source="#v" offset="0"/>'
     "<vcount>4 3</vcount><p>0 1 2 3 0 1 3</p></polylist>"

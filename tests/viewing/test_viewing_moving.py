@@ -1,4 +1,4 @@
-"""Mechanisms that are computed while they are shown: rate, restarts, changes, errors, late forces, late verdicts."""
+"""Mechanisms computed while they are shown: rate, restarts, changes, errors, late forces."""
 
 from __future__ import annotations
 
@@ -134,7 +134,8 @@ def test_ctrl_c_before_any_page_has_come_ends_it_too(tmp_path: Path) -> None:
 def test_the_motion_waits_for_its_first_page(tmp_path: Path) -> None:
     script = tmp_path / "wait.py"
     script.write_text(
-        "import mecanique as mq\nmq.view(mq.textbook.load('rigid_bar_pendulum'), open_browser=False)\n"
+        "import mecanique as mq\n"
+        "mq.view(mq.textbook.load('rigid_bar_pendulum'), open_browser=False)\n"
     )
     run = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
     try:
@@ -439,7 +440,8 @@ def test_what_a_page_keeps_is_bounded(visit: Callable[..., Visit]) -> None:
                     clock.history.add(1e3 + k / 60, row);
                     traces.add(row);
                 }
-                return [clock.history.times.length, clock.history.rows.length, traces.items[0].count];
+                const { times, rows } = clock.history;
+                return [times.length, rows.length, traces.items[0].count];
             }"""
         )
         assert max(kept[:2]) <= 3600

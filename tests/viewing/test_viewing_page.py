@@ -58,7 +58,7 @@ def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
         theta = swing(np.array([t]), 2.0)[0][0]
         middle = [0.5 * np.sin(theta), 0.0, -0.5 * np.cos(theta)]
         seen.js(
-            "() => { for (const label of document.querySelectorAll('.label')) label.style.display = 'none'; }"
+            "() => document.querySelectorAll('.label').forEach(e => (e.style.display = 'none'))"
         )
         x, y = seen.js("p => mecanique.stage.project(p)", middle)
         red, green, blue = picture(seen)[round(y), round(x)].astype(int)
@@ -100,7 +100,10 @@ def test_the_cursor_is_on_the_clock(show: Show) -> None:
     assert box is not None
     seen.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + 60)
     middle = seen.js(
-        "() => { const c = mecanique.plots.charts[0]; return [c.sx(mecanique.clock.time), mecanique.plots.width]; }"
+        """() => {
+            const { clock, plots } = mecanique;
+            return [plots.charts[0].sx(clock.time), plots.width];
+        }"""
     )
     assert middle[0] == pytest.approx(middle[1] / 2, abs=1.5)
     seen.clean()
@@ -153,7 +156,7 @@ def test_what_goes_no_further_is_shown_whole(show: Show) -> None:
 
 
 def test_what_is_looked_at_stands_between_the_bars(show: Show) -> None:
-    """A tall ball's poles are below the tools and above the switches of forces, however low or narrow the picture."""
+    """A tall ball's poles are clear of the bars, however low or narrow the picture."""
     scene = falling(0.0)
     scene = replace(scene, arrows=(replace(pendulum(3.0).arrows[0], body="body 0"),))
     for size in (
@@ -167,7 +170,8 @@ def test_what_is_looked_at_stands_between_the_bars(show: Show) -> None:
         )
         tools, forces, stage = seen.js(
             """() => ["tools", "forces", "stage"].map(id => {
-            const box = document.getElementById(id).getBoundingClientRect(); return [box.top, box.bottom]; })"""
+            const box = document.getElementById(id).getBoundingClientRect();
+            return [box.top, box.bottom]; })"""
         )
         assert tools[1] - stage[0] < top < bottom < forces[0] - stage[0]
         assert bottom - top > 0.5 * (forces[0] - tools[1])
@@ -262,7 +266,7 @@ def test_a_body_cut_free_shows_its_forces_and_their_sum(show: Show) -> None:
 
 
 def test_a_moment_that_is_only_rounding_is_called_zero(show: Show) -> None:
-    """A pull along the rod at its pin, off by what rounding leaves, has no moment about the center."""
+    """A pull along the rod at its pin, off by rounding, has no moment about the center."""
     scene = pendulum()
     weight, pin, *others = scene.arrows
     along = scene.traces[0].points
@@ -390,7 +394,8 @@ def test_every_control_has_a_name_and_a_narrow_screen_has_no_sideways_scroll(sho
     seen = show(pendulum(), viewport={"width": 390, "height": 800})
     nameless = seen.js(
         """() => [...document.querySelectorAll('button, input, select, summary')].filter(e =>
-            !(e.getAttribute('aria-label') || e.textContent.trim() || e.closest('label')?.textContent.trim()))
+            !(e.getAttribute('aria-label') || e.textContent.trim() ||
+              e.closest('label')?.textContent.trim()))
             .map(e => e.outerHTML)"""
     )
     assert nameless == []
@@ -516,7 +521,8 @@ def test_meshes_of_every_format_are_drawn(show: Show, tmp_path: Path) -> None:
     assert sizes[0] == pytest.approx([1, 1, 0])
     assert sizes[1] == pytest.approx([3, 0, 3])
     color = seen.js(
-        """() => mecanique.stage.nodes[1].children.filter(p => p.material && p.geometry.attributes.position.count === 3)
+        """() => mecanique.stage.nodes[1].children
+        .filter(p => p.material && p.geometry.attributes.position.count === 3)
         .map(p => p.material.color.toArray())"""
     )
     assert color[0] == pytest.approx([0.55, 0.58, 0.62], abs=0.01)

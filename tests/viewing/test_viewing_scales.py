@@ -1,4 +1,4 @@
-"""The scales of plots: round numbers, each written once, and rounding noise as the flat line it is."""
+"""The scales of plots: round numbers, each written once, and rounding noise as a flat line."""
 
 from __future__ import annotations
 
@@ -20,10 +20,11 @@ def plotted(*series: Series) -> Scene:
 
 
 def along(seen: Visit, axis: str) -> list[str]:
-    """What is written at the ticks of the first chart: along x in the middle, along y at the end of the text."""
+    """Return what is written at the ticks of the first chart, along x or y."""
     anchor = {"x": "middle", "y": "end"}[axis]
     texts = seen.js(
-        """anchor => [...document.querySelectorAll(`#charts figure:first-child text[text-anchor=${anchor}]:not(.unit)`)]
+        """anchor => [...document.querySelectorAll(
+            `#charts figure:first-child text[text-anchor=${anchor}]:not(.unit)`)]
         .map(text => text.textContent)""",
         anchor,
     )

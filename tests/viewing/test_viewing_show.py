@@ -137,7 +137,10 @@ def test_the_cursor_of_a_plot_is_on_the_clock(
     seen.page.click("#tab-plots")
     seen.seek(1.2)
     at, first, last = seen.js(
-        "() => { const c = mecanique.plots.charts[0]; return [+c.cursor.getAttribute('x1'), c.sx(0), c.sx(2)]; }"
+        """() => {
+            const { cursor, sx } = mecanique.plots.charts[0];
+            return [+cursor.getAttribute('x1'), sx(0), sx(2)];
+        }"""
     )
     assert at == pytest.approx(first + (last - first) * 0.6, abs=0.01)
     reading = str(seen.js("() => document.querySelector('figcaption output').textContent"))
@@ -158,7 +161,8 @@ def test_arrows_are_the_forces(exported: Callable[[str], Visit], motions: Motion
         """() => mecanique.arrows.items.filter(i => !i.bent && i.group.visible).map(i => {
             const V = mecanique.stage.three.Vector3;
             const along = new V(0, 1, 0).applyQuaternion(i.group.quaternion);
-            return [mecanique.scene.bodies[i.body].name, i.group.position.toArray(), along.toArray(), i.length];
+            const { name } = mecanique.scene.bodies[i.body];
+            return [name, i.group.position.toArray(), along.toArray(), i.length];
         })"""
     )
     acting, (t, q, v, a) = (
@@ -207,7 +211,8 @@ def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     script = tmp_path / "show.py"
     script.write_text(
         "import mecanique as mq\n"
-        "motion = mq.simulate(mq.textbook.load('rigid_bar_pendulum'), q={'q': 2.0}, duration=20.0)\n"
+        "mechanism = mq.textbook.load('rigid_bar_pendulum')\n"
+        "motion = mq.simulate(mechanism, q={'q': 2.0}, duration=20.0)\n"
         "mq.view(motion, open_browser=False)\n"
         "print('ended')\n"
     )
@@ -256,7 +261,12 @@ def test_a_live_view_moves_and_starts_again_with_a_changed_parameter(
     seen.page.click("#tab-parameters")
     gone = seen.js("window.mecanique.scene.live.id")
     seen.js(
-        "() => { const s = document.querySelector('[data-name=l]'); s.value = 2; s.oninput(); s.onchange(); }"
+        """() => {
+            const slider = document.querySelector('[data-name=l]');
+            slider.value = 2;
+            slider.oninput();
+            slider.onchange();
+        }"""
     )
     until(lambda: identity(seen) not in (None, gone))
     seen.page.wait_for_selector("body.ready")
@@ -328,7 +338,12 @@ def test_a_mechanism_moves_on_while_it_is_shown_and_starts_again_with_a_changed_
     seen.page.click("#tab-parameters")
     gone = seen.js("window.mecanique.scene.live.id")
     seen.js(
-        "() => { const s = document.querySelector('[data-name=l]'); s.value = 2; s.oninput(); s.onchange(); }"
+        """() => {
+            const slider = document.querySelector('[data-name=l]');
+            slider.value = 2;
+            slider.oninput();
+            slider.onchange();
+        }"""
     )
     until(lambda: identity(seen) not in (None, gone))
     seen.page.wait_for_selector("body.ready")

@@ -1,4 +1,4 @@
-"""Firefox, driven over its WebDriver BiDi socket: what it shows, what it asks for, what it complains about."""
+"""Firefox, driven over its WebDriver BiDi socket: what it shows, asks for and complains of."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ async def _connected(address: str) -> WebSocketClientConnection:
 
 
 def missing() -> str:
-    """Say what is not installed; WebGL without a graphics card needs a display, be it one in memory."""
+    """Say what is not installed; WebGL without a graphics card needs a display, even in memory."""
     if _program() is None:
         return "no Firefox found; install Debian's firefox-esr or set MECANIQUE_FIREFOX to its path"
     if "DISPLAY" not in os.environ and shutil.which("Xvfb") is None:
@@ -215,7 +215,7 @@ def _running(command: list[str], **environment: str) -> Iterator[subprocess.Pope
 
 
 def _told(process: subprocess.Popen[str], pattern: str) -> str:
-    """What a process says on its error stream; the rest is read away, so that it never has to wait."""
+    """What a process writes to its error stream; the rest is read too, so that it never waits."""
     stream = process.stderr
     assert stream is not None
     heard = []

@@ -70,7 +70,7 @@ def raised(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Floats:
 
 
 def reach(forces: Iterable[Floats]) -> float:
-    """The force drawn 0.28 of the scene long: the largest, or 1.25 times what is exceeded a tenth of the time."""
+    """The force drawn 0.28 of the scene long: the largest, or 1.25 times the 90th percentile."""
     sizes = [np.sort(np.linalg.norm(force, axis=1)) for force in forces]
     return float(max(min(each[-1], 1.25 * each[int(0.9 * (len(each) - 1))]) for each in sizes))
 

@@ -1,4 +1,4 @@
-"""A page without a browser: it reads a live view's frames, acknowledges them, and asks for things."""
+"""A page without a browser: it reads and acknowledges a live view's frames, and asks for more."""
 
 from __future__ import annotations
 

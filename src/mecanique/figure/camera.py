@@ -1,4 +1,4 @@
-"""From the world to paper: which side a mechanism is looked at from, and how many points a meter takes."""
+"""From the world to paper: the side a mechanism is seen from, and how many points a meter takes."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Camera:
 
 
 def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
-    """Return the axes of the view a mechanism is drawn in: from the front or the top if it is planar.
+    """Return the axes of the view to draw a mechanism in: front or top if it is planar.
 
     Args:
         mechanism: what is drawn.

@@ -45,7 +45,7 @@ FLAT = 12.0
 @final
 @dataclass(frozen=True, eq=False)
 class _Angle:
-    """A coordinate by which a body has turned: the body's number and its poses, before and after."""
+    """A coordinate by which a body has turned: the body, its poses at zero, and the turn."""
 
     name: str
     body: int

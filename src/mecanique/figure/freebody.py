@@ -1,4 +1,4 @@
-"""A body cut free: it alone, with every force on it as a labelled arrow, d'Alembert's inertia forces dashed."""
+"""A body cut free, with every force on it as a labelled arrow, inertia forces dashed."""
 
 from __future__ import annotations
 

@@ -142,7 +142,7 @@ def _joints(setting: Setting) -> Iterator[Mark]:
 
 
 def _loop(setting: Setting, loop: Loop) -> Iterator[Mark]:
-    """The pin that closes a loop, on the ground if it holds one; for a distance, both and a line."""
+    """The pin that closes a loop, on the ground if it holds it; for a distance, two and a line."""
     a = setting.camera.at(setting.point(loop.body_a, loop.frame_a.xyz))
     b = setting.camera.at(setting.point(loop.body_b, loop.frame_b.xyz))
     if loop.kind == "distance":

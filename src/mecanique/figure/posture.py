@@ -1,4 +1,4 @@
-"""The position a mechanism is drawn in when no motion tells one: every coordinate a little off zero."""
+"""The position to draw a mechanism in without a motion: every coordinate a little off zero."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ class Setting:
         return axis
 
     def paper(self, body: str) -> Point:
-        """Return the points that span a body on paper, shape (n, 2); its origin if it has no solids.
+        """Return the points that span a body on paper, shape (n, 2), or its origin.
 
         Args:
             body: its name.
@@ -132,7 +132,7 @@ class Setting:
         return best
 
     def name(self, scalar: Scalar) -> str:
-        """Return how a scalar is written beside what it measures: its formula if that is short, else nothing.
+        """Return how a scalar is written beside what it measures: its formula, if that is short.
 
         Args:
             scalar: of the description.

@@ -198,7 +198,7 @@ def unit3(vector: Floats) -> Floats:
 
 
 def hull(points: Point) -> Point:
-    """Return the convex hull of points on paper (Andrew, Information Processing Letters 9 (1979) 216).
+    """Return the convex hull of points on paper (Andrew, Inf. Process. Lett. 9 (1979) 216).
 
     Args:
         points: shape (n, 2).

@@ -51,7 +51,7 @@ def supports(setting: Setting) -> Iterator[Mark]:
 
 
 def _away(setting: Setting, body: str, at: Point) -> Point:
-    """From a hinge to where there is least of what hangs on it: up or down, for figures that can be read."""
+    """From a hinge, up or down, to where there is less of what hangs on it."""
     family = {body}
     for joint in setting.mechanism.tree:
         if joint.parent in family:
@@ -99,7 +99,7 @@ def _slabs(setting: Setting) -> Iterator[Mark]:
 @final
 @dataclass(frozen=True, eq=False)
 class _Rail:
-    """Where a body slides on the ground: both ends of the rail, the way into the ground, and the rollers."""
+    """A rail on the ground: its two ends, the direction into the ground, and the rollers."""
 
     a: Point
     b: Point
@@ -108,7 +108,7 @@ class _Rail:
 
 
 def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
-    """A rail for a body that slides on the ground; none for what hangs, moves in space, or stands on columns."""
+    """A rail for a body that slides on the ground, unless it hangs or stands on columns."""
     camera, mechanism = setting.camera, setting.mechanism
     axis = setting.axis(joint)
     boxes = [
@@ -156,7 +156,7 @@ def _drawn(rails: list[_Rail]) -> Iterator[Mark]:
 
 
 def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
-    """Return whether a slide is a floor on elastic columns: a spring in it, and its seat raised above its parent.
+    """Return whether a slide is a floor on elastic columns: it holds a spring and stands raised.
 
     Args:
         setting: what is drawn.

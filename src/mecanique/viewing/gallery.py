@@ -1,4 +1,4 @@
-"""The catalogue as a folder of offline pages: one for each system, and an index with their pictures."""
+"""The catalogue as a folder of offline pages: one a system, and an index with pictures."""
 
 from __future__ import annotations
 
@@ -147,7 +147,8 @@ def index(cards: Sequence[Card]) -> str:
     """
     tags = sorted({tag for card in cards for tag in card.tags})
     buttons = "".join(
-        f'<button type="button" data-tag="{escape(tag)}" aria-pressed="false">{escape(tag)}</button>'
+        f'<button type="button" data-tag="{escape(tag)}" aria-pressed="false">'
+        f"{escape(tag)}</button>"
         for tag in tags
     )
     style, script = _asset("gallery.css"), _asset("gallery.js")

@@ -1,4 +1,4 @@
-"""Letters that keep clear of one another and of lines: each is moved a little, to the best of some places around it."""
+"""Letters that keep clear of one another and of lines, each moved a little to the best place."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _RINGS = (5.0, 10.0, 15.0, 20.0, 28.0, FARTHEST)
 _WAYS = 16
 _PASSES = 2
 _MOVE, _WORD = 0.6, 12.0
-"""What a point of moving, and a square point of another word, cost; a point of a line under a letter costs 1."""
+"""What a point of moving and a square point of another word cost; a point of a line costs 1."""
 
 _FAINT = {"thin": 0.5, "dashed": 0.5, "axis": 0.4, "hatch": 0.7}
 
@@ -30,7 +30,7 @@ Boxes = NDArray[np.float64]
 
 
 def clear_letters(marks: Sequence[Mark]) -> tuple[Mark, ...]:
-    """Return the marks with their words moved off each other and off lines; what is clear stays where it is.
+    """Return the marks with their words moved off one another and off lines.
 
     Args:
         marks: of a figure.
@@ -96,7 +96,7 @@ def _best(
 def _crossed(
     boxes: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """The weighted length of lines within each box, shape (n,); each line is cut to the box by its four sides."""
+    """The weighted length of the lines inside each box, shape (n,)."""
     start, step = lines[None, :, 0], (lines[:, 1] - lines[:, 0])[None]
     safe = np.where(np.abs(step) > 1e-12, step, 1e-12)
     one, two = (boxes[:, None, :2] - start) / safe, (boxes[:, None, 2:] - start) / safe
@@ -108,7 +108,7 @@ def _crossed(
 
 
 def _lines(marks: Sequence[Mark]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """All lines of a figure as pieces, shape (n, 2, 2), and what crossing them costs, shape (n,)."""
+    """A figure's lines as pieces, shape (n, 2, 2), and the cost of crossing them, shape (n,)."""
     pieces: list[NDArray[np.float64]] = [np.empty((0, 2, 2))]
     weights: list[NDArray[np.float64]] = [np.empty(0)]
     turn = np.linspace(0.0, 2 * np.pi, 25)

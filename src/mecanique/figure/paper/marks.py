@@ -1,4 +1,4 @@
-"""What a figure is made of: strokes, circles and letters at places on paper, in points, y downwards."""
+"""What a figure is made of: strokes, circles and letters on paper, in points, y downwards."""
 
 from __future__ import annotations
 

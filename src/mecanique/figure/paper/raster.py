@@ -30,7 +30,8 @@ def raster(marks: Sequence[Mark], form: str) -> bytes:
         from matplotlib.patches import Polygon
     except ImportError:
         raise InputError(
-            f"a figure as {form.upper()} needs matplotlib: pip install 'mecanique[plot]'; or write an SVG"
+            f"a figure as {form.upper()} needs matplotlib: pip install 'mecanique[plot]'; "
+            "or write an SVG"
         ) from None
     left, top, right, bottom = bounds(marks)
     x, y, width, height = (

@@ -1,4 +1,4 @@
-"""The signs of textbook figures: springs, dashpots, pins, hatching, arrows, arcs and dimensions, on paper."""
+"""The signs of textbook figures: springs, dashpots, pins, hatching, arrows, arcs, dimensions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Marks as SVG text: every word escaped, numbers short, colors by class for light and dark paper."""
+"""Marks as SVG text: words escaped, numbers short, colors by class for light and dark paper."""
 
 from __future__ import annotations
 
@@ -29,7 +29,8 @@ def svg(marks: Sequence[Mark], title: str) -> str:
     )
     used = {mark.style for mark in marks}
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="{x:g} {y:g} {width:g} {height:g}" width="{width:g}"'
+        '<svg xmlns="http://www.w3.org/2000/svg"'
+        f' viewBox="{x:g} {y:g} {width:g} {height:g}" width="{width:g}"'
         f' height="{height:g}" role="img" aria-label="{_clean(title)}">',
         f"<title>{_clean(title)}</title>",
         f"<style>{_styles(used)}</style>",
@@ -65,7 +66,8 @@ def _written(mark: Mark) -> str:
             path = " ".join(f"{_short(x)},{_short(y)}" for x, y in points)
             return f'<path class="{style}" d="M{path}{"z" if closed else ""}"/>'
         case Circle(center, radius, style):
-            return f'<circle class="{style}" cx="{_short(center[0])}" cy="{_short(center[1])}" r="{_short(radius)}"/>'
+            cx, cy, r = map(_short, (*center, radius))
+            return f'<circle class="{style}" cx="{cx}" cy="{cy}" r="{r}"/>'
         case Words(at, parts, style, anchor, size):
             inner, sunk = "", False
             for text, how in parts:
@@ -80,7 +82,8 @@ def _written(mark: Mark) -> str:
                 inner += f"<tspan{look}{shift}>{_clean(text)}</tspan>"
             # a third of the size below the point puts the middle of small letters on it
             place = f'x="{_short(at[0])}" y="{_short(at[1] + 0.33 * size)}"'
-            return f'<text class="{style}" {place} font-size="{size:g}" text-anchor="{anchor}">{inner}</text>'
+            look = f'font-size="{size:g}" text-anchor="{anchor}"'
+            return f'<text class="{style}" {place} {look}>{inner}</text>'
 
 
 def _short(x: float) -> str:

@@ -6,8 +6,9 @@ import threading
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, final
+from typing import final
 
+from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.scene.document import Derivation, Document, VerdictTable
@@ -16,7 +17,7 @@ from mecanique.viewing.scene.texts import derivation_of, table_of
 __all__ = ["MOST_DERIVED", "Checking", "Found", "pending"]
 
 MOST_DERIVED = 8
-"""With more velocities than this the equations are no longer written out; the verdict is found all the same."""
+"""With more velocities than this the equations are compared, but not written out."""
 
 Found = Callable[[tuple[Derivation, ...], VerdictTable], None]
 
@@ -41,7 +42,7 @@ class Checking:
 
     Args:
         mechanism: what to derive.
-        found: told what has been found so far, with a verdict that waits until it is there.
+        found: called with what has been found so far, and a verdict that may be pending.
     """
 
     def __init__(self, mechanism: Mechanism, found: Found) -> None:
@@ -53,7 +54,7 @@ class Checking:
         self._thread.start()
 
     def cancel(self) -> None:
-        """Tell nothing more; what is being computed ends at its next step."""
+        """Report nothing more; what is being computed ends at its next step."""
         with self._lock:
             self._cancelled = True
 
@@ -73,14 +74,14 @@ class Checking:
                 if self._cancelled:
                     return
                 with suppress(MecaniqueError):
-                    equations = self._derived(method)
+                    equations = self._derive(method)
                     derivations += (derivation_of(equations),)
                     if not equations.symbolic:
-                        break  # the others could say no more than that they are not written out either
+                        break  # the other methods would not be written out either
             if derivations:
                 self._tell(derivations, WAITING)
             if not self._cancelled:
-                self._tell(derivations, self._compared())
+                self._tell(derivations, self._compare())
         except (
             Exception
         ) as error:  # a page that waits for ever would be worse than one that says why
@@ -93,12 +94,12 @@ class Checking:
 
         return readable(self._mechanism) if self._mechanism.nv <= MOST_DERIVED else ()
 
-    def _derived(self, method: str) -> Any:
+    def _derive(self, method: str) -> Equations:
         from mecanique.derivation import derive
 
         return derive(self._mechanism, method)
 
-    def _compared(self) -> VerdictTable:
+    def _compare(self) -> VerdictTable:
         from mecanique.verification import verify
 
         try:

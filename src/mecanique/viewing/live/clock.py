@@ -16,7 +16,7 @@ FRAME = 1 / 60
 
 @final
 class PacedClock:
-    """The time that is shown now: it follows the wall's clock by the speed set, and stands while paused.
+    """The time shown now: it follows the wall's clock at the speed set, and stops while paused.
 
     Args:
         controls: where pause and speed are read.

@@ -1,4 +1,4 @@
-"""What the page may ask of a live view: a few commands, checked before anything is done with them."""
+"""What a page may ask of a live view: a few commands, checked before they are obeyed."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def _finite(value: float) -> bool:
 
 @final
 class Controls:
-    """What the pages have asked for, shared between the server's thread and the one that streams."""
+    """What the pages have asked for, shared by the server's thread and the one that streams."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -77,7 +77,7 @@ class LiveView:
 
     @property
     def window(self) -> RecorderWindow:
-        """A window for `meshcat.Visualizer(window=…)`, to draw things of one's own into the scene."""
+        """A window for `meshcat.Visualizer(window=…)`, to draw your own things into the scene."""
         return self._server.window
 
     @property
@@ -120,9 +120,9 @@ class LiveView:
         self.send(scene.frame(0))
 
     def annotate(self, derivations: tuple[Derivation, ...], verdict: VerdictTable) -> None:
-        """Put equations and a verdict beside the scene; open pages show them at once, and go on as they are.
+        """Put equations and a verdict beside the scene; open pages show them without reloading.
 
-        It may be called from any thread. A verdict that disagrees is told in a banner.
+        It may be called from any thread. A verdict that disagrees appears in a banner.
 
         Args:
             derivations: method by method.
@@ -140,10 +140,10 @@ class LiveView:
             self._server.note({"alarm": f"Derivation and reference disagree: {verdict.headline}"})
 
     def warn(self, text: str) -> None:
-        """Tell in every page that something went wrong.
+        """Warn in every page that something went wrong.
 
         Args:
-            text: what is wrong; an empty one takes back what was told before.
+            text: what is wrong; an empty one withdraws the warning.
         """
         self._server.note({"warning": text})
 

@@ -21,7 +21,7 @@ from mecanique.viewing.scene.texts import document_of
 __all__ = ["Moving", "Recorded"]
 
 MOST_AHEAD = 8
-"""With more velocities than this a live view starts with a short stretch: a long one would let one wait."""
+"""With more velocities than this a live view starts with a short stretch, to start at once."""
 
 _FOR_PROGRAMS = "; the motion until then is in the error's .motion"
 """What an error says at its end to whoever catches it; a page shows that motion."""
@@ -88,7 +88,7 @@ class Moving:
 
 @final
 class Recorded:
-    """A motion as its time comes; with values changed in the page it is computed anew, over the same time.
+    """A recorded motion, computed anew over the same time when values change in the page.
 
     Args:
         motion: what `simulate` returned.
@@ -102,7 +102,8 @@ class Recorded:
 
         if not isinstance(motion, Motion):
             raise InputError(
-                f"expected a Motion, as simulate returns it, or a Mechanism, got {type(motion).__name__}"
+                "expected a Motion, as simulate returns it, or a Mechanism, "
+                f"got {type(motion).__name__}"
             )
         self._motion = motion
         self._first = _staged(motion)

@@ -1,4 +1,4 @@
-"""What a live view shows of a mechanism, over restarts, changes and forces that act for the first time."""
+"""What a live view shows of a mechanism, across restarts, changes and forces that set in."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["Presenter"]
 
 @final
 class Presenter:
-    """Keeps open pages going as long as they have a place for what is to come, and derives beside it.
+    """Keep open pages up to date across restarts; derive in the background.
 
     Args:
         mechanism: what moves at first.
@@ -34,7 +34,7 @@ class Presenter:
         """Derive and compare what moves, unless that has been begun.
 
         Args:
-            live: the view that is told.
+            live: the view that shows what is found.
         """
         if self._checking is None:
             self._checking = Checking(self._mechanism, live.annotate)

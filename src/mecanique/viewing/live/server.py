@@ -1,4 +1,4 @@
-"""The live view's server: tornado in a thread, on the loopback only, behind a token, for its own page only."""
+"""The live view's server: tornado in a thread, on the loopback, behind a token."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Server:
     """Serves one scene and its latest frame.
 
     Args:
-        controls: told what the pages ask for.
+        controls: take what the pages ask for.
         port: 0 takes any free one.
         token: the secret part of the address; None makes one.
 
@@ -115,7 +115,7 @@ class Server:
         return made
 
     def publish(self, t: float, row: bytes) -> None:
-        """Make a frame the present one; it is sent when the pages are ready, unless a later one comes first.
+        """Make a frame the present one; a page gets it when ready, unless a later one comes first.
 
         Args:
             t: time [s].
@@ -126,17 +126,17 @@ class Server:
         self._wake()
 
     def note(self, notes: dict[str, str]) -> None:
-        """Tell all pages, and those that open later, what has been found out about the scene since it was served.
+        """Send every page, now and later, what has been found out about the scene.
 
         Args:
-            notes: texts by the place they belong to; one that is empty takes back what was said.
+            notes: texts by the place they belong to; an empty one withdraws what was said.
         """
         with self._lock:
             self._notes |= notes
         self._call(self._spread, json.dumps({"notes": notes}))
 
     def announce(self, *, restart: bool = False) -> None:
-        """Tell all pages how things stand.
+        """Send all pages the state of the view.
 
         Args:
             restart: whether the motion starts again.
@@ -255,7 +255,7 @@ def _listening(port: int) -> socket.socket:
 
 
 class _Guarded(tornado.web.RequestHandler):
-    """Answers only under the loopback's names, so that no foreign name can be made to point here."""
+    """Answers under the loopback's names alone, so that no foreign name can point here."""
 
     def initialize(self, server: Server) -> None:
         self.server = server
@@ -296,7 +296,7 @@ class _Page(_Guarded):
 
 @final
 class _Socket(tornado.websocket.WebSocketHandler):
-    """One page that is open: what it still has to be sent, and how much of it it has not shown yet."""
+    """One open page: what must still be sent to it, and which frames it has not shown yet."""
 
     def initialize(self, server: Server) -> None:
         self.server = server
@@ -370,7 +370,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
             writing.add_done_callback(self._written)
 
     def _written(self, writing: asyncio.Future[None]) -> None:
-        """Take note of a page that went away while it was written to; any other failure is raised."""
+        """Take note when a page went away while being written to; raise any other failure."""
         if not writing.cancelled():
             with suppress(tornado.websocket.WebSocketClosedError):
                 writing.result()

@@ -1,4 +1,4 @@
-"""A motion computed while it is shown: stretch by stretch, by a thread that stays one stretch ahead."""
+"""A motion computed while it is shown, by a thread that stays one stretch ahead."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PATIENCE = 1.0
 """A stretch that takes longer than this to compute is cut short, so that something moves [s]."""
 
 FAINT = 1e-6
-"""What stays below this part of the largest of its kind does not enter a scene that is being shown."""
+"""A force below this part of the largest of its kind does not enter a scene being shown."""
 
 
 def names_of(scene: Scene) -> frozenset[str]:

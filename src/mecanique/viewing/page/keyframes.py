@@ -1,4 +1,4 @@
-"""Key frames of a scene, small: sampled evenly, rounded to a tolerance, differenced, packed as bytes.
+"""Key frames of a scene: sampled evenly, rounded to a tolerance, differenced, packed as bytes.
 
 Every number of a scene that changes with time is a column of one table. A column is rounded to its
 step, differenced as often as it pays (a smooth motion leaves small integers), and written as
@@ -97,7 +97,7 @@ def resample(t: Floats) -> Floats:
 
 
 def varints(whole: NDArray[np.int64]) -> bytes:
-    """Write signed integers in as few bytes each as they need, seven bits a byte, sign in the last bit.
+    """Pack signed integers in as few bytes as they need: seven bits a byte, the sign last.
 
     Args:
         whole: shape (n,), each below 2**34 in magnitude.
@@ -126,7 +126,7 @@ def _cheapest(whole: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
 
 
 def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
-    """All that changes with time as columns, in the order of `Frame`, and the step of each column."""
+    """All that changes with time as columns, in the order of `Frame`, and each column's step."""
     n, nb = len(scene.t), len(scene.bodies)
     parts: list[Floats] = [
         np.concatenate([scene.positions, scene.quaternions], axis=2).reshape(n, -1)
@@ -195,7 +195,7 @@ def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]
 
 
 def _into(q: Floats, v: Floats) -> Floats:
-    """Vectors in the axes of a body with quaternions q (x, y, z, w): v − 2 w (r × v) + 2 r × (r × v)."""
+    """Vectors in a body's axes, of quaternions q (x, y, z, w): v − 2 w (r × v) + 2 r × (r × v)."""
     r, w = q[:, :3], q[:, 3:]
     turned = np.cross(r, v)
     result: Floats = v - 2 * w * turned + 2 * np.cross(r, turned)

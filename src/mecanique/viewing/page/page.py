@@ -1,4 +1,4 @@
-"""One offline HTML page from a scene: everything inside, nothing requested, no script but its own."""
+"""One offline HTML page from a scene: all inside, nothing requested, no script but its own."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
 
 
 def policy(scripts: list[str], styles: list[str], connect: str) -> str:
-    """Return the Content-Security-Policy that lets in the given scripts and styles, and nothing else.
+    """Return the Content-Security-Policy that admits the given scripts and styles alone.
 
     Args:
         scripts: the texts of the scripts.
@@ -216,7 +216,7 @@ def _compressed_viewer() -> str:
 
 @cache
 def _viewer_styles() -> list[str]:
-    """The styles meshcat's viewer puts into the page: one empty, one of its control panel's library.
+    """The styles meshcat's viewer puts into the page: an empty one and its control panel's.
 
     An empty list means that the panel's style was not found, as another version might write it
     otherwise.
@@ -241,7 +241,6 @@ def _licenses() -> str:
     bundled = folder / "main.min.js.THIRD_PARTY_LICENSES.json"
     if bundled.is_file():
         for each in json.loads(bundled.read_text(encoding="utf-8")):
-            texts.append(
-                f"{each.get('name')} {each.get('version')}\n\n{each.get('licenseText') or each.get('license')}"
-            )
+            notice = each.get("licenseText") or each.get("license")
+            texts.append(f"{each.get('name')} {each.get('version')}\n\n{notice}")
     return "\n\n----\n\n".join(text.strip() for text in texts)

@@ -47,7 +47,7 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
 
 
 def badge(scene: Scene) -> str:
-    """Return the mark in the page's head that says whether the derivation agrees with the reference.
+    """Return the badge that says whether the derivation agrees with the reference.
 
     Args:
         scene: what the page shows.
@@ -55,11 +55,12 @@ def badge(scene: Scene) -> str:
     agrees, headline = scene.document.verdict.agrees, scene.document.verdict.headline
     if agrees is None:
         return f'<span class="badge">{escape(headline)}</span>' if headline else ""
-    return f'<span class="badge {"good" if agrees else "bad"}">{"✓ agrees" if agrees else "✗ disagrees"}</span>'
+    kind, text = ("good", "✓ agrees") if agrees else ("bad", "✗ disagrees")
+    return f'<span class="badge {kind}">{text}</span>'
 
 
 def late(scene: Scene) -> dict[str, str]:
-    """Return what a live view may come to know after it has begun: the badge and the insides of two panels.
+    """Return what a live view learns after it has begun: the badge and the insides of two panels.
 
     Args:
         scene: what the page shows.
@@ -91,12 +92,14 @@ def _plots(scene: Scene) -> str:
         '<div class="bar"><details class="menu"><summary>Quantities</summary>'
         '<div id="picker" role="group" aria-label="Quantities to plot"></div></details>'
         '<div class="group" role="group" aria-label="Zoom">'
-        '<button type="button" id="zoom-in" aria-label="Zoom in" title="Zoom in around the cursor">+</button>'
+        '<button type="button" id="zoom-in" aria-label="Zoom in"'
+        ' title="Zoom in around the cursor">+</button>'
         '<button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>'
         '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
         '<button type="button" id="csv" title="Save the chosen quantities">CSV</button></div>'
         '<div id="charts"></div>'
-        '<p class="note bar">Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>'
+        '<p class="note bar">'
+        "Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>"
     )
 
 
@@ -109,7 +112,8 @@ def _forces(scene: Scene) -> str:
         f'<p class="note bar">Choose a body above the picture to cut it free.</p>'
         f'<p id="no-forces" class="note">{hint or "No force acts on this body."}</p>'
         f'<div class="scroll"><table id="force-table"><thead><tr><th scope="col">Force</th>{head}'
-        '<th scope="col">Unit</th></tr></thead><tbody></tbody></table></div><dl id="force-sum"></dl>'
+        '<th scope="col">Unit</th></tr></thead><tbody></tbody></table></div>'
+        '<dl id="force-sum"></dl>'
     )
 
 
@@ -123,17 +127,19 @@ def _ledger(scene: Scene) -> str:
     )
     count = len(ledger.coordinates)
     rows = "".join(
-        f'<tr><th scope="row" class="words" dir="auto">{escape(row.name)}</th><td>{safe(row.displacement)}</td>'
-        + '<td class="number"></td>' * count
-        + "</tr>"
+        f'<tr><th scope="row" class="words" dir="auto">{escape(row.name)}</th>'
+        f"<td>{safe(row.displacement)}</td>" + '<td class="number"></td>' * count + "</tr>"
         for row in ledger.rows
     )
     return (
-        "<p>Each force times its virtual displacement, per unit of each coordinate’s variation, now:</p>"
+        "<p>Each force times its virtual displacement, "
+        "per unit of each coordinate’s variation, now:</p>"
         '<div class="scroll"><table id="ledger"><thead><tr><th scope="col">Force</th>'
         f'<th scope="col">Virtual displacement</th>{heads}</tr></thead><tbody>{rows}</tbody>'
-        f'<tfoot><tr><th scope="row" colspan="2">δW</th>{"<td class=number></td>" * count}</tr></tfoot></table></div>'
-        '<p class="note">With d’Alembert’s forces among them, the virtual work is zero at every instant.</p>'
+        f'<tfoot><tr><th scope="row" colspan="2">δW</th>{"<td class=number></td>" * count}'
+        "</tr></tfoot></table></div>"
+        '<p class="note">'
+        "With d’Alembert’s forces among them, the virtual work is zero at every instant.</p>"
     )
 
 
@@ -146,7 +152,8 @@ def _verdict(scene: Scene) -> str:
         "<tr>" + "".join(f'<td class="words">{safe(cell)}</td>' for cell in row) + "</tr>"
         for row in verdict.rows
     )
-    table = f'<div class="scroll"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+    inner = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
+    table = f'<div class="scroll"><table>{inner}</table></div>'
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in verdict.notes)
     return (
         f"<p><strong>{escape(verdict.headline)}</strong></p>{table if verdict.rows else ''}{notes}"
@@ -177,12 +184,19 @@ def _quantities(kind: str, quantities: Iterable[Quantity], live: bool) -> str:
         if live and each.low < each.high:
             value += (
                 f' <input type="range" disabled data-kind="{kind}" data-name="{escape(each.name)}"'
-                f' aria-label="{escape(each.name)}" min="{each.low!r}" max="{each.high!r}" step="any"'
+                f' aria-label="{escape(each.name)}"'
+                f' min="{each.low!r}" max="{each.high!r}" step="any"'
                 f' value="{each.value!r}">'
             )
-        cells = f'<td class="number">{value}</td><td>{escape(each.unit)}</td><td class="words">{escape(each.meaning)}</td>'
+        cells = (
+            f'<td class="number">{value}</td><td>{escape(each.unit)}</td>'
+            f'<td class="words">{escape(each.meaning)}</td>'
+        )
         rows.append(f'<tr><th scope="row">{safe(each.symbol)}</th>{cells}</tr>')
-    head = '<th scope="col">Symbol</th><th scope="col" class="number">Value</th><th scope="col">Unit</th>'
+    head = (
+        '<th scope="col">Symbol</th><th scope="col" class="number">Value</th>'
+        '<th scope="col">Unit</th>'
+    )
     return (
         f'<div class="scroll"><table><thead><tr>{head}<th scope="col">Meaning</th></tr></thead>'
         f"<tbody>{''.join(rows)}</tbody></table></div>"

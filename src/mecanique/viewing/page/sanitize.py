@@ -1,4 +1,4 @@
-"""MathML and text made safe to stand in a page: known elements pass, everything else becomes text."""
+"""MathML and text made safe for a page: known elements pass, everything else becomes text."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from mecanique.safe_xml import XmlRefusedError, tree_of
 __all__ = ["safe"]
 
 _ELEMENT_NAMES = (
-    "math mrow mi mn mo mtext mspace ms mfrac msqrt mroot mstyle mpadded mphantom mfenced menclose msub msup"
-    " msubsup munder mover munderover mmultiscripts mprescripts none mtable mtr mtd mlabeledtr semantics"
+    "math mrow mi mn mo mtext mspace ms mfrac msqrt mroot mstyle mpadded mphantom mfenced "
+    "menclose msub msup msubsup munder mover munderover mmultiscripts mprescripts none mtable "
+    "mtr mtd mlabeledtr semantics"
 )
 _ATTRIBUTE_NAMES = (
-    "display displaystyle mathvariant stretchy fence separator form lspace rspace minsize maxsize largeop"
-    " movablelimits accent accentunder linethickness columnalign rowalign columnspacing rowspacing columnlines"
-    " rowlines columnspan rowspan width height depth open close separators scriptlevel symmetric dir intent"
+    "display displaystyle mathvariant stretchy fence separator form lspace rspace minsize "
+    "maxsize largeop movablelimits accent accentunder linethickness columnalign rowalign "
+    "columnspacing rowspacing columnlines rowlines columnspan rowspan width height depth open "
+    "close separators scriptlevel symmetric dir intent"
 )
 _ELEMENTS = frozenset(_ELEMENT_NAMES.split())
 _ATTRIBUTES = frozenset(_ATTRIBUTE_NAMES.split())

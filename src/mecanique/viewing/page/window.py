@@ -1,4 +1,4 @@
-"""A window for `meshcat.Visualizer(window=…)` that opens no socket and remembers the latest state."""
+"""A window for `meshcat.Visualizer(window=…)` without a socket that remembers the latest state."""
 
 from __future__ import annotations
 
@@ -102,7 +102,8 @@ class RecorderWindow:
         kind, path = data["type"], data["path"].rstrip("/")
         if kind not in ("set_object", "set_transform", "set_property", "delete"):
             raise InputError(
-                f"a recorder window takes objects, transforms, properties and deletions, not {kind!r}"
+                "a recorder window takes objects, transforms, properties and deletions, "
+                f"not {kind!r}"
             )
         key, blob = (path, kind, str(data.get("property", ""))), umsgpack.packb(data)
         with self._lock:
@@ -112,7 +113,7 @@ class RecorderWindow:
             self._on_change()
 
     def commands(self) -> list[bytes]:
-        """Return the packed commands that build the present scene: objects first, transforms last."""
+        """Return the packed commands that build the scene: objects first, transforms last."""
         with self._lock:
             return self._state.commands()
 
@@ -124,7 +125,7 @@ class RecorderWindow:
 
 
 def _plain(value: Any) -> Any:
-    """Make numpy's numbers Python's own, which is all the packer knows, and refuse NaN, which it lets pass."""
+    """Make numpy's numbers Python's own, as the packer needs them, and refuse NaN."""
     if isinstance(value, dict):
         return {key: _plain(each) for key, each in value.items()}
     if isinstance(value, (list, tuple)):

@@ -71,7 +71,8 @@ class Shape:
             )
         if len(self.size) != _SIZES[self.kind] or not np.all(np.isfinite(self.size)):
             raise InputError(
-                f"size of a {self.kind}: expected {_SIZES[self.kind]} finite numbers, got {self.size!r}"
+                f"size of a {self.kind}: expected {_SIZES[self.kind]} finite numbers, "
+                f"got {self.size!r}"
             )
         if (self.kind == "mesh") != (self.path is not None):
             raise InputError(

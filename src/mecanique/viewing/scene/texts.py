@@ -1,4 +1,4 @@
-"""The texts around a picture: derivations, verdict, parameters, degrees of freedom, the virtual-work ledger."""
+"""The texts around a picture: derivations, verdict, parameters, freedom, the ledger."""
 
 from __future__ import annotations
 
@@ -132,7 +132,8 @@ def _freedom(motion: Any) -> tuple[str, ...]:
     moving = len(mechanism.bodies) - 1
     bodies = "1 moving body" if moving == 1 else f"{moving} moving bodies"
     sentences = [
-        f"{bodies}, {mechanism.nv} degrees of freedom in the tree; generalized coordinates: {names or 'none'}."
+        f"{bodies}, {mechanism.nv} degrees of freedom in the tree; "
+        f"generalized coordinates: {names or 'none'}."
     ]
     if mechanism.coordinates.driven:
         sentences.append(

@@ -137,7 +137,7 @@ class _Reader:
 
 
 def _opacity(shading: Element) -> float:
-    """By the four rules of COLLADA 1.4.1 for `opaque`; what would not be seen at all is taken as a slip for 1."""
+    """Opacity by COLLADA 1.4.1's four rules for `opaque`; 0 is taken as a slip for 1."""
     transparent, factor = (
         shading.find("transparent"),
         shading.findtext("transparency/float"),

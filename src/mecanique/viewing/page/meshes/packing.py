@@ -1,4 +1,4 @@
-"""Surfaces as few bytes: corners on a fine grid, each point once, points and triangles as differences.
+"""Surfaces in few bytes: corners on a fine grid, each point once, all as differences.
 
 Every coordinate is rounded to 1/16384 of the mesh's longest edge, which no screen shows. Equal
 points become one. Triangles are put in an order in which neighbors follow one another; points are
@@ -80,7 +80,7 @@ def _packed(surface: Surface, low: Floats, step: float) -> PackedSurface:
 
 
 def _side_by_side(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The triangles that have an area, each begun at the edge over which a walk comes from its neighbor."""
+    """The triangles that have an area, each from the edge over which a walk enters it."""
     a, b, c = triangles.T
     corners: list[list[int]] = triangles[(a != b) & (b != c) & (c != a)].tolist()
     beside: dict[tuple[int, int], int] = {}
