@@ -17,11 +17,13 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.monomials import REACH, exponent, exponents, power
 from mecanique.derivation.symbolic.axes import normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import along
+from mecanique.errors import DerivationError
 from mecanique.model import (
     Body,
     Coordinates,
@@ -56,6 +58,7 @@ def test_inertia_forces_of_a_rod_act_at_two_thirds_and_leave_no_couple() -> None
     assert "δr_inertia_rod_t = 2 l δq/3" in text
     assert "δW_inertia_rod = -l^2 m q'' δq/3" in text
     assert "C_inertia_rod" not in text
+    assert "\n     δW_q = " in text
     assert "the inertia forces where their resultant acts, at the distance s_rod" in " ".join(
         text.split()
     )
@@ -145,12 +148,21 @@ def test_a_torque_on_the_ground_does_no_work() -> None:
         assert derive(pushed, method).text() == derive(pendulum, method).text()
 
 
+def geared_arm() -> Mechanism:
+    """The two-link arm with a rotor in its elbow."""
+    arm, inertia = textbook.load("two_link_arm"), Parameter("I", 0.3, "kg*m^2")
+    shoulder, elbow = arm.joints
+    assert isinstance(elbow, Revolute)
+    joints = (shoulder, replace(elbow, armature=inertia))
+    return replace(arm, joints=joints, parameters=(*arm.parameters, inertia))
+
+
 @pytest.mark.parametrize(
-    "name", ["rigid_bar_pendulum", "double_pendulum", "cart_pole", "gyroscope", "rotating_plate"]
+    "name", ["rigid_bar_pendulum", "double_pendulum", "cart_pole", "gyroscope", "geared arm"]
 )
 def test_the_balances_of_every_body_hold_as_they_are_written(name: str) -> None:
     """Forces and moments with all reactions equal the rates of momentum, axis by axis."""
-    mechanism = textbook.load(name)
+    mechanism = geared_arm() if name == "geared arm" else textbook.load(name)
     by_hand, some = NewtonEuler(mechanism), random_states(mechanism, 3, 0)
     states = States.of(mechanism, some.q, some.v, some.t)
     algebra, a = by_hand.algebra, Balances(mechanism).acceleration(states)
@@ -176,3 +188,22 @@ def test_roots_and_products_of_constants_are_numbers_of_the_ring() -> None:
         algebra.number(sympy.pi) * algebra.number(sympy.sqrt(3))
     )
     assert algebra.number(1 / sympy.pi) * algebra.number(sympy.pi) == algebra.number(1)
+
+
+def test_a_series_knows_whether_it_is_a_number() -> None:
+    ring = Algebra(textbook.load("rigid_bar_pendulum")).ring
+    assert ring.number(0).is_number
+    assert ring.number(1.5).is_number
+    assert not ring["m"].is_number
+    assert not (ring["m"] + 1).is_number
+    assert not cos(ring["q"]).is_number
+
+
+def test_monomials_keep_exponents_apart_up_to_the_reach() -> None:
+    for k in (1, -1, REACH, -REACH):
+        assert list(exponents(power(0, k) + power(2, -k))) == [(0, k), (2, -k)]
+        assert [exponent(power(0, k) + power(2, -k), i) for i in range(3)] == [k, 0, -k]
+    ring = Algebra(textbook.load("rigid_bar_pendulum")).ring
+    assert (ring["m"] ** REACH).diff("m") == REACH * ring["m"] ** (REACH - 1)
+    with pytest.raises(DerivationError, match=f"beyond ±{REACH}"):
+        ring["m"] ** (REACH + 1)

@@ -14,6 +14,7 @@ from mecanique.verification import forms as sources
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.links import link_changes
 from mecanique.verification.causes.search import causes_of
+from mecanique.verification.closed_form import ClosedForm
 from mecanique.verification.states.random import random_states
 
 IN_HOUSE = sources.derive_all
@@ -189,3 +190,55 @@ def test_a_joint_in_millimeters_is_named_with_its_factor(factor: float, words: s
     cause, *_ = mq.verify(arm, 10, against=replace(arm, joints=(first, misread))).causes
     assert cause.where == f"joint {second.name!r}"
     assert words in cause.text
+
+
+def lengths_misread(m: mq.Mechanism, factor: float) -> mq.Mechanism:
+    """All joints and centers of mass further out, the inertia about the centers as it was."""
+    bodies = []
+    for body in m.bodies:
+        x, y, z = (factor * m.evaluate(c) for c in body.center)
+        bodies.append(mq.Body(body.name, mq.Shape(body.mass, (x, y, z), body.inertia)))
+    joints = []
+    for joint in m.joints:
+        x, y, z = (factor * m.evaluate(c) for c in joint.origin.xyz)
+        joints.append(replace(joint, origin=replace(joint.origin, xyz=(x, y, z))))
+    return replace(m, bodies=tuple(bodies), joints=tuple(joints))
+
+
+def test_every_length_in_millimeters_is_one_cause() -> None:
+    arm = mq.textbook.load("two_link_arm")
+    cause, *_ = mq.verify(arm, 10, against=lengths_misread(arm, 1000.0)).causes
+    assert (cause.kind, cause.where) == ("length unit", "")
+    assert cause.text == "every length times 1000, of joints and centers"
+
+
+def test_a_link_counted_twice_and_a_product_of_the_other_sign_are_named() -> None:
+    arm = mq.read_urdf(mq.robot("panda"))
+    body = next(body for body in arm.bodies if body.name == "panda_link6")
+    ixx, iyy, izz, ixy, ixz, iyz = body.inertia
+    doubled = (2 * ixx, 2 * iyy, 2 * izz, 2 * ixy, 2 * ixz, 2 * iyz)
+    twice = mq.Shape(2 * body.mass, body.center, doubled)
+    other = mq.Shape(body.mass, body.center, (ixx, iyy, izz, ixy, -ixz, iyz))
+    for shape, words in (
+        (twice, "mass and inertia counted twice"),
+        (other, "product of inertia ixz of the other sign"),
+    ):
+        bodies = tuple(mq.Body(b.name, shape) if b is body else b for b in arm.bodies)
+        cause, *_ = mq.verify(arm, 10, against=replace(arm, bodies=bodies)).causes
+        assert words in " ".join(one.text for one in (cause, *cause.alike))
+
+
+def test_accelerations_are_compared_where_the_other_side_has_them() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    verdict = mq.verify(mechanism, 5, against=mechanism)
+    assert "acceleration" in {row.quantity for row in verdict.rows}
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "governor"])
+def test_closed_forms_with_slides_and_loops_move_as_the_reference_does(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    derivation = mq.derive(mechanism).derivation
+    states = random_states(mechanism, 5, 0, tuple(derivation.assumptions))
+    ours = ClosedForm(mechanism, derivation).acceleration(states.q, states.v, states.t)
+    expected = mq.Reference(mechanism).acceleration(states.q, states.v, states.t)
+    np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
