@@ -51,6 +51,14 @@ class Compiled:
         self._taken: dict[float, int] = {}
         self._optimized: set[float] = set()
 
+    def note(self, seconds: float) -> None:
+        """Note that a motion was integrated, so that the next ones may be compiled.
+
+        Args:
+            seconds: about how long that takes on the reference [s].
+        """
+        self.spent += seconds
+
     def program(self, reference: Reference) -> Program:
         """Return the equations as a program, after it was compared with the reference.
 

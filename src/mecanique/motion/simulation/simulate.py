@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from mecanique.errors import InputError, IntegrationError, UnknownNameError
+from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.motion.record.events import Event
@@ -25,11 +25,11 @@ from mecanique.motion.simulation.choice import (
     next_choice,
     seconds_per_step,
 )
+from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.limits import limit_events, refuse_limit, report_end
 from mecanique.motion.simulation.methods import METHODS
-from mecanique.motion.simulation.outcome import failure
-from mecanique.motion.simulation.problem import Integration, Problem
+from mecanique.motion.simulation.problem import Problem
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -139,11 +139,10 @@ def simulate(
         choice = other
         integration = integrate(problem, choice)
 
-    outcome = integration.outcome
     if integration.course is None:
-        raise _failure(problem, integration, None)
+        raise failure(problem, integration, None)
     if choice.method == "dop853":
-        problem.code.spent += integration.steps * seconds_per_step(mechanism)
+        problem.code.note(integration.steps * seconds_per_step(mechanism))
     if integration.rtol < rtol and loops is None:
         remark = f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(
@@ -162,19 +161,8 @@ def simulate(
         tuple(events),
         reference,
     )
-    if not outcome.complete:
-        raise _failure(problem, integration, motion)
+    if not integration.outcome.complete:
+        raise failure(problem, integration, motion)
     refuse_limit(motion)
     report_end(progress, motion)
     return motion
-
-
-def _failure(problem: Problem, integration: Integration, motion: Motion | None) -> IntegrationError:
-    return failure(
-        integration.outcome,
-        problem.mechanism,
-        integration.t,
-        integration.y,
-        problem.max_steps,
-        motion,
-    )
