@@ -66,9 +66,9 @@ ORDER: dict[str, list[str]] = {
         "causes",
         "verdict",
         "closed_form facts given rows",
-        "against forms",
+        "against forms transformation",
         "compare",
-        "survey transformation",
+        "survey",
     ],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [

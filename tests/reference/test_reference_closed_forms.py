@@ -75,7 +75,7 @@ def test_rod_pendulum(q: float, v: float) -> None:
 @pytest.mark.parametrize(("q", "v"), [(0.4, 0.0), (0.1, -0.3), (-0.7, 0.2)])
 @pytest.mark.parametrize("t", [0.0, 0.9])
 def test_two_blocks_are_carried_not_pushed(q: float, v: float, t: float) -> None:
-    """Springs and load are external forces: the guides bear the weights and nothing along the line."""
+    """Springs and load are external forces: the guides bear the weights, nothing along the line."""
     reference = Reference(load("two_blocks", F0=2.0))
     a = reference.acceleration([q, v], [0.1, 0.2], t)
     F = 2 * cos(3 * t)
@@ -139,7 +139,7 @@ def test_double_pendulum_in_absolute_angles(q1: float, q2: float, v1: float, v2:
 def test_an_armature_weighs_in_mass_energy_and_acceleration(
     kind: type[Revolute | Prismatic], limits: Limits | None
 ) -> None:
-    """Pinocchio's own kinetic energy forgets the rotor of a bounded joint; the reference must not."""
+    """Pinocchio's kinetic energy forgets the rotor of a bounded joint; the reference must not."""
     joint = kind("j", "ground", "b", axis=(0, 0, 1), armature=0.5, limits=limits)
     reference = one_body(
         joint, cylinder(2.0, 0.3, 0.1), forces=(JointForce("f", "j", 3.0),), gravity=(0, 0, 0)

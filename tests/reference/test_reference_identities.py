@@ -1,4 +1,4 @@
-"""Identities that hold for every mechanism: power, momentum, body by body balance, kinematics by differences."""
+"""Identities of every mechanism: power, momentum, balance of bodies, kinematics by differences."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def difference(
 def actions(
     mechanism: Mechanism, reference: Reference, q: Array, v: Array, t: float
 ) -> dict[str, Array]:
-    """Force and moment about the world's origin on each body, in world axes, from the forces' definitions."""
+    """Force and moment about the world's origin on each body, from the forces' definitions."""
     pose = dict(zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True))
     total = {body.name: np.zeros(6) for body in mechanism.bodies}
     symbols = {
@@ -153,7 +153,7 @@ def joint_value(
 
 
 def test_every_body_obeys_newton_and_euler(reference: Reference) -> None:
-    """m a = forces and d(angular momentum)/dt = moments, with the reactions from parent and to children."""
+    """m a = forces and d(angular momentum)/dt = moments, reactions included."""
     mechanism = reference.mechanism
     gravity = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
     for q, v, t in states(mechanism, 3):
@@ -187,7 +187,7 @@ def test_every_body_obeys_newton_and_euler(reference: Reference) -> None:
 def body_momentum(
     mechanism: Mechanism, reference: Reference, name: str, q: Array, v: Array, t: float
 ) -> Array:
-    """Linear momentum and angular momentum about the origin of one body, from the motion of its points."""
+    """Linear and angular momentum of one body about the origin, from the motion of its points."""
     body = mechanism.body(name)
     pose = reference.poses(q, t)[[b.name for b in mechanism.bodies].index(name)]
     turn = pose[:3, :3]

@@ -1,4 +1,4 @@
-"""Loops inside Pinocchio: their equations, their forces, assembly, branches and degrees of freedom."""
+"""Loops inside Pinocchio: equations, forces, assembly, branches and degrees of freedom."""
 
 from __future__ import annotations
 
@@ -183,7 +183,7 @@ def test_the_motion_stays_on_the_loop_and_all_bodies_keep_their_balance(kind: st
 def test_a_four_bar_moves_as_its_one_equation_says_massless_bars_or_not(
     loop: str, masses: tuple[float, ...]
 ) -> None:
-    """Against numbers from an independent reduced Lagrangian, solved with Newton's method on Taylor jets."""
+    """Numbers from an independent reduced Lagrangian, by Newton's method on Taylor jets."""
     expected = {2.0: -5.56672477868565, 0.0: -6.96628394424538 if masses[2] else -6.67466692677737}[
         masses[1]
     ]
@@ -232,7 +232,7 @@ def test_a_massless_link_pulls_along_itself() -> None:
 
 
 def parallel(alpha: float) -> tuple[np.ndarray, float, float]:
-    """Position of the bars of Example 1.2, α'' and the force of CF on DEF, from the springs' exact lengths."""
+    """Position of the bars of Example 1.2, α'' and the force of CF on DEF, by exact lengths."""
     k, length, a, c, s = 50.0, 0.5, 0.8, np.cos(alpha), np.sin(alpha)
     rise, run = a + 2 * length * s, 2 * length * (1 - c)
     upper = np.hypot(run, rise)
@@ -255,7 +255,7 @@ def test_bars_and_springs_in_large_motion(alpha: float) -> None:
 
 
 def test_bars_and_springs_in_the_small_have_the_reactions_of_the_chapter() -> None:
-    """Fundamentals of Dynamics, eqs. Ex.1.2.e to Ex.1.2.h, with q = 4 l α: on the bars, y upwards."""
+    """Fundamentals of Dynamics, eqs. Ex.1.2.e to h, with q = 4 l α: on the bars, y upwards."""
     m, k, length, q = 1.0, 50.0, 0.5, 1e-6
     reference = Reference(textbook.load("bars_and_springs_loop"))
     position = np.array([1.0, 1.0, -1.0]) * np.arcsin(q / (4 * length))
@@ -349,7 +349,8 @@ def test_degrees_of_freedom_and_redundant_equations() -> None:
     ]
     assert not any(found.singular for found in (plane, ball, hinge))
     assert str(ball) == (
-        "N = 3 velocities - 2 independent constraint equations (of 3) = 1; as 6 n - b of 3 rigid bodies: b = 17 "
+        "N = 3 velocities - 2 independent constraint equations (of 3) = 1; "
+        "as 6 n - b of 3 rigid bodies: b = 17 "
         "restraints; redundant: C: y"
     )
 
@@ -366,7 +367,7 @@ def test_a_singular_position_is_told_from_a_redundant_equation() -> None:
 
 
 def test_particles_count_three_each() -> None:
-    """N = 3 n_p - b (Fundamentals of Dynamics, sect. 1.2): a spherical pendulum and a double one in space."""
+    """N = 3 n_p - b (Fundamentals of Dynamics, sect. 1.2), for two spherical pendulums."""
     rope = Mechanism(
         "rope",
         (
@@ -447,7 +448,7 @@ def test_a_massless_motion_that_the_loops_leave_free_is_refused_by_name() -> Non
 
 
 def test_loops_work_with_coordinate_maps_and_drives() -> None:
-    """The four-bar with its crank driven at constant speed: the drive does what inverse dynamics asks for."""
+    """A four-bar with a crank of constant speed: the drive does what inverse dynamics asks for."""
     W = Parameter("W", 2.0, "rad/s")
     driven = four_bar()
     driven = replace(
@@ -477,7 +478,7 @@ def test_a_loop_named_like_a_joint_is_kept_apart() -> None:
 
 
 def test_linear_maps_may_halve_a_loop() -> None:
-    """A rhombus of four equal bars described by one angle: the loop closes by itself and is redundant."""
+    """A rhombus of four equal bars described by one angle: its loop is redundant."""
     x = coordinate("x")
     mechanism = replace(
         four_bar(a=1.0, b=1.0, c=1.0, d=1.0),

@@ -16,7 +16,7 @@ M, G, L = 2.0, 9.81, 1.3
 
 
 def pendulum(angle: float, rate: float) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """A particle on a rod in the plane, described by x and z: h, J, γ and the acceleration it must have."""
+    """A particle on a rod in the plane, by x and z: h, J, γ and the acceleration it must have."""
     radial = np.array([math.sin(angle), -math.cos(angle)])
     tangent = np.array([math.cos(angle), math.sin(angle)])
     expected = -G * math.sin(angle) * tangent - rate**2 * L * radial

@@ -85,7 +85,7 @@ def test_two_equal_links_on_one_axis_cannot_be_told_apart() -> None:
     assert "cannot be told apart from" in str(cause)
 
 
-def test_the_verdict_against_pinocchio_tells_its_causes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_verdict_against_pinocchio_gives_its_causes(monkeypatch: pytest.MonkeyPatch) -> None:
     mechanism = mq.textbook.load("cart_pole")
     assert mq.verify(mechanism, 5).causes == ()
     monkeypatch.setattr(sources, "derive_all", lambda m: IN_HOUSE(m.replace(l=1.1)))

@@ -1,4 +1,4 @@
-"""The relative difference: units do not matter, nothing that is not finite passes, nothing excuses too much."""
+"""The relative difference: units do not matter, and nothing that is not finite passes."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_a_huge_value_does_not_excuse_the_others() -> None:
 
 @pytest.mark.parametrize("quantity", ["mass matrix", "bias", "forces", "acceleration"])
 def test_units_of_the_coordinates_do_not_matter(quantity: str) -> None:
-    """Measuring coordinate i in units of u_i turns M_ij into M_ij u_i u_j, f_i into f_i u_i, a_i into a_i / u_i."""
+    """In units u_i, M_ij becomes M_ij u_i u_j, f_i becomes f_i u_i and a_i becomes a_i / u_i."""
     random = np.random.default_rng(3)
     units = np.array([1.0, 1e3, 1e-3])
     root = random.normal(size=(4, 3, 3))

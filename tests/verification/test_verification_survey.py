@@ -14,9 +14,9 @@ from mecanique.verification.survey import Entry, Survey, survey_robots, survey_s
 
 
 def test_robots_agree_or_are_refused_with_the_reason() -> None:
-    told: list[float] = []
+    reported: list[float] = []
     found = survey_robots(
-        5, only=("TwoDofs", "ur3", "allegro_left_hand", "solo"), progress=told.append
+        5, only=("TwoDofs", "ur3", "allegro_left_hand", "solo"), progress=reported.append
     )
     assert [(e.name, e.root, e.velocities) for e in found.entries if not e.refused] == [
         ("TwoDofs", "fixed", 2),
@@ -25,7 +25,7 @@ def test_robots_agree_or_are_refused_with_the_reason() -> None:
         ("solo", "floating", 14),
     ]
     assert found.agrees
-    assert told == [k / 8 for k in range(1, 9)]
+    assert reported == [k / 8 for k in range(1, 9)]
     text = str(found)
     assert "line 6: the robot has no name" in text
     assert "triangle inequality" in text
@@ -63,13 +63,13 @@ def test_a_disagreement_is_seen() -> None:
     assert data["entries"][1]["worst"] is None
 
 
-def test_a_fault_of_ours_is_told_and_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_ours_is_reported_and_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     from mecanique.verification import compare
 
     def broken(*words: object, **more: object) -> None:
         raise IndexError("index 0 is out of bounds")
 
-    monkeypatch.setattr(compare, "compared", broken)
+    monkeypatch.setattr(compare, "compare", broken)
     found = survey_robots(2, only=("TwoDofs",))
     assert not found.agrees
     assert "DISAGREES: IndexError: index 0 is out of bounds" in str(found)

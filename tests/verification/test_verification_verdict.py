@@ -1,4 +1,4 @@
-"""The verdict: one number decides, nothing that is not finite gets lost, every form says the same."""
+"""The verdict: one number decides, what is not finite counts, every form says the same."""
 
 from __future__ import annotations
 

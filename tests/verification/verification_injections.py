@@ -1,4 +1,4 @@
-"""Mistakes put into sound models, each on purpose and by other means than the search for causes uses."""
+"""Mistakes put into sound models, by other means than the search for causes uses."""
 
 from __future__ import annotations
 

@@ -82,7 +82,7 @@ class Reference:
         return self._answer(States.of(self.mechanism, q, t=t), self._tree.mass)
 
     def response(self, q: Given, t: float, impulse: Given) -> Array:
-        """Return the change of velocities by a generalized impulse, loops staying closed, shape (nv,).
+        """Return the change of velocities by an impulse while loops stay closed, shape (nv,).
 
         Args:
             q: shape (nq,).
@@ -139,7 +139,7 @@ class Reference:
         return self._answer(States.of(self.mechanism, q, v, t=t), moving.acceleration)
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
-        """Return the generalized forces that accelerations a need: M a + bias − forces, shape (nv,).
+        """Return the forces that accelerations a need besides: M a + bias − forces, shape (nv,).
 
         Args:
             q: shape (nq,).
@@ -239,7 +239,7 @@ class Reference:
     def applied(
         self, q: Given, v: Given = None, t: float | Array = 0.0
     ) -> tuple[AppliedForce, ...]:
-        """Return what springs, dampers, drives and loads do to the bodies, in the order of the forces.
+        """Return what springs, dampers, drives and loads do to the bodies, force by force.
 
         A force between two bodies comes twice: on body a or the child, then on body b or the
         parent. A spring or damper whose ends meet does nothing.
@@ -257,7 +257,7 @@ class Reference:
         )
 
     def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
-        """Return the components of reactions that redundant constraints leave undetermined, by name.
+        """Return the components of reactions that redundancy leaves undetermined, by name.
 
         Joints and loops of which everything is determined are left out.
 

@@ -2,6 +2,7 @@
 
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.compare import verify
+from mecanique.verification.transformation import Transformation, compare_coordinates
 from mecanique.verification.verdict import Row, Verdict
 
-__all__ = ["Cause", "Row", "Verdict", "verify"]
+__all__ = ["Cause", "Row", "Transformation", "Verdict", "compare_coordinates", "verify"]

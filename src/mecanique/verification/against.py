@@ -1,4 +1,4 @@
-"""Compare a mechanism with another description, with a user's functions or with measured samples."""
+"""Compare a mechanism with another description, a user's functions or measured samples."""
 
 from __future__ import annotations
 
@@ -93,9 +93,10 @@ def _of_mechanism(
             for a, b in ((ours, theirs), (theirs, ours))
         ]
         raise InputError(
-            f"expected {len(ours[0])} coordinates as in {mechanism.name!r}, got {len(theirs[0])} in {other.name!r}; "
-            f"only the first has {alone[0]}; only the second has {alone[1]}; a joint that one side lets follow "
-            "another (mimic) or holds fixed is free on the other"
+            f"expected {len(ours[0])} coordinates as in {mechanism.name!r}, "
+            f"got {len(theirs[0])} in {other.name!r}; only the first has {alone[0]}; "
+            f"only the second has {alone[1]}; a joint that one side lets follow another "
+            "(mimic) or holds fixed is free on the other"
         )
     at_q, at_v = np.arange(len(ours[0])), np.arange(len(ours[1]))
     if set(ours[0]) == set(theirs[0]) and set(ours[1]) == set(theirs[1]):

@@ -1,4 +1,4 @@
-"""The closed form of a derivation, as numbers: what is printed takes part in the comparison itself."""
+"""The closed form of a derivation, as numbers: what is printed is what is compared."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ class ClosedForm:
             return np.full(rest.shape, np.nan)
 
     def _held(self, mass: Array, rest: Array, q: Given, v: Given, t: Any) -> Array:
-        """The accelerations that the loops leave, their multipliers being the least where they are not unique."""
+        """Return the accelerations that the loops leave, by the least multipliers."""
         algebra, ties = self._derivation.algebra, self._derivation.ties
         # Φ'' = J a + γ
         second = [tie.demand.ddt().ddt().linear(algebra.accelerations) for tie in ties]

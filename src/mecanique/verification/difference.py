@@ -64,7 +64,7 @@ def scaled(quantity: str, values: Array, mass: Array) -> Array:
 
 
 def relative_difference(x: Array, y: Array, least: float) -> Array:
-    """Return the relative difference at each state, shape (n,); infinite where a value is not finite.
+    """Return the relative difference at each state, shape (n,); infinite if a value is not finite.
 
     Args:
         x: vectors of one source, shape (n, k).

@@ -1,4 +1,4 @@
-"""What a mechanism may be compared with besides the engine: a user's own functions, or samples from a file."""
+"""Other sources to compare a mechanism with: a user's functions, or samples from a file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = npt.NDArray[np.float64]
 @final
 @dataclass(frozen=True)
 class Functions:
-    """Equations of motion as functions of one state: M(q) a + C(q, v) v + g(q) = forces. At least one is given.
+    """Equations of motion as functions of one state: M(q) a + C(q, v) v + g(q) = forces.
 
     Args:
         mass_matrix: (q) -> M, shape (nv, nv).

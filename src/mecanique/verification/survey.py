@@ -1,4 +1,4 @@
-"""Many mechanisms at once: every textbook system, or every robot of example-robot-data, in one table."""
+"""Verify every textbook system, or every robot of example-robot-data, in one table."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from mecanique.verification.states.random import whole
 __all__ = ["Entry", "Progress", "Survey", "survey_robots", "survey_systems"]
 
 Progress: TypeAlias = Callable[[float], None]
-"""Is told which part of the work is done, from 0 to 1."""
+"""Receives the part of the work that is done, from 0 to 1."""
 
 Root: TypeAlias = Literal["fixed", "floating"]
 
@@ -82,13 +82,16 @@ class Survey:
         bad = [entry.name for entry in compared if not entry.worst <= self.tolerance]
         refused = len({entry.name for entry in self.entries if entry.refused})
         worst = max((entry.worst for entry in compared), default=0.0)
-        said = f"{len(compared) - len(bad)} of {len(compared)} agree at {self.samples} random states (seed {self.seed})"
-        told = (
+        said = (
+            f"{len(compared) - len(bad)} of {len(compared)} agree at {self.samples} random states "
+            f"(seed {self.seed})"
+        )
+        result = (
             f", worst relative difference {worst:.1e}"
             if not bad
             else f"; DISAGREE: {', '.join(bad)}"
         )
-        return f"{said}{told}; {refused} refused; {self.seconds:.0f} s"
+        return f"{said}{result}; {refused} refused; {self.seconds:.0f} s"
 
     def to_json(self) -> str:
         """Return everything as JSON text; a difference that is not finite is null."""
@@ -152,7 +155,7 @@ def survey_robots(
         seed: of the random states, at least 0.
         processes: how many processes share the work; a script that asks for more than one needs
             `if __name__ == "__main__":` around what it does.
-        progress: is told how far the work is.
+        progress: receives the part of the work that is done.
         only: names of the robots to look at; all by default.
 
     Raises:
@@ -178,7 +181,7 @@ def survey_systems(
         samples: number of random states of each, at least 1.
         seed: of the random states, at least 0.
         processes: how many processes share the work; see `survey_robots`.
-        progress: is told how far the work is.
+        progress: receives the part of the work that is done.
 
     Raises:
         InputError: if a number is not a whole number in its range.
@@ -244,7 +247,7 @@ def _loaded(name: str, root: str) -> Mechanism:
 
 
 def _short(message: str) -> str:
-    """The first fault of a message, without the folders of its file, and how many more there are."""
+    """Return the first fault of a message, without folders, and how many more there are."""
     first, *more = re.sub(r" at q = \[.*?\]", "", message).split("\n  ")
     if more:
         count = f" (and {len(more) - 1} more)" if len(more) > 1 else ""

@@ -1,4 +1,4 @@
-"""Equations of one system in two sets of generalized coordinates: identical up to a linear transformation.
+"""Compare the equations of one system in two sets of generalized coordinates.
 
 With x = φ(y, t) and J = ∂φ/∂y, equations M(x) x'' + b = Q become Jᵀ M J y'' + Jᵀ (b + M γ) = Jᵀ Q,
 where x'' = J y'' + γ: the equations in y are Jᵀ times those in x (Fundamentals of Dynamics, sect.
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, final
+from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
@@ -18,19 +18,21 @@ from mecanique.derivation import derive
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 from mecanique.verification.difference import relative_difference, scaled
-from mecanique.verification.rows import TOLERANCE
+from mecanique.verification.rows import TOLERANCE, moving_mass
 from mecanique.verification.states.random import random_states
 
-__all__ = ["Transformation", "transformation"]
+__all__ = ["Transformation", "compare_coordinates"]
 
 Array = npt.NDArray[np.float64]
+Expressions: TypeAlias = list[Any]
 
 
 @final
 @dataclass(frozen=True)
 class Transformation:
-    """How the equations in one set of coordinates follow from those in another, and how well they do.
+    """How well the equations in one set of coordinates follow from those in another.
 
     Args:
         first: name of the mechanism with the coordinates x.
@@ -54,7 +56,7 @@ class Transformation:
 
     @property
     def agrees(self) -> bool:
-        """Whether Jᵀ times the first equations are the second ones, within the tolerance of a verdict."""
+        """Whether Jᵀ times the first equations gives the second ones."""
         return all(value <= TOLERANCE for value in self.worst.values())
 
     def __str__(self) -> str:
@@ -71,15 +73,31 @@ class Transformation:
         lines.append("  The transpose of J times the first equations of motion gives the second:")
         lines += [f"    {name:<14} {value:.1e}" for name, value in self.worst.items()]
         verdict = "agree" if self.agrees else "DISAGREE"
-        return "\n".join(
-            [
-                *lines,
-                f"  They {verdict} at {self.samples} random states (largest relative differences).",
-            ]
+        lines.append(
+            f"  They {verdict} at {self.samples} random states (largest relative differences)."
         )
+        return "\n".join(lines)
 
 
-def transformation(
+class _Map(NamedTuple):
+    """x = φ(y, t), x' = J y' + ∂φ/∂t and x'' = J y'' + γ, as expressions."""
+
+    phi: Expressions
+    velocity: Expressions
+    jacobian: list[Expressions]
+    gamma: Expressions
+
+
+class _Motion(NamedTuple):
+    """The same as numbers at n states: x, x', J and γ."""
+
+    q: Array
+    v: Array
+    jacobian: Array
+    gamma: Array
+
+
+def compare_coordinates(
     first: Mechanism,
     second: Mechanism,
     relations: Mapping[str, Scalar],
@@ -101,6 +119,41 @@ def transformation(
         UnknownNameError: if a name is no coordinate.
         DerivationError: if a system cannot be derived.
     """
+    x, y = first.coordinates.names, second.coordinates.names
+    chart = _differentiate(first, second, relations)
+    states = random_states(second, samples, seed)
+    motion = _evaluate(chart, second, states)
+    if not all(np.isfinite(part).all() for part in motion):
+        raise InputError(
+            f"the map of {first.name!r} has no finite value at some states of {second.name!r}"
+        )
+    found, expected = _transform(first, motion, states), _equations(second, states)
+    mass = moving_mass(second)
+    worst = {}
+    for quantity, values in found.items():
+        a, b = (
+            scaled(quantity, part, expected["mass matrix"]) for part in (values, expected[quantity])
+        )
+        least = 1.0 if quantity == "mass matrix" else mass**0.5
+        worst[quantity] = float(relative_difference(a, b, least).max())
+    return Transformation(
+        first.name,
+        second.name,
+        dict(zip(x, chart.phi, strict=True)),
+        tuple(x),
+        tuple(y),
+        tuple(tuple(row) for row in chart.jacobian),
+        {
+            "mass matrix": worst["mass matrix"],
+            "all other terms": worst["bias"],
+            "acceleration": worst["acceleration"],
+        },
+        len(states),
+    )
+
+
+def _differentiate(first: Mechanism, second: Mechanism, relations: Mapping[str, Scalar]) -> _Map:
+    """Check the map between two sets of coordinates and differentiate it."""
     from sympy import Symbol, diff, sympify
 
     x, y = first.coordinates.names, second.coordinates.names
@@ -118,82 +171,54 @@ def transformation(
     for name, expression in phi.items():
         for symbol in sorted(symbols_in(expression) - known):
             raise UnknownNameError(f"symbol in the map of {name!r}", symbol, sorted(known))
-    by_name = {symbol.name: symbol for e in phi.values() for symbol in e.free_symbols}
-    variables = [by_name.get(name, Symbol(name)) for name in y]
-    time = by_name.get("t", Symbol("t"))
+    # the expressions' own symbols, whatever is assumed of them
+    own = {symbol.name: symbol for e in phi.values() for symbol in e.free_symbols}
+    variables = [own.get(name, Symbol(name)) for name in y]
+    time = own.get("t", Symbol("t"))
     rates = [Symbol(f"{name}'") for name in y]
-    J = [[diff(phi[name], variable) for variable in variables] for name in x]
-    drift = [diff(phi[name], time) for name in x]
-    velocity = [
-        sum(slope * rate for slope, rate in zip(row, rates, strict=True)) + d
-        for row, d in zip(J, drift, strict=True)
-    ]
-    gamma = [
-        sum(diff(v, variable) * rate for variable, rate in zip(variables, rates, strict=True))
-        + diff(v, time)
-        for v in velocity
-    ]
-    states = random_states(second, samples, seed)
+
+    def total(expression: Any) -> Any:
+        parts = (
+            diff(expression, variable) * rate
+            for variable, rate in zip(variables, rates, strict=True)
+        )
+        return sum(parts) + diff(expression, time)
+
+    velocity = [total(phi[name]) for name in x]
+    jacobian = [[diff(phi[name], variable) for variable in variables] for name in x]
+    return _Map([phi[name] for name in x], velocity, jacobian, [total(v) for v in velocity])
+
+
+def _evaluate(chart: _Map, second: Mechanism, states: States) -> _Motion:
     n = len(states)
-    values = {**second.values, "t": states.t, **dict(zip(y, states.q.T, strict=True))}
+    values = {**second.values, "t": states.t}
+    values |= dict(zip(second.coordinates.names, states.q.T, strict=True))
     values |= dict(zip(second.velocities, states.v.T, strict=True))
 
-    def numbers(expressions: list[Any]) -> Array:
+    def numbers(expressions: Expressions) -> Array:
         with np.errstate(all="ignore"):
-            columns = [
-                np.broadcast_to(np.asarray(evaluate(e, values), dtype=float), (n,))
-                for e in expressions
-            ]
-        return np.stack(columns, axis=1)
+            columns = [np.asarray(evaluate(e, values), dtype=float) for e in expressions]
+        return np.stack([np.broadcast_to(column, (n,)) for column in columns], axis=1)
 
-    q, v, turn = (
-        numbers([phi[name] for name in x]),
-        numbers(velocity),
-        numbers([e for row in J for e in row]),
-    )
-    bent, slope = numbers(gamma), turn.reshape(n, len(x), len(y))
-    if not all(np.isfinite(part).all() for part in (q, v, slope, bent)):
-        raise InputError(
-            f"the map of {first.name!r} has no finite value at some states of {second.name!r}"
-        )
-    one, other = derive(first), derive(second)
+    jacobian = np.stack([numbers(row) for row in chart.jacobian], axis=1)
+    return _Motion(numbers(chart.phi), numbers(chart.velocity), jacobian, numbers(chart.gamma))
+
+
+def _transform(first: Mechanism, motion: _Motion, states: States) -> dict[str, Array]:
+    """Return Jᵀ times the equations of the first: M_y = Jᵀ M J, bias Jᵀ (M γ + bias − forces)."""
+    one, (q, v, J, gamma) = derive(first), motion
     M = one.mass_matrix(q, states.t)
-    rest = one.bias(q, v, states.t) - one.forces(q, v, states.t) + np.einsum("nij,nj->ni", M, bent)
-    found = {
-        "mass matrix": np.einsum("nki,nkl,nlj->nij", slope, M, slope),
-        "bias": np.einsum("nki,nk->ni", slope, rest),
-        "acceleration": np.zeros((n, len(y))),
+    rest = one.bias(q, v, states.t) - one.forces(q, v, states.t) + np.einsum("nij,nj->ni", M, gamma)
+    mass = np.einsum("nki,nkl,nlj->nij", J, M, J)
+    bias = np.einsum("nki,nk->ni", J, rest)
+    acceleration = np.linalg.solve(mass, -bias[..., None])[..., 0]
+    return {"mass matrix": mass, "bias": bias, "acceleration": acceleration}
+
+
+def _equations(second: Mechanism, states: States) -> dict[str, Array]:
+    equations, (q, v, t) = derive(second), (states.q, states.v, states.t)
+    return {
+        "mass matrix": equations.mass_matrix(q, t),
+        "bias": equations.bias(q, v, t) - equations.forces(q, v, t),
+        "acceleration": equations.acceleration(q, v, t),
     }
-    expected = {
-        "mass matrix": other.mass_matrix(states.q, states.t),
-        "bias": other.bias(states.q, states.v, states.t)
-        - other.forces(states.q, states.v, states.t),
-        "acceleration": other.acceleration(states.q, states.v, states.t),
-    }
-    found["acceleration"] = np.linalg.solve(found["mass matrix"], -found["bias"][..., None])[..., 0]
-    weight = (
-        sum(second.evaluate(body.mass) for body in second.bodies if body.name != second.ground)
-        or 1.0
-    )
-    worst = {}
-    for quantity in found:
-        a, b = (
-            scaled(quantity, part[quantity], expected["mass matrix"]) for part in (found, expected)
-        )
-        worst[quantity] = float(
-            relative_difference(a, b, 1.0 if quantity == "mass matrix" else weight**0.5).max()
-        )
-    return Transformation(
-        first.name,
-        second.name,
-        phi,
-        tuple(x),
-        tuple(y),
-        tuple(tuple(row) for row in J),
-        {
-            "mass matrix": worst["mass matrix"],
-            "all other terms": worst["bias"],
-            "acceleration": worst["acceleration"],
-        },
-        n,
-    )

@@ -80,13 +80,13 @@ class Verdict:
     given: str = ""
 
     def with_causes(self, causes: tuple[Cause, ...]) -> Verdict:
-        """Return this verdict with the likely causes of its differences; without any, a note says so."""
+        """Return this verdict with likely causes of its differences; a note if there are none."""
         notes = self.notes if causes else (*self.notes, _UNEXPLAINED)
         return replace(self, causes=causes, notes=notes)
 
     @property
     def worst(self) -> float:
-        """The largest relative difference of all; infinite if a value is not finite or nothing was compared."""
+        """The largest relative difference; infinite if a value is not finite or none is there."""
         return max((row.worst for row in self.rows), default=math.inf)
 
     @property
@@ -153,7 +153,7 @@ class Verdict:
 
     @property
     def table(self) -> tuple[tuple[str, ...], ...]:
-        """Worst relative differences as words: a head, then a line per quantity, a column per pair of sources."""
+        """Worst relative differences as words: a head, a line per quantity, a column per pair."""
         pairs = tuple(dict.fromkeys(row.sources for row in self.rows))
         others = {other for _, other in pairs}
         heads = [first if len(others) == 1 else f"{first} = {other}" for first, other in pairs]
@@ -167,7 +167,7 @@ class Verdict:
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What is to be said besides: where the sources disagree, likely why, what was left out."""
+        """Remarks: where the sources disagree, the likely causes, what was left out."""
         told = []
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"

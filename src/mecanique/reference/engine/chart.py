@@ -133,7 +133,7 @@ class Chart:
         return self._gamma
 
     def place(self, q: Array, t: float) -> list[float]:
-        """Set the engine's position p and return every coordinate: q, then the driven joint coordinates.
+        """Set the engine's position p and return q followed by the driven joint coordinates.
 
         Args:
             q: shape (nq,).
@@ -223,8 +223,9 @@ class Chart:
             if any(symbol.name in symbols_in(driven[name]) for name in followers):
                 if callable(signal.signal):
                     raise EngineError(
-                        f"the coordinate map of mechanism {mechanism.name!r} follows input {signal.symbol!r}, "
-                        "a function whose derivatives are not known; expected an expression in t and parameters"
+                        f"the coordinate map of mechanism {mechanism.name!r} follows "
+                        f"input {signal.symbol!r}, a function whose derivatives are not known; "
+                        "expected an expression in t and parameters"
                     )
                 rules[symbol] = sympify(plain(signal.signal))
         rates = {
@@ -287,7 +288,7 @@ def _rates(mechanism: Mechanism) -> dict[str, Any]:
 
 
 def _turned(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """A vector given in the turned axes, in the axes that they turned from; exact for a unit quaternion."""
+    """Rotate a vector by a quaternion of any length: from the turned axes to the original ones."""
     x, y, z, w = quaternion
     a, b, c = vector
     square = x * x + y * y + z * z + w * w

@@ -146,13 +146,15 @@ def _check_size(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]])
     way_out = "split it, or use the equations of mecanique.derive, which have no such limit"
     if velocities > MOST_VELOCITIES:
         raise EngineError(
-            f"mechanism {mechanism.name!r} has {velocities} joint velocities; Pinocchio is given at most "
-            f"{MOST_VELOCITIES}, because its memory grows with their cube: {way_out}"
+            f"mechanism {mechanism.name!r} has {velocities} joint velocities; "
+            f"Pinocchio is given at most {MOST_VELOCITIES}, because its memory grows with "
+            f"their cube: {way_out}"
         )
     if deepest > MOST_DEPTH:
         raise EngineError(
-            f"mechanism {mechanism.name!r} has {deepest} joints in a row; Pinocchio is given at most {MOST_DEPTH}, "
-            f"because its parser ends the process somewhere above: {way_out}"
+            f"mechanism {mechanism.name!r} has {deepest} joints in a row; "
+            f"Pinocchio is given at most {MOST_DEPTH}, because its parser ends the process "
+            f"somewhere above: {way_out}"
         )
 
 
@@ -184,7 +186,7 @@ def _holder(
 
 
 def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[str, Holder]) -> None:
-    """The parser drops or changes what it cannot digest and says so only on the process's standard error."""
+    """Refuse bodies that the parser dropped or changed, which it reports on standard error only."""
     carried: dict[int, list[str]] = {}
     for name, holder in holders.items():
         carried.setdefault(holder.joint, []).append(name)
@@ -204,6 +206,7 @@ def _check_inertias(pin: Any, mechanism: Mechanism, model: Any, holders: dict[st
         if not whole:
             listed = ", ".join(map(repr, names))
             raise EngineError(
-                f"Pinocchio read body {listed} with mass {found.mass:g} kg and center {found.lever}, not "
-                f"{wanted.mass:g} kg and {wanted.lever}; masses below 1e-15 kg are lost: measure in smaller units"
+                f"Pinocchio read body {listed} with mass {found.mass:g} kg and "
+                f"center {found.lever}, not {wanted.mass:g} kg and {wanted.lever}; masses below "
+                "1e-15 kg are lost: measure in smaller units"
             )

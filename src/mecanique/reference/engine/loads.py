@@ -41,7 +41,7 @@ _ZERO: Triple = (0.0, 0.0, 0.0)
 @final
 @dataclass(frozen=True)
 class Law:
-    """What a force between two ends does: it drives x, a length or a coordinate, by −k (x − x₀) − c x' + F.
+    """What a force does to x, a length or a coordinate: −k (x − x₀) − c x' + F.
 
     Args:
         stiffness: k.
@@ -91,7 +91,7 @@ class _Line:
 
 
 class _Term(NamedTuple):
-    """A force in a joint: the joint's row among the velocities, where its coordinate and F stand."""
+    """A force in a joint: the joint's row among the velocities, its coordinate's and F's place."""
 
     name: str
     row: int
@@ -130,7 +130,7 @@ class _Hinge:
 class _Load:
     """A force and a torque on a body, in the axes of `turned`, if any.
 
-    Their components are the expressions from `force` and `torque` on; None if there is no such part.
+    Their components are the expressions from `force` and `torque` on; None if there is none.
     """
 
     name: str
@@ -248,7 +248,7 @@ class Loads:
     def by_force(
         self, values: list[float], q: Array, u: Array, v: Array, t: float
     ) -> list[tuple[Triple, Triple, Triple]]:
-        """Return where each force acts, its force and its moment about that point, as `effects` lists them.
+        """Return each force's point of action, force and moment about it, as `effects` lists them.
 
         Args:
             values: q, then the driven joint coordinates.
@@ -286,7 +286,7 @@ class Loads:
         return found
 
     def across_joints(self) -> list[Action]:
-        """Return the forces in the joints as what they do to the bodies: on the child, and opposite on the parent."""
+        """Return the forces in the joints as actions on the child and, opposite, on the parent."""
         return [
             action
             for row, hinge in self._hinges.items()
@@ -319,8 +319,9 @@ class Loads:
         for line in self._lines:
             if (line.free_length or line.damping) and line.a.position() == line.b.position():
                 raise EngineError(
-                    f"spring or damper {line.name!r} has no direction: its ends, on {line.a.body!r} and "
-                    f"{line.b.body!r}, are at one place; move the mechanism a little, or its ends"
+                    f"spring or damper {line.name!r} has no direction: its ends, on "
+                    f"{line.a.body!r} and {line.b.body!r}, are at one place; "
+                    "move the mechanism a little, or its ends"
                 )
 
     def _stated(self, q: Array, v: Array, t: float) -> tuple[float, ...]:

@@ -34,7 +34,7 @@ def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array,
 
 
 def massless_mode(mass: Array, reach: Array) -> Array | None:
-    """Return a motion that moves no mass, shape (nv,), largest component 1; None if every motion moves some.
+    """Return a motion that moves no mass, shape (nv,), largest component 1; None if there is none.
 
     Args:
         mass: mass matrix, shape (nv, nv).
@@ -56,7 +56,7 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
 
 
 def reach_of(model: Any, data: Any) -> Array:
-    """Return for each of the engine's velocities the mass it moves, or that mass's polar moment about the joint.
+    """Return the mass each of the engine's velocities moves, or its polar moment about the joint.
 
     Args:
         model: pinocchio.Model.

@@ -56,7 +56,7 @@ class Reactions:
         }
 
     def read(self, actions: list[Action]) -> dict[str, tuple[Array, Array]]:
-        """Return force and moment of the parent on the child at the child's origin, world axes, by joint name.
+        """Return force and moment of parent on child at the child's origin, world axes, by joint.
 
         The work space must hold positions (`forwardKinematics`) and inverse dynamics at the state
         in question.
@@ -78,7 +78,7 @@ class Reactions:
         return found
 
     def _through_weld(self, name: str, joint: int, actions: list[Action]) -> Any:
-        """The force of a fixed joint on what it carries, in the frame of the moving joint before it."""
+        """Return the force of a fixed joint on what it carries, in the moving joint's frame."""
         import pinocchio as pin
 
         engine, data = self._engine, self._engine.data

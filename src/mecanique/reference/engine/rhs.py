@@ -1,4 +1,4 @@
-"""The right-hand side of the equations of motion for integrators: nothing is checked, little is allocated."""
+"""The right-hand side of the equations of motion for integrators, unchecked and fast."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def fast_rhs(
 
 
 def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
-    """A single hinge without springs or loads: every pendulum; half the time would go into generality."""
+    """A single hinge without springs or loads, as in every pendulum: twice as fast as the rest."""
     import pinocchio as pin
 
     aba, model, data, p, none, out = (
@@ -119,7 +119,7 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
 
 
 def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
-    """The same where the joints follow the coordinates linearly, r = G q + r0: absolute angles, above all."""
+    """The same where joints follow coordinates linearly, r = G q + r0, such as absolute angles."""
     import pinocchio as pin
 
     model = _by_angles(engine)
@@ -142,7 +142,7 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
 
 
 def _by_angles(engine: Engine) -> Any:
-    """The same model with the angle of each endless hinge as its position, where the parser has cosine and sine."""
+    """The same model with endless hinges placed by their angle instead of its cosine and sine."""
     import pinocchio as pin
 
     model, data, other = engine.model, engine.model.createData(), pin.Model()

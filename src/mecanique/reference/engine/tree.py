@@ -64,9 +64,9 @@ class Tree:
         )
         """Mass of the bodies that the ground does not hold [kg]."""
         self.massless: Array | None = None
-        """A motion that moves no mass in any state looked at, shape (nv,); None if there is none."""
+        """A motion that moves no mass in any state tried, shape (nv,); None if there is none."""
         self.recursive = self._probe()
-        """Whether the articulated-body recursion gives the accelerations; else M a = forces − bias is solved."""
+        """Whether the articulated-body recursion may give the accelerations."""
 
     def move(
         self, q: Array, v: Array, t: float, a: Array | None = None
@@ -168,7 +168,7 @@ class Tree:
         return np.array([kinetic, height, springs])
 
     def momentum(self, q: Array, v: Array, t: float) -> Array:
-        """Return linear momentum, angular about the origin and about the center of mass, that center, shape (4, 3)."""
+        """Return linear, angular about origin and center of mass, and that center, shape (4, 3)."""
         self.move(q, v, t)
         engine = self.engine
         total, moment = self._pin.Force.Zero(), np.zeros(3)
@@ -182,26 +182,26 @@ class Tree:
         )
 
     def reactions(self, q: Array, v: Array, t: float) -> Array:
-        """Return force and moment of each parent on its child, in the order of the joints, shape (n, 2, 3)."""
+        """Return force and moment of parent on child, joint by joint, shape (n, 2, 3)."""
         loads = self.loads
         a = self.acceleration(q, v, t)
         values, u, rate = self.move(q, v, t, a)
         return self.transmit(loads.update(values, q, u, v, t) + loads.across_joints(), u, rate)
 
     def applied(self, q: Array, v: Array, t: float) -> Array:
-        """Return point, force and moment of what the loads do, as their `effects` list it, shape (k, 3, 3)."""
+        """Return points, forces and moments of the loads, by their `effects`, shape (k, 3, 3)."""
         values, u, _ = self.move(q, v, t)
         return np.array(self.loads.by_force(values, q, u, v, t)).reshape(-1, 3, 3)
 
     def transmit(
         self, actions: list[Action], u: Array, rate: Array, *, weightless: bool = False
     ) -> Array:
-        """Return what the joints transmit to balance what acts on the bodies, shape (n, 2, 3), as `reactions` does.
+        """Return what the joints transmit under given actions, shape (n, 2, 3).
 
         The work space must hold the state in question.
 
         Args:
-            actions: all forces on the bodies but gravity and the reactions.
+            actions: all forces on the bodies except gravity and the reactions.
             u: the engine's velocities.
             rate: the engine's accelerations.
             weightless: whether to leave gravity out.
@@ -232,7 +232,7 @@ class Tree:
         return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
 
     def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
-        """Return how a body moves with each velocity, world axes, shape (6, nv); the value of v does not matter."""
+        """Return how each velocity moves a body, world axes, shape (6, nv); v does not matter."""
         engine, chart = self.engine, self.chart
         chart.place(q, t)
         chart.at(q, v, t)
@@ -314,6 +314,7 @@ class Tree:
         joints = [joint for joint in self.mechanism.joints if set(joint.velocities) & set(names)]
         moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
         raise EngineError(
-            f"mechanism {self.mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass{where}, so nothing "
-            "determines it; give the body mass or inertia, or prescribe the joint by the coordinate map"
+            f"mechanism {self.mechanism.name!r}: the motion {', '.join(names)}{moved} moves no "
+            f"mass{where}, so nothing determines it; give the body mass or inertia, or prescribe "
+            "the joint by the coordinate map"
         )

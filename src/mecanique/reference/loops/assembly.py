@@ -92,7 +92,7 @@ def assemble(
 
 
 def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array) -> Array:
-    """Return positions at which every loop is closed; named coordinates of the guess stay if they can, shape (nq,).
+    """Return positions with closed loops, shape (nq,); named coordinates stay if they can.
 
     Args:
         closed: the mechanism.
@@ -329,7 +329,7 @@ def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:
-    """Return which velocities may be chosen freely, as many as there are degrees of freedom, shape (nv,) of bool.
+    """Return which velocities may be chosen freely, one for each degree of freedom, shape (nv,).
 
     Args:
         closed: the mechanism.

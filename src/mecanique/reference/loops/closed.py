@@ -55,7 +55,7 @@ class Closed:
         self.mechanism: Mechanism = tree.mechanism
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
         self.most: int | None = None
-        """The rank that the constraints do not exceed, if known; a little off the loops redundant rows seem to."""
+        """The rank of the constraints, if known; off the loops redundant rows seem to add."""
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
         """Return accelerations and multipliers.
@@ -111,7 +111,8 @@ class Closed:
         if len(gaps) and not gaps[worst] < OPEN:
             raise EngineError(
                 f"mechanism {self.mechanism.name!r}: the loops are open at q = {q.tolist()} "
-                f"({self.closures.names[worst]} by {residual[worst]:.3g}); close them first, by mecanique.assemble"
+                f"({self.closures.names[worst]} by {residual[worst]:.3g}); "
+                "close them first, by mecanique.assemble"
             )
 
     def reactions(self, q: Array, v: Array, t: float) -> Forces:
@@ -130,7 +131,7 @@ class Closed:
         return Forces(whole, self.undetermined(q, t))
 
     def undetermined(self, q: Array, t: float) -> Array:
-        """Return which components of each joint's and each loop's wrench are not determined, shape (n, 6).
+        """Return which components of each joint's and loop's wrench are undetermined, shape (n, 6).
 
         They are those of the self-stresses: multipliers that balance one another, Jᵀ λ = 0.
         """

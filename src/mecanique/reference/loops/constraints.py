@@ -112,7 +112,7 @@ class Closures:
             _Row(k, loop, row) for k, loop in enumerate(self._loops) for row in CLOSED[loop.kind]
         ]
         self.names = tuple(f"{row.loop.name}: {row.motion}" for row in rows)
-        """Name of each row: the loop's and the relative motion it closes, in the axes of frame a."""
+        """Name of each row: its loop and the relative motion it closes, in the axes of frame a."""
         self.owner = np.array([row.owner for row in rows], dtype=int)
         """Which loop each row belongs to, shape (m,)."""
         self._component = np.array([_AT.get(row.motion, 0) for row in rows], dtype=int)
@@ -224,7 +224,7 @@ class Closures:
         return self._residual(here)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
-        """Return what body a does to body b in each loop: force, moment about the point, the point; world axes.
+        """Return what body a does to b in each loop: force, moment, point of action; world axes.
 
         The engine's work space must hold the state in question. The point is the origin of frame b.
 
@@ -278,7 +278,7 @@ class Closures:
     def _selected(
         self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array
     ) -> Closure:
-        """Choose the rows from the six of each loop; a distance and a turn within a plane mix them."""
+        """Choose the rows from the six of each loop; distances and turns in a plane mix them."""
         place, turn = here
         at = self.owner, self._component
         rows: Array = J[at]
@@ -309,7 +309,7 @@ class Closures:
 
 
 def characteristic_length(mechanism: Mechanism) -> float:
-    """Return the median of the lengths a description's joints and loops state, or 1 if they state none [m].
+    """Return the median of the lengths that joints and loops state, or 1 if they state none [m].
 
     Args:
         mechanism: the mechanism.
@@ -342,7 +342,7 @@ def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
 
 
 def _velocities_that_carry(engine: Engine) -> Array:
-    """Return which of the engine's velocities move each of its joints, as 0 or 1, shape (joints, nv)."""
+    """Return 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv)."""
     model = engine.model
     carried: Array = np.zeros((model.njoints, model.nv))
     for index in range(1, model.njoints):

@@ -1,4 +1,4 @@
-"""How many degrees of freedom a mechanism has, which constraints are redundant, and whether a position is singular.
+"""Degrees of freedom, redundant constraints and singular positions.
 
 N is the number of velocities less the rank of the constraints' Jacobian. The rank counts at
 positions in general, not at a singular one: a flat parallelogram has one row too few to decide how
@@ -88,7 +88,7 @@ class Freedom:
 def degrees_of_freedom(
     mechanism: Mechanism, q: Given = None, *, t: float = 0.0, seed: int = 0
 ) -> Freedom:
-    """Return the number of degrees of freedom, with the redundant constraints and whether the position is singular.
+    """Return the degrees of freedom, redundant constraints and whether the position is singular.
 
     Args:
         mechanism: any mechanism.

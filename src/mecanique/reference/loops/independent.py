@@ -71,7 +71,7 @@ class Independent:
         return self._complete(q, v, w[:, None], drift[:, None])[:, 0]
 
     def acceleration(self, q: Array, v: Array, rate: Array) -> Array:
-        """Return v', shape (nv,), by the rates of the independent velocities, in a state on the loops."""
+        """Return v', shape (nv,), by the independent velocities' rates, in a state on the loops."""
         gamma = self._closed.closures.at(q, v, self._t).gamma
         return self._complete(q, v, rate[:, None], gamma[:, None])[:, 0]
 

@@ -1,4 +1,4 @@
-"""Motion on constraints: null space of the Jacobian, least multipliers, and what they leave undetermined.
+"""Motion on constraints: null space of the Jacobian, least multipliers, what stays undetermined.
 
 M a + h = Jᵀ λ with J a + γ = 0, where h holds bias minus applied forces. The mass matrix need only
 be definite on the null space of J, so massless links are fine; rows of J may be dependent, then the

@@ -1,4 +1,4 @@
-"""The right-hand side of a closed mechanism's equations, for integrators that pass singular positions.
+"""The right-hand side of closed mechanisms for integrators that pass singular positions.
 
 Where two branches of a linkage's motion cross, singular values σ of its Jacobian J vanish. The
 motion along a branch is smooth, but what J a + γ = 0 says of the acceleration carries errors of
@@ -35,7 +35,7 @@ _NEXT = 0.01
 """Distance below which accelerations are interpolated."""
 
 _APART, _SIDE = 0.025, 8
-"""How far apart the states are between which they are interpolated, and how many lie on each side."""
+"""Distance between the states of the interpolation, and how many lie on each side."""
 
 _WEIGHTS = tuple(
     (-1) ** (k + 1) * factorial(_SIDE) ** 2 / (factorial(_SIDE - k) * factorial(_SIDE + k))

@@ -1,4 +1,4 @@
-"""Tolerances of loops, in one place; gaps are in characteristic lengths or radians, values scaled alike."""
+"""Tolerances of loops; gaps in characteristic lengths or radians, Jacobians scaled alike."""
 
 __all__ = [
     "ASSEMBLED",
@@ -52,7 +52,7 @@ INDEPENDENT_ROW = 1e-6
 """Part of a row that must be new for it to count as independent of those before it."""
 
 DETERMINED = 1e-9
-"""Part that a row may have in a combination that constrains nothing, and yet count as determined."""
+"""Part of a combination that constrains nothing below which a row counts as determined."""
 
 LOOSE = 1e-8
 """Part of the largest self-stress below which a component is determined."""

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from mecanique.verification.causes.evidence import Evidence
 
-__all__ = ["Change", "Guess", "fitted", "promising"]
+__all__ = ["Change", "Guess", "fit", "promising"]
 
 Array = npt.NDArray[np.float64]
 
@@ -88,11 +88,11 @@ def promising(
             yield Change(guess.kind, guess.where, guess.text, found)
 
 
-def fitted(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
-    """Return the amounts of some effects that fit best, shape (k,), and what they answer, shape (n, nv).
+def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
+    """Fit the amounts of some effects; return them, shape (k,), and their answers, shape (n, nv).
 
     Args:
-        evidence: what is to be fitted.
+        evidence: what to fit.
         columns: what a unit of each adds, shape (k, n, nv).
     """
     flat = (columns * evidence.weights).reshape(len(columns), -1)

@@ -1,4 +1,4 @@
-"""Mistakes in what a coordinate means: its sign, its unit, its place in the order, what follows it."""
+"""Mistakes in what a coordinate means: its sign, its unit, its place, its followers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _DEGREE = np.pi / 180
 @final
 @dataclass(frozen=True, eq=False)
 class _Reading:
-    """Another reading of the coordinates: q[i] ← scale q[from], and the same of velocities and forces.
+    """Another reading of the coordinates: q[i] ← factor q[from]; velocities and forces alike.
 
     Args:
         kind: of the mistake.
@@ -62,7 +62,7 @@ def state_changes(evidence: Evidence) -> Iterator[Change]:
 
 
 def map_changes(evidence: Evidence) -> Iterator[Change]:
-    """Followers (mimic joints, driven coordinates) that do not follow as they should, and their axes.
+    """Followers (mimic joints, driven coordinates) that follow wrongly, and their axes.
 
     Args:
         evidence: what is to be explained.

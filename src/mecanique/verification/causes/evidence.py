@@ -1,4 +1,4 @@
-"""What another source says about a mechanism, as forces at many states, and how far predictions are from it.
+"""What another source says about a mechanism, as forces at many states.
 
 A mass matrix is asked through M a at random accelerations a, at rest and without gravity; a bias at
 constant velocities; gravity at rest. So everything is one kind of experiment: state and
@@ -191,7 +191,7 @@ class Evidence:
 
     @cached_property
     def few(self) -> npt.NDArray[np.intp]:
-        """Two experiments of each kind, enough to see which of many changes are worth a closer look."""
+        """Two experiments of each kind, enough to choose the changes worth evaluating in full."""
         return np.concatenate(
             [np.flatnonzero(self.kind == kind)[:2] for kind in dict.fromkeys(self.kind)]
         )
@@ -218,6 +218,6 @@ class Evidence:
 
 
 def _is_rheonomic(mechanism: Mechanism) -> bool:
-    """Whether a coordinate map depends on time by itself, so that inertia forces act even at rest."""
+    """Whether a coordinate map depends on time, so that inertia forces act even at rest."""
     moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
     return any(moving & set(symbols_in(scalar)) for scalar in mechanism.coordinates.driven.values())

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from mecanique.model.forces import loads_in
 from mecanique.model.joints import Single
-from mecanique.verification.causes.change import Change, fitted
+from mecanique.verification.causes.change import Change, fit
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["gravity_changes", "joint_changes"]
@@ -57,13 +57,13 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
             if kind == "damping":
                 dampers = loads_in(mechanism.forces, joint.name, "damper")
                 own[k] = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
-            amounts, answers = fitted(evidence, columns[k : k + 1])
+            amounts, answers = fit(evidence, columns[k : k + 1])
             where, unit = f"joint {joint.name!r}", _UNITS[kind, joint.turns]
             # less than nothing of it is no likely mistake
             chosen = 1 if own[k] + amounts[0] > -1e-9 * abs(amounts[0]) else 2
             yield Change(kind, where, _text(kind, where, amounts[0], own[k], unit), answers, chosen)
         if len(free) > 1:
-            amounts, answers = fitted(evidence, columns.sum(axis=0)[None])
+            amounts, answers = fit(evidence, columns.sum(axis=0)[None])
             yield Change(
                 kind,
                 "",
@@ -103,7 +103,7 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
                 yield Change(
                     "gravity direction", "", f"gravity pulls along {mark}{name}", answers(g)
                 )
-    amounts, predicted = fitted(evidence, pulls)
+    amounts, predicted = fit(evidence, pulls)
     found = np.where(
         np.abs(own + amounts) > 1e-9 * np.linalg.norm(own + amounts), own + amounts, 0.0
     )

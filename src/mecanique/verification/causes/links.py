@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.model.states import States
-from mecanique.verification.causes.change import Change, fitted
+from mecanique.verification.causes.change import Change, fit
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["link_changes"]
@@ -40,7 +40,7 @@ _BASIS = np.array(
 
 
 def link_changes(evidence: Evidence) -> Iterator[Change]:
-    """Wrong points, axes, signs and units of inertias, masses left out or added, of one link and of all.
+    """Wrong points, axes, signs and units of inertias, wrong masses, of one link and of all.
 
     Args:
         evidence: what is to be explained.
@@ -69,10 +69,13 @@ def link_changes(evidence: Evidence) -> Iterator[Change]:
         m, c, _ = _parts(J)
         for point, name in ((np.zeros(3), "origin"), (c, "center of mass")):
             column = np.einsum("nvab,ab->nv", Y[:, :, k], _moments(1.0, point, np.zeros((3, 3))))
-            amounts, answers = fitted(evidence, column[None])
-            text = f"a point mass of {amounts[0]:.6g} kg more at the {name} of {where} (mass {m:.6g} kg)"
+            amounts, answers = fit(evidence, column[None])
+            text = (
+                f"a point mass of {amounts[0]:.6g} kg more at the {name} of {where} "
+                f"(mass {m:.6g} kg)"
+            )
             yield Change("root mass" if root else "link mass", where, text, answers, 1)
-        amounts, answers = fitted(evidence, np.einsum("nvab,kab->knv", Y[:, :, k], _BASIS))
+        amounts, answers = fit(evidence, np.einsum("nvab,kab->knv", Y[:, :, k], _BASIS))
         text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
         yield Change("other inertia", where, text, answers, 10)
     if len(places) > 1:
@@ -103,9 +106,15 @@ def _variants(
         for factor, kind, said in _INERTIA_FACTORS[:4]:
             yield kind, f"inertia {said}", _moments(m, c, factor * inertia)
     if lever.any():
-        text = "parallel-axis term missing (inertia about the center of mass taken as that about the origin)"
+        text = (
+            "parallel-axis term missing "
+            "(inertia about the center of mass taken as that about the origin)"
+        )
         yield "parallel axis", text, _moments(m, c, inertia - lever)
-        text = "parallel-axis term added twice (inertia about the origin taken as that about the center of mass)"
+        text = (
+            "parallel-axis term added twice "
+            "(inertia about the origin taken as that about the center of mass)"
+        )
         yield "parallel axis", text, _moments(m, c, inertia + lever)
         yield "center of mass", "center of mass left at the origin", _moments(m, 0 * c, inertia)
         yield (

@@ -1,4 +1,4 @@
-"""Why two sources differ: single changes of the mechanism, ranked by how much of the difference they remove."""
+"""Why two sources differ: single changes of the mechanism, ranked by what they explain."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _SAME = 1.2
 """Changes whose differences are within this factor of the least one explain equally well."""
 
 _WORTH = 0.5
-"""Changes that leave more than this part of the difference are not told."""
+"""Changes that leave more than this part of the difference are not reported."""
 
 _MOST = 5
 _MOST_VALUES = 30_000
@@ -36,7 +36,7 @@ _MOST_VALUES = 30_000
 def causes_of(
     mechanism: Mechanism, states: States, theirs: Mapping[str, Array]
 ) -> tuple[Cause, ...]:
-    """Return the likely causes of a difference, the likeliest first; none if there is no difference.
+    """Return the likely causes of a difference, the likeliest first.
 
     Args:
         mechanism: our side.
@@ -86,7 +86,7 @@ def _ranked(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     }
     causes = list(reversed(found.values()))
     if causes[0].removes:
-        # beside a change that removes the difference, only others that do so are worth telling
+        # beside a change that removes the difference, only others that do so are worth reporting
         others = (cause for cause in causes[1:] if cause.removes and cause.kind != "other inertia")
         causes = [causes[0], *others]
     twins = [

@@ -28,7 +28,7 @@ _TREMBLING = 1e-5
 def closed_states(
     mechanism: Mechanism, q: Array, v: Array, t: Array
 ) -> tuple[Array, Array, npt.NDArray[np.intp]]:
-    """Return the positions and velocities near given ones at which the loops are closed, and which ones they are.
+    """Return the states with closed loops near given ones, and which of them they are near.
 
     Args:
         mechanism: a mechanism with loops.

@@ -44,7 +44,7 @@ _TIME = 10.0
 def random_states(
     mechanism: Mechanism, samples: int, seed: int, assumptions: Sequence[Assumption] = ()
 ) -> States:
-    """Return random states: angles in (−π, π), lengths within 0.4 characteristic lengths, unit quaternions.
+    """Return random states: angles in (−π, π), short lengths, unit quaternions.
 
     Args:
         mechanism: the mechanism.
@@ -75,7 +75,8 @@ def random_states(
     raise InputError(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
         f"{', its loops are closed' if mechanism.loops else ''} and no spring or "
-        f"damper has length zero, found {sum(map(len, found))} of {samples} among {_ROUNDS * lot} random ones"
+        f"damper has length zero, found {sum(map(len, found))} of {samples} "
+        f"among {_ROUNDS * lot} random ones"
     )
 
 
@@ -149,7 +150,7 @@ def whole(number: object, what: str, least: int) -> int:
 
 
 def angles(mechanism: Mechanism) -> set[str]:
-    """Return the coordinates that are angles and the velocities that are angular, as far as the description tells.
+    """Return the coordinates that are angles and the velocities that are angular.
 
     Args:
         mechanism: the mechanism.

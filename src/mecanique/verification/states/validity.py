@@ -33,7 +33,7 @@ _NEAR = 1e-2
 """Lengths below this part of the typical length count as zero."""
 
 _SINGULAR = 1e3
-"""A mass matrix worse conditioned than the typical one by this factor is next to a singular point."""
+"""A mass matrix conditioned worse than the typical one by this factor is nearly singular."""
 
 
 def is_possible(
@@ -62,7 +62,7 @@ def is_possible(
 
 
 def _is_regular(mechanism: Mechanism, states: States, possible: Flags) -> Flags:
-    """Where the mass matrix, its diagonal scaled to one, is not much worse conditioned than usual."""
+    """Return where the mass matrix is not much worse conditioned than usual."""
     at = np.flatnonzero(possible)
     regular = np.ones(len(possible), dtype=bool)
     if not len(at) or not mechanism.nv:
@@ -75,7 +75,7 @@ def _is_regular(mechanism: Mechanism, states: States, possible: Flags) -> Flags:
 
 
 def _condition(mass: Array) -> float:
-    """Condition number with the diagonal scaled to one; 1 where there is none, so that the state is kept."""
+    """Return the condition number, diagonal scaled to one; 1 if there is none."""
     with np.errstate(all="ignore"):
         d = np.sqrt(np.diagonal(mass))
         scaled = mass / np.outer(d, d)
