@@ -144,7 +144,8 @@ def verify(
         raise typer.BadParameter("expected a SYSTEM with --against")
     if (system is not None) + every + robots != 1:
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
-    number = samples if samples is not None else (SAMPLES_OF_ROBOTS if robots else SAMPLES)
+    usual = SAMPLES_OF_ROBOTS if robots else SAMPLES
+    number = usual if samples is None else samples
     if system is None:
         surveyed = survey(number, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))

@@ -260,18 +260,16 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
     """Compare the equations with the reference at the extreme values of each parameter."""
     from mecanique.reference import Reference
 
-    extremes = {0} | {
-        int(at(values)) for values in varied.values() for at in (np.argmin, np.argmax)
-    }
+    extremes = {0}
+    for values in varied.values():
+        extremes |= {int(np.argmin(values)), int(np.argmax(values))}
     for index in sorted(extremes):
         own = {symbol: float(values[index]) for symbol, values in varied.items()}
         one = mechanism.replace(**own) if own else mechanism
 
         def accelerations(states: States, own: dict[str, float] = own) -> np.ndarray:
-            Y, out = (
-                np.hstack([states.q, states.v]).T,
-                np.empty((mechanism.nq + mechanism.nv, len(states))),
-            )
+            Y = np.hstack([states.q, states.v]).T
+            out = np.empty((mechanism.nq + mechanism.nv, len(states)))
             rhs = batched(program, [np.array(own[symbol]) for symbol in program.open])
             with np.errstate(all="ignore"):
                 for k, t in enumerate(states.t.tolist()):

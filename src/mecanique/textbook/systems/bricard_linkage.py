@@ -22,7 +22,7 @@ AXES = ((0, 0, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, 0), (0, 1, 0))
 
 def build(m: Parameter, l: Parameter, g: Parameter) -> Mechanism:
     """Return the linkage."""
-    places = [tuple(l * c for c in edge) for edge in EDGES]
+    places = [(l * x, l * y, l * z) for x, y, z in EDGES]
     names = ["ground", *(f"rod{k}" for k in range(1, 6))]
     return Mechanism(
         name="bricard_linkage",

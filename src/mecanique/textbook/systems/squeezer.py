@@ -48,14 +48,10 @@ def build(mom: Parameter, c0: Parameter, l0: Parameter) -> Mechanism:
         ((ZF, 0),),
         ((0, -U),),
     )
-    bodies = tuple(
-        Body(
-            f"K{k + 1}",
-            _piece(MASSES[k], INERTIAS[k], centers[k]),
-            *(_arm(x, z) for x, z in arms[k]),
-        )
-        for k in range(7)
-    )
+    bodies = []
+    for k in range(7):
+        piece = _piece(MASSES[k], INERTIAS[k], centers[k])
+        bodies.append(Body(f"K{k + 1}", piece, *(_arm(x, z) for x, z in arms[k])))
 
     def hinge(
         name: str, parent: str, child: str, angle: str, x: float = 0.0, z: float = 0.0
