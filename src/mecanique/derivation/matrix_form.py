@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import final
 
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 
 __all__ = ["Linear", "linear"]
-
-_Rows: TypeAlias = "tuple[tuple[Series, ...], ...]"
 
 
 @final
@@ -29,9 +27,9 @@ class Linear:
     """
 
     names: tuple[str, ...]
-    M: _Rows
-    C: _Rows
-    K: _Rows
+    M: Matrix
+    C: Matrix
+    K: Matrix
     f: tuple[Series, ...]
 
     def text(self) -> str:
@@ -111,7 +109,7 @@ def _written(series: Series) -> str:
     return expression(series).text()
 
 
-def _bracketed(rows: _Rows) -> str:
+def _bracketed(rows: Matrix) -> str:
     return f"[{', '.join('[' + ', '.join(map(_written, row)) + ']' for row in rows)}]"
 
 

@@ -20,10 +20,10 @@ from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.scalars.substitution import Substitution
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 from mecanique.errors import DerivationError
 
-__all__ = ["Linearized", "linearized"]
+__all__ = ["Linearized", "linearize_equations"]
 
 _EXACT = 1e-9
 """A coordinate this near to zero or a multiple of π/12 is taken for that."""
@@ -110,7 +110,7 @@ class Linearized:
             yield writer.equation(writer.letter("zeta", False, ""), fraction)
 
 
-def linearized(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
+def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
     """Linearize symbolic equations of motion about an equilibrium.
 
     Args:
@@ -221,9 +221,9 @@ def _drive(rest: Series, numbers: Mapping[str, float], name: str) -> Series:
 
 
 def _single(
-    M: tuple[tuple[Series, ...], ...],
-    C: tuple[tuple[Series, ...], ...],
-    K: tuple[tuple[Series, ...], ...],
+    M: Matrix,
+    C: Matrix,
+    K: Matrix,
     numbers: Mapping[str, float],
 ) -> tuple[Series | None, tuple[Series, Series] | None]:
     """ω² = K/M and ζ = C/(2 √(K M)), where K is positive."""

@@ -10,7 +10,7 @@ from typing import final
 
 from mecanique.derivation.printing.expressions import (
     Expr,
-    collected_terms,
+    collect_terms,
     factored,
     letters,
 )
@@ -20,7 +20,7 @@ from mecanique.derivation.printing.trigforms import (
     content,
     cost,
     has_double_angles,
-    scaled,
+    scale,
     shortest,
 )
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
@@ -192,13 +192,13 @@ def _equation(element: Series, divide: bool) -> Equation:
     for products in (True, False) if has_double_angles(element) else (True,):
         forms = [shortest(part, products=products) for _, part in groups]
         divisor = _divisor(element.ring, groups, forms, divide)
-        forms = [scaled(form, 1 / divisor) for form in forms]
+        forms = [scale(form, 1 / divisor) for form in forms]
         candidates.append((sum(map(cost, forms)) - (_GAIN if products else 0), forms, divisor))
     _, forms, divisor = min(candidates, key=lambda candidate: candidate[0])
     left, right = [], []
     for ((is_right, key), _), form in zip(groups, forms, strict=True):
         if is_right:
-            right.append((key, scaled(form, element.ring.number(-1))))
+            right.append((key, scale(form, element.ring.number(-1))))
         else:
             left.append((key, form))
     return Equation(_expression(element.ring, left), _expression(element.ring, right), divisor)
@@ -278,7 +278,7 @@ def _expression(ring: Basis, groups: Sequence[tuple[int, Form]]) -> Expression:
         if key:
             terms.append(Term(factored(form), letters(ring, key)))
             continue
-        for coefficient in collected_terms(form):
+        for coefficient in collect_terms(form):
             parts = coefficient.args if coefficient.is_Add else (coefficient,)
             terms += [Term(part, Integer(1)) for part in parts]
     return Expression(tuple(terms), _notation(ring))

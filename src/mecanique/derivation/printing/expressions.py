@@ -19,7 +19,7 @@ from mecanique.derivation.printing.trigforms import (
 from mecanique.derivation.scalars.monomials import exponents, largest_exponent
 from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series
 
-__all__ = ["Expr", "collected_terms", "definition", "factored", "letters", "to_sympy"]
+__all__ = ["Expr", "collect_terms", "definition", "factored", "letters", "to_sympy"]
 
 Expr: TypeAlias = Any
 """A sympy expression. Products of a number and a sum stay, where sympy would expand them."""
@@ -60,13 +60,13 @@ def factored(form: Form) -> Expr:
     ring = polynomials[0].ring
     common, number = common_monomial(polynomials), common_number(polynomials)
     inner = {t: _divided(p, number, common) for t, p in form.items()}
-    terms = collected_terms(inner)
+    terms = collect_terms(inner)
     if len(terms) == 1:
         return _product([_number(number), letters(ring, common), terms[0]])
     return _product([_number(number), letters(ring, common), Add(*terms)])
 
 
-def collected_terms(form: Form) -> list[Expr]:
+def collect_terms(form: Form) -> list[Expr]:
     """Return a form as terms, those that share a sine, cosine or sum of parameters as one.
 
     Args:

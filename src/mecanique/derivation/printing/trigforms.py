@@ -25,7 +25,7 @@ __all__ = [
     "cost",
     "has_double_angles",
     "monomial_series",
-    "scaled",
+    "scale",
     "shortest",
 ]
 
@@ -92,7 +92,7 @@ def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = Non
     )
 
 
-def scaled(form: Form, factor: Series) -> Form:
+def scale(form: Form, factor: Series) -> Form:
     """Return a form times a unit."""
     return {trig: polynomial * factor for trig, polynomial in form.items()}
 

@@ -268,7 +268,9 @@ class MathML(Writer):
 
 
 def _raised(exponent: str) -> str:
-    return "" if not exponent else f"^{exponent}" if exponent.isdigit() else f"^({exponent})"
+    if not exponent:
+        return ""
+    return f"^{exponent}" if exponent.isdigit() else f"^({exponent})"
 
 
 def _signed(terms: Sequence[tuple[bool, str]], first: str, plus: str, minus: str) -> str:

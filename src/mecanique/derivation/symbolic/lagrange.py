@@ -98,13 +98,11 @@ class Lagrange:
         terms = 0
         for body in self.kinematics.bodies:
             rate, J = self.kinematics.rate(body), self.kinematics.moments(body)
-            columns = [
-                [combination(row, [J[i][k] for i in range(4)]) for k in range(4)] for row in rate
-            ]
-            halves = [
-                self.algebra.lifted(combination(a, b)) / 2
-                for a, b in zip(columns, rate, strict=True)
-            ]
+            columns = list(zip(*J, strict=True))
+            halves = []
+            for row in rate:
+                HJ = [combination(row, column) for column in columns]
+                halves.append(self.algebra.lifted(combination(HJ, row)) / 2)
             energy = tidy(self.algebra.ring.sum(halves))
             terms += len(energy)
             if terms > self.algebra.ring.most_terms:

@@ -33,7 +33,7 @@ from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["NewtonEuler", "listed"]
+__all__ = ["NewtonEuler", "enumerate_words"]
 
 
 @final
@@ -145,7 +145,7 @@ class NewtonEuler:
         moving = self._accelerations(cut)
         left, right = along(cut.axes.rows, cut.push), self.forces_along(cut)
         forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
-        acting = f"Cut free, {cut.body} is acted on by {listed(self._acting(cut))}."
+        acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._acting(cut))}."
         sentence = f"{acting} {cut.axes.sentence} {_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         left, right = along(cut.axes.turns, self.turning(cut)), self.moments_along(cut)
@@ -351,7 +351,7 @@ def _parallel(row: Sequence[Any], axis: Vector) -> bool:
     return lift(axis.x.ring, row) in (axis, -axis)
 
 
-def listed(words: Sequence[str]) -> str:
+def enumerate_words(words: Sequence[str]) -> str:
     """Return words as an enumeration, the last after "and".
 
     Args:

@@ -15,7 +15,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.distribution import Distribution, distribution_of
 from mecanique.derivation.symbolic.free_bodies import Cut
-from mecanique.derivation.symbolic.newton_euler import NewtonEuler, listed
+from mecanique.derivation.symbolic.newton_euler import NewtonEuler, enumerate_words
 from mecanique.derivation.symbolic.springs import length_names
 from mecanique.derivation.symbolic.steps import coordinate_of, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
@@ -101,7 +101,8 @@ class VirtualWork:
         are = "is" if len(self._names) == 1 else "are"
         sentence = (
             "The work of all forces in the virtual displacement, inertia forces included, is zero. "
-            f"As {listed(self._names)} {are} arbitrary, what stands before each is zero by itself."
+            f"As {enumerate_words(self._names)} {are} arbitrary, what stands before each is zero "
+            "by itself."
         )
         results = []
         factors = self._coefficients([whole])

@@ -167,7 +167,7 @@ class Linearization:
             DerivationError: if there is no symbolic form, or the state is no equilibrium.
         """
         from mecanique.derivation import derive
-        from mecanique.derivation.small_motions import linearized
+        from mecanique.derivation.small_motions import linearize_equations
 
         if self.mechanism.loops:
             raise DerivationError(
@@ -180,7 +180,7 @@ class Linearization:
                 "not about a state in motion"
             )
         place = dict(zip(self.mechanism.coordinates, self.q.tolist(), strict=True))
-        return linearized(derive(self.mechanism).derivation, place)
+        return linearize_equations(derive(self.mechanism).derivation, place)
 
     @property
     def equations(self) -> tuple[Equation, ...]:
