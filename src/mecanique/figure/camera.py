@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mecanique.figure.paper.marks import Point
 from mecanique.model.mechanism import Mechanism
@@ -41,7 +41,7 @@ class Camera:
     axes: Floats
     scale: float
 
-    def at(self, position: Any) -> Point:
+    def at(self, position: ArrayLike) -> Point:
         """Return where positions are on paper, shape (..., 2).
 
         Args:
@@ -51,7 +51,7 @@ class Camera:
         paper: Point = seen * np.array([1.0, -1.0])
         return paper
 
-    def depth(self, position: Any) -> float:
+    def depth(self, position: ArrayLike) -> float:
         """Return how near a position is to the eye [m].
 
         Args:

@@ -14,6 +14,7 @@ from mecanique.model.expression import Scalar
 from mecanique.model.forces import LineLoad
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference import Reference
 
 __all__ = ["Setting", "is_zero", "setting"]
 
@@ -44,7 +45,7 @@ class Setting:
     """
 
     mechanism: Mechanism
-    reference: Any
+    reference: Reference
     q: Floats
     v: Floats
     t: float
@@ -143,7 +144,7 @@ class Setting:
         return text if len(text) <= LONGEST_NAME else ""
 
 
-def setting(mechanism: Mechanism, reference: Any, q: Floats, v: Floats, t: float) -> Setting:
+def setting(mechanism: Mechanism, reference: Reference, q: Floats, v: Floats, t: float) -> Setting:
     """Return a mechanism at one instant, in the view and at the scale it is best drawn in.
 
     Args:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, final
+from typing import final
 
 import numpy as np
 
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.motion import Motion
+from mecanique.motion.simulation.arguments import Values
 from mecanique.viewing.live.checking import pending
 from mecanique.viewing.live.live import Changes, LiveView
 from mecanique.viewing.live.presenter import Presenter
@@ -44,7 +46,13 @@ class Moving:
     """
 
     def __init__(
-        self, mechanism: Mechanism, q: Any, v: Any, end: float, rtol: float, speed: float = 1.0
+        self,
+        mechanism: Mechanism,
+        q: Values | None,
+        v: Values | None,
+        end: float,
+        rtol: float,
+        speed: float = 1.0,
     ) -> None:
         self._end, self._rtol, self._speed = end, rtol, speed
         self._started = self._start(mechanism, q, v)
@@ -74,14 +82,14 @@ class Moving:
             # a reset or the next change starts anew
             live.warn(f"The motion stops here: {str(error).removesuffix(_FOR_PROGRAMS)}")
 
-    def _start(self, mechanism: Mechanism, q: Any, v: Any) -> Any:
+    def _start(self, mechanism: Mechanism, q: Values | None, v: Values | None) -> Motion:
         length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
         fps = density(self._speed)
         return computed(
             mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
         )
 
-    def _staged(self, motion: Any) -> Scene:
+    def _staged(self, motion: Motion) -> Scene:
         length = "" if np.isinf(self._end) else f"{self._end:g} s, "
         return _staged(motion, f"{length}computed while it is shown")
 
@@ -97,9 +105,7 @@ class Recorded:
         InputError: if it is none.
     """
 
-    def __init__(self, motion: Any) -> None:
-        from mecanique.motion.record.motion import Motion
-
+    def __init__(self, motion: Motion) -> None:
         if not isinstance(motion, Motion):
             raise InputError(
                 "expected a Motion, as simulate returns it, or a Mechanism, "
@@ -134,7 +140,9 @@ class Recorded:
             live.warn(f"There is no motion: {error}")
 
 
-def _started(motion: Any, changes: Changes) -> tuple[Mechanism, dict[str, float], dict[str, float]]:
+def _started(
+    motion: Motion, changes: Changes
+) -> tuple[Mechanism, dict[str, float], dict[str, float]]:
     """A motion's mechanism and start with the values that were set in the page."""
     parameters = {name: value for (kind, name), value in changes.items() if kind == "parameter"}
     mechanism = motion.mechanism.replace(**parameters) if parameters else motion.mechanism
@@ -146,7 +154,7 @@ def _started(motion: Any, changes: Changes) -> tuple[Mechanism, dict[str, float]
     return mechanism, q, v
 
 
-def _staged(motion: Any, subtitle: str = "") -> Scene:
+def _staged(motion: Motion, subtitle: str = "") -> Scene:
     """A complete scene with its texts, but for those that take their time."""
     actions = actions_of(motion)
     document = pending(motion.mechanism, document_of(motion, (), None, actions))

@@ -12,6 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import IntegrationError
+from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
@@ -79,7 +80,7 @@ def density(speed: float) -> float:
     return 60 / min(speed, 4.0)
 
 
-def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Any:
+def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Motion:
     """Return a stretch of a motion; as much of it as can be computed in a bearable time.
 
     Args:
@@ -102,7 +103,7 @@ def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Any:
     try:
         return simulate(progress=progress, **arguments)
     except IntegrationError as error:
-        done = error.motion
+        done: Motion | None = error.motion
         if isinstance(error.__cause__, _EnoughError) and done is not None and len(done.t) > 1:
             return done
         raise
@@ -118,7 +119,7 @@ class Stretches:
         speed: tells how many seconds are shown per second.
     """
 
-    def __init__(self, first: Any, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
+    def __init__(self, first: Motion, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
         self._motion = first
         self._end = end
         self._speed = speed
@@ -184,7 +185,7 @@ class Stretches:
         except _StoppedError:
             return
 
-    def _staged(self, motion: Any) -> Scene:
+    def _staged(self, motion: Motion) -> Scene:
         actions = actions_of(motion)
         scene = scene_of(
             motion, Document(ledger=ledger_of(motion, actions)), actions, complete=True

@@ -14,6 +14,7 @@ from mecanique.model.placement import Placement
 from mecanique.model.units import per_second, units
 from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.motion.analysis.forces import Action, Actions
+from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.scene import (
     GREY,
@@ -37,7 +38,7 @@ MOST_ARROWS = 120
 
 
 def scene_of(
-    motion: Any,
+    motion: Motion,
     document: Document | None = None,
     actions: Sequence[Action] | None = None,
     *,
@@ -76,7 +77,7 @@ def scene_of(
     )
 
 
-def actions_of(motion: Any) -> tuple[Action, ...]:
+def actions_of(motion: Motion) -> tuple[Action, ...]:
     """Return the forces on the moving bodies along a motion; none if they are too many to draw.
 
     Args:
@@ -238,7 +239,7 @@ def _marks(mechanism: Mechanism) -> Iterator[JointMark]:
         )
 
 
-def _series(motion: Any, complete: bool) -> Iterator[Series]:
+def _series(motion: Motion, complete: bool) -> Iterator[Series]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     few = len(mechanism.coordinates) <= 4

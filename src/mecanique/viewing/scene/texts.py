@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
+from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 from mecanique.motion.analysis.forces import Action
+from mecanique.motion.record.motion import Motion
 from mecanique.urdf.write import write_urdf
+from mecanique.verification.verdict import Verdict
 from mecanique.viewing.scene.document import (
     Block,
     Derivation,
@@ -30,7 +32,10 @@ MOST_LEDGER_ENTRIES = 200
 
 
 def document_of(
-    motion: Any, equations: Sequence[Any], verdict: Any, actions: Sequence[Action]
+    motion: Motion,
+    equations: Sequence[Equations],
+    verdict: Verdict | None,
+    actions: Sequence[Action],
 ) -> Document:
     """Return the texts of a motion's page.
 
@@ -65,7 +70,7 @@ def letter(name: str) -> str:
     return MathML().letter(name, False, "")
 
 
-def derivation_of(equations: Any) -> Derivation:
+def derivation_of(equations: Equations) -> Derivation:
     """Return the steps of a derivation.
 
     Args:
@@ -86,7 +91,7 @@ def derivation_of(equations: Any) -> Derivation:
     return Derivation(equations.document.title, tuple(blocks))
 
 
-def table_of(verdict: Any) -> VerdictTable:
+def table_of(verdict: Verdict) -> VerdictTable:
     """Return what a comparison found.
 
     Args:
@@ -112,7 +117,7 @@ def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
         )
 
 
-def _initial(motion: Any) -> Iterator[Quantity]:
+def _initial(motion: Motion) -> Iterator[Quantity]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
     free = [f"{name}'" in mechanism.velocities for name in mechanism.coordinates]
@@ -126,7 +131,7 @@ def _initial(motion: Any) -> Iterator[Quantity]:
         yield Quantity(name, letter(name), float(value), unit[name], "at the start", -reach, reach)
 
 
-def _freedom(motion: Any) -> tuple[str, ...]:
+def _freedom(motion: Motion) -> tuple[str, ...]:
     mechanism: Mechanism = motion.mechanism
     names = ", ".join(mechanism.coordinates)
     moving = len(mechanism.bodies) - 1
@@ -156,7 +161,7 @@ def _urdf(mechanism: Mechanism) -> str:
         return f"<!-- this mechanism cannot be written as URDF: {error} -->\n"
 
 
-def ledger_of(motion: Any, actions: Sequence[Action]) -> Ledger:
+def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
     """Return each force's virtual work; what acts between two bodies, and on several, is one row.
 
     Args:
