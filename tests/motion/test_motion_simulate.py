@@ -4,6 +4,7 @@ import os
 import pickle
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -268,6 +269,15 @@ def test_what_an_input_raises_is_reported_with_time_and_state(method: str) -> No
     assert isinstance(caught.value.__cause__, ZeroDivisionError)
     assert caught.value.motion.t[-1] == pytest.approx(2.0, abs=0.2)
     assert caught.value.state.shape == (2,)
+
+
+def test_a_start_that_fails_is_reported_at_its_time() -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    force = replace(mechanism.inputs[0], signal=lambda t: 1.0 / (t - 3.0))
+    with pytest.raises(mq.IntegrationError, match="equations failed: division") as caught:
+        mq.simulate(replace(mechanism, inputs=(force,)), t0=3.0, duration=1.0)
+    assert caught.value.time == 3.0
+    assert caught.value.motion is None
 
 
 def test_a_collapsing_step_is_reported() -> None:

@@ -51,7 +51,7 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
     except MecaniqueError:
         raise
     except Exception as error:
-        return Integration(Outcome("fault", error), 0.0, None, 0, 0, task.rtol, None)
+        return Integration(Outcome("fault", error), problem.t0, None, 0, 0, task.rtol, None)
     steps.add(problem.t0, problem.start, rate)
     if not np.isfinite(rate).all():
         outcome = Outcome("not finite")
