@@ -274,7 +274,7 @@ def test_what_an_input_raises_is_reported_with_time_and_state(method: str) -> No
 def test_a_start_that_fails_is_reported_at_its_time() -> None:
     mechanism = mq.textbook.load("cart_pole")
     force = replace(mechanism.inputs[0], signal=lambda t: 1.0 / (t - 3.0))
-    with pytest.raises(mq.IntegrationError, match="equations failed: division") as caught:
+    with pytest.raises(mq.IntegrationError, match="failed: float division") as caught:
         mq.simulate(replace(mechanism, inputs=(force,)), t0=3.0, duration=1.0)
     assert caught.value.time == 3.0
     assert caught.value.motion is None
