@@ -156,6 +156,14 @@ def test_looking_at_the_names_loads_nothing_heavy() -> None:
     """)
 
 
+def test_a_motion_shows_itself_in_a_notebook_with_nothing_else_imported() -> None:
+    run("""
+        import mecanique as mq
+        motion = mq.simulate(mq.textbook.load("rigid_bar_pendulum"), duration=0.1)
+        assert motion._repr_html_().startswith("<iframe")
+    """)
+
+
 def run(script: str) -> None:
     """Run a script in a process of its own."""
     done = subprocess.run(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from mecanique import textbook
+from mecanique import textbook, viewing  # noqa: F401 viewing lets motions show themselves
 from mecanique.errors import (
     ClosureError,
     DerivationError,
