@@ -16,7 +16,14 @@ from hypothesis import strategies as st
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model import Input, Parameter, Record, coordinate, time, velocity
-from mecanique.model.expression import FUNCTIONS, compiled, evaluate, finite, plain, symbols_in
+from mecanique.model.expression import (
+    FUNCTIONS,
+    compile_scalars,
+    evaluate,
+    finite,
+    plain,
+    symbols_in,
+)
 
 m, k = Parameter("m", 2.0, "kg", "mass"), Parameter("k", 3.0, "N/m")
 M, K = sympy.symbols("m k")
@@ -71,7 +78,9 @@ def test_every_way_of_evaluating_gives_what_sympy_gives(
 ) -> None:
     exact = float(expression.subs({M: a, K: b}))
     assert evaluate(expression, {"m": a, "k": b}) == pytest.approx(exact, rel=1e-12, abs=1e-12)
-    assert compiled([expression], ["m", "k"])(a, b)[0] == pytest.approx(exact, rel=1e-12, abs=1e-12)
+    assert compile_scalars([expression], ["m", "k"])(a, b)[0] == pytest.approx(
+        exact, rel=1e-12, abs=1e-12
+    )
     batch = evaluate(expression, {"m": np.array([a, a]), "k": np.array([b, b])})
     np.testing.assert_allclose(np.broadcast_to(batch, 2), exact, rtol=1e-12, atol=1e-12)
 
@@ -97,8 +106,8 @@ def test_other_arithmetics_are_used_throughout() -> None:
 
 
 def test_constants_compile_to_constants_and_order_of_names_counts() -> None:
-    assert compiled([1, 2.5], [])() == (1.0, 2.5)
-    assert compiled([m - k, velocity("q")], ["k", "m", "q'"])(1.0, 3.0, 5.0) == (2.0, 5.0)
+    assert compile_scalars([1, 2.5], [])() == (1.0, 2.5)
+    assert compile_scalars([m - k, velocity("q")], ["k", "m", "q'"])(1.0, 3.0, 5.0) == (2.0, 5.0)
 
 
 def test_symbols_of_a_description() -> None:
@@ -112,7 +121,7 @@ def test_unknown_symbols_are_named() -> None:
     with pytest.raises(UnknownNameError, match="unknown symbol 'm'"):
         evaluate(m * 2, {"k": 1.0})
     with pytest.raises(UnknownNameError, match="unknown symbol 'm'"):
-        compiled([m * 2], ["k"])
+        compile_scalars([m * 2], ["k"])
 
 
 def test_a_function_outside_the_list_is_refused() -> None:

@@ -7,7 +7,7 @@ from typing import final
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar
-from mecanique.model.shapes import Inertia, Shape, combined
+from mecanique.model.shapes import Inertia, Shape, combine
 from mecanique.model.visuals import Visual
 
 __all__ = ["Body"]
@@ -34,7 +34,7 @@ class Body:
 
     @cached_property
     def _whole(self) -> Shape:
-        return combined(self.shapes)
+        return combine(self.shapes)
 
     @property
     def mass(self) -> Scalar:

@@ -14,7 +14,7 @@ __all__ = [
     "FUNCTIONS",
     "Scalar",
     "Vector",
-    "compiled",
+    "compile_scalars",
     "coordinate",
     "evaluate",
     "finite",
@@ -169,7 +169,9 @@ def evaluate(
     return (function or _numpy_function)(name)(*terms)
 
 
-def compiled(scalars: Iterable[Scalar], names: Sequence[str]) -> Callable[..., tuple[float, ...]]:
+def compile_scalars(
+    scalars: Iterable[Scalar], names: Sequence[str]
+) -> Callable[..., tuple[float, ...]]:
     """Compile scalars to one plain Python function of floats, with common subexpressions shared.
 
     Args:

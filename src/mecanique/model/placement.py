@@ -9,7 +9,7 @@ from typing import Any, TypeAlias, final
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 
-__all__ = ["Matrix3", "Placement", "rotated", "rotation", "vector"]
+__all__ = ["Matrix3", "Placement", "rotate", "rotation", "vector"]
 
 Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
 """Three rows of three scalars."""
@@ -72,7 +72,7 @@ def rotation(rpy: Vector) -> Matrix3:
     )
 
 
-def rotated(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:
+def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:
     """Return matrix times vector, both of scalars.
 
     Args:

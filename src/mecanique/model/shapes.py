@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, final
 
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.placement import Matrix3, Placement, rotated, vector
+from mecanique.model.placement import Matrix3, Placement, rotate, vector
 from mecanique.model.visuals import Box, Cylinder, Rgba, Sphere, Visual
 
 __all__ = [
@@ -81,8 +81,8 @@ class Shape:
         turn = place.rotation
         return replace(
             self,
-            center=_sum(place.xyz, rotated(turn, self.center)),
-            inertia=_turned(turn, self.inertia),
+            center=_sum(place.xyz, rotate(turn, self.center)),
+            inertia=_turn_inertia(turn, self.inertia),
             visuals=tuple(visual.at(place) for visual in self.visuals),
         )
 
@@ -130,7 +130,7 @@ def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0
         raise InputError(
             f"expected one mass for each point, got {len(masses)} masses and {len(points)} points"
         )
-    return combined([particle(m, p, radius) for m, p in zip(masses, points, strict=True)])
+    return combine([particle(m, p, radius) for m, p in zip(masses, points, strict=True)])
 
 
 def rod(
@@ -319,7 +319,7 @@ def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
     return Shape(mass, (0.0, 0.0, 3 * height / 4), inertia, (base, axis))
 
 
-def combined(shapes: Sequence[Shape]) -> Shape:
+def combine(shapes: Sequence[Shape]) -> Shape:
     """Return several shapes as one: masses add, inertias add about the common center of mass.
 
     Args:
@@ -361,14 +361,14 @@ def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
     return x, y, z
 
 
-def _turned(turn: Matrix3, inertia: Inertia) -> Inertia:
+def _turn_inertia(turn: Matrix3, inertia: Inertia) -> Inertia:
     """R I Rᵀ, entry by entry."""
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     columns = zip(
-        *(rotated(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))),
+        *(rotate(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))),
         strict=True,
     )
-    rows = [rotated(turn, column) for column in columns]
+    rows = [rotate(turn, column) for column in columns]
     return rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2]
 
 

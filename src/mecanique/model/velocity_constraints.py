@@ -19,7 +19,7 @@ from mecanique.model.expression import Scalar, evaluate, plain
 __all__ = ["VelocityConstraint", "is_integrable"]
 
 _POINTS = 4
-"""At how many random positions the condition is looked at."""
+"""Number of random positions at which the condition is checked."""
 
 
 @final

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeAlias, final
 
 from mecanique.model.expression import Scalar, plain
-from mecanique.model.placement import Placement, rotated, vector
+from mecanique.model.placement import Placement, rotate, vector
 
 __all__ = ["Box", "Cylinder", "Geometry", "Mesh", "Rgba", "Sphere", "Visual"]
 
@@ -106,18 +106,18 @@ class Visual:
         """
         moved = tuple(
             p + q
-            for p, q in zip(place.xyz, rotated(place.rotation, self.placement.xyz), strict=True)
+            for p, q in zip(place.xyz, rotate(place.rotation, self.placement.xyz), strict=True)
         )
-        return replace(self, placement=Placement(moved, _composed(place, self.placement)))
+        return replace(self, placement=Placement(moved, _compose(place, self.placement)))
 
 
-def _composed(outer: Placement, inner: Placement) -> tuple[Scalar, Scalar, Scalar]:
+def _compose(outer: Placement, inner: Placement) -> tuple[Scalar, Scalar, Scalar]:
     """Roll, pitch, yaw of two turns in a row."""
     if all(isinstance(angle, float) and angle == 0 for angle in outer.rpy):
         return inner.rpy
     if all(isinstance(angle, float) and angle == 0 for angle in inner.rpy):
         return outer.rpy
-    rows = [rotated(outer.rotation, column) for column in zip(*inner.rotation, strict=True)]
+    rows = [rotate(outer.rotation, column) for column in zip(*inner.rotation, strict=True)]
     (r00, r10, r20), (r01, r11, r21), (_, _, r22) = rows
     if all(isinstance(r, (int, float)) for r in (r00, r10, r20, r01, r11, r21, r22)):
         from math import atan2, hypot

@@ -104,7 +104,7 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M106",
         "duplicate-name",
         "error",
-        "Which one is meant cannot be told.",
+        "It is unclear which one is meant.",
         "Rename one of them.",
     ),
     (

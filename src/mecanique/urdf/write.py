@@ -26,7 +26,7 @@ from mecanique.urdf.dialect import (
     WORLD,
 )
 from mecanique.urdf.reading.loops import has_own_loops
-from mecanique.urdf.writing.chains import SimpleJoint, chains, unused
+from mecanique.urdf.writing.chains import SimpleJoint, chains, free_name
 from mecanique.urdf.writing.forces import (
     dynamics,
     ends_of_tags,
@@ -110,7 +110,7 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
         yield Tag("link", name=WORLD)
         yield _weld(WORLD, mechanism.ground, steps)
     elif WORLD in ends_of_tags(mechanism):
-        anchor = unused(f"{WORLD}_anchor", taken | {step.child for step in steps})
+        anchor = free_name(f"{WORLD}_anchor", taken | {step.child for step in steps})
         yield Tag("link", name=anchor)
         yield _weld(WORLD, anchor, steps)
     for body in mechanism.bodies:
@@ -131,7 +131,7 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
 
 
 def _weld(parent: str, child: str, steps: Iterable[SimpleJoint]) -> Tag:
-    name = unused(f"{parent}_to_{child}", (step.name for step in steps))
+    name = free_name(f"{parent}_to_{child}", (step.name for step in steps))
     return Tag(
         "joint", Tag("parent", link=parent), Tag("child", link=child), name=name, type="fixed"
     )

@@ -9,7 +9,7 @@ from typing import TypeAlias, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.expression import Scalar, compiled, finite, plain
+from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
 
@@ -177,7 +177,7 @@ def _functions(
         *values,
         *(signal.symbol for signal in mechanism.inputs),
     ]
-    function = compiled(expressions, names)
+    function = compile_scalars(expressions, names)
 
     def call(t: float, q: np.ndarray, v: np.ndarray) -> tuple[float, ...]:
         return function(*q.tolist(), *v.tolist(), t, *constants, *(signal(t) for signal in signals))

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from mecanique.errors import EngineError
-from mecanique.model.expression import compiled, plain, symbols_in
+from mecanique.model.expression import compile_scalars, plain, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
@@ -251,14 +251,14 @@ class Chart:
         c = [rate.xreplace(dict.fromkeys(v, Integer(0))) for rate in first]
         gamma = [total(rate) for rate in first]
         q_names = (*mechanism.coordinates, "t", *mechanism.values)
-        self._map = compiled([without_impulses(expression) for expression in maps], q_names)
+        self._map = compile_scalars([without_impulses(expression) for expression in maps], q_names)
         everything = [without_impulses(expression) for expression in (*c, *gamma, *G)]
         count = len(followers)
         moving = any(
             symbols_in(entry) - mechanism.values.keys() for entry in everything[2 * count :]
         )
         if moving or any(entry != 0 for entry in everything[: 2 * count]):
-            self._jet = compiled(everything, names)
+            self._jet = compile_scalars(everything, names)
         else:
             numbers = [mechanism.evaluate(entry) for entry in everything[2 * count :]]
             self._G[self._rows] = np.array(numbers).reshape(count, -1)

@@ -15,7 +15,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from mecanique.errors import EngineError
-from mecanique.model.expression import Scalar, Vector, compiled
+from mecanique.model.expression import Scalar, Vector, compile_scalars
 from mecanique.model.forces import (
     BodyLoad,
     Damper,
@@ -201,7 +201,7 @@ class Loads:
                     self._loads.append(_Load(force.name, site, turned, *parts))
         self._varies = bool(scalars)
         symbols = (*(signal.symbol for signal in mechanism.inputs), *mechanism.values)
-        self._scalars: Callable[..., tuple[float, ...]] = compiled(
+        self._scalars: Callable[..., tuple[float, ...]] = compile_scalars(
             scalars, (*mechanism.coordinates, *mechanism.velocities, "t", *symbols)
         )
         self.sites = {body: self._seat(engine, body) for body in engine.holders}
@@ -397,6 +397,6 @@ def _signal(mechanism: Mechanism, signal: Input) -> Callable[[float], float]:
     """The signal as a function of t, compiled if it is an expression."""
     if callable(signal.signal):
         return signal.function(mechanism.values)
-    function = compiled([signal.signal], ("t", *mechanism.values))
+    function = compile_scalars([signal.signal], ("t", *mechanism.values))
     values = tuple(mechanism.values.values())
     return lambda t: function(t, *values)[0]

@@ -24,12 +24,12 @@ def as_text(findings: Sequence[Finding]) -> str:
         for line in (str(finding), f"    {finding.why} {finding.remedy}")
     ]
     counts: Counter[str] = Counter(finding.severity for finding in findings)
-    told = [
+    totals = [
         f"{counts[severity]} {word if counts[severity] == 1 else word + 's'}"
         for severity, word in (("error", "error"), ("warning", "warning"), ("info", "note"))
         if counts[severity]
     ]
-    return "\n".join([*lines, ", ".join(told) or "nothing found"])
+    return "\n".join([*lines, ", ".join(totals) or "nothing found"])
 
 
 def as_json(findings: Sequence[Finding]) -> str:

@@ -62,12 +62,12 @@ def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
     if "xmlns:drake" not in robot.attributes and any(used):
         new += f' xmlns:drake="{DRAKE_NAMESPACE}"'
     if new:
-        yield _added(robot, new)
+        yield _insert(robot, new)
     for element in robot.walk():
         if element.tag == "inertia":
             missing = [entry for entry in ("ixy", "ixz", "iyz") if entry not in element.attributes]
             if missing and {"ixx", "iyy", "izz"} <= set(element.attributes):
-                yield _added(element, "".join(f' {entry}="0"' for entry in missing))
+                yield _insert(element, "".join(f' {entry}="0"' for entry in missing))
     for joint in robot.all("joint"):
         if joint.attributes.get("type") not in SINGLE:
             continue
@@ -91,7 +91,7 @@ def _unit(axis: Element, raw: bytes) -> Iterator[_Edit]:
         yield _Edit(tag.start() + found.start(1), tag.start() + found.end(1), f'"{shown}"')
 
 
-def _added(element: Element, text: str) -> _Edit:
+def _insert(element: Element, text: str) -> _Edit:
     """Put attributes right behind the tag's name."""
     place = element.offset + 1 + len(element.tag.encode())
     return _Edit(place, place, text)

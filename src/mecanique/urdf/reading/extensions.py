@@ -264,7 +264,7 @@ def _bushing(
         return
     if equal.turns:
         message = (
-            "in Drake its angle jumps at half a turn (a quarter about y), in mecanique it goes on"
+            "in Drake its angle jumps at half a turn (a quarter about y), in mecanique it continues"
         )
         report.add("M609", element, where, message)
     if equal.stiffness or not equal.damping:

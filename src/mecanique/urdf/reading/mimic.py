@@ -67,7 +67,7 @@ def followers(joints: list[JointText], report: Report) -> dict[str, Follower]:
             broken.update(chain)
             continue
         for follower in reversed(chain):
-            solved[follower] = _composed(mimics[follower], solved, report)
+            solved[follower] = _compose(mimics[follower], solved, report)
     return solved
 
 
@@ -97,7 +97,7 @@ def _leader(joint: JointText) -> str:
     return joint.mimic.joint if joint.mimic else joint.name
 
 
-def _composed(joint: JointText, solved: Mapping[str, Follower], report: Report) -> Follower:
+def _compose(joint: JointText, solved: Mapping[str, Follower], report: Report) -> Follower:
     """Put what a joint follows into its own line: m (M x + O) + o."""
     mimic = joint.mimic
     if mimic is None:

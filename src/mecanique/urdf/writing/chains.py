@@ -15,7 +15,7 @@ from mecanique.errors import InputError
 from mecanique.model.joints import Joint, Limits, Single
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Kind", "SimpleJoint", "chains", "unused"]
+__all__ = ["Kind", "SimpleJoint", "chains", "free_name"]
 
 Kind: TypeAlias = Literal["fixed", "continuous", "revolute", "prismatic", "floating", "ball"]
 
@@ -67,7 +67,7 @@ def chains(
     }
 
 
-def unused(name: str, taken: Iterable[str]) -> str:
+def free_name(name: str, taken: Iterable[str]) -> str:
     """Return the name, with underscores behind it until it is none of those taken."""
     taken = set(taken)
     while name in taken:
@@ -96,8 +96,8 @@ def _chain(
         axis = motion.axis if kind in ("continuous", "prismatic") else None
         limits = None
         if motion.part:
-            name = unused(f"{name}_{motion.part}", joints)
-            child = unused(f"{child}_{motion.part}", links)
+            name = free_name(f"{name}_{motion.part}", joints)
+            child = free_name(f"{child}_{motion.part}", links)
             joints.add(name)
             links.add(child)
         elif isinstance(joint, Single):
