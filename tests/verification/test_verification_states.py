@@ -32,7 +32,8 @@ from mecanique.model import (
     rod,
     time,
 )
-from mecanique.verification.states.random import characteristic_length, random_states
+from mecanique.model.units import characteristic_length
+from mecanique.verification.states.random import random_states
 
 
 def slider(*forces: Any, **more: Any) -> Mechanism:

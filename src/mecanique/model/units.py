@@ -1,12 +1,18 @@
-"""SI units of coordinates and velocities, for headers and axes."""
+"""SI units of coordinates and velocities, and the length that is compared with one radian."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from mecanique.model.expression import Scalar, symbols_in
+from mecanique.model.forces import LineLoad
 from mecanique.model.joints import UNITS
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["labelled", "per_second", "units"]
+__all__ = ["characteristic_length", "labelled", "per_second", "units", "velocity_scales"]
+
+_NONE = 1e-6
+"""Lengths up to this count as none [m]."""
 
 
 def units(mechanism: Mechanism) -> dict[str, str]:
@@ -29,6 +35,34 @@ def units(mechanism: Mechanism) -> dict[str, str]:
     for name in mechanism.velocities:
         found[name] = quasi[name] if name in quasi else per_second(own[name[:-1]])
     return found
+
+
+def characteristic_length(mechanism: Mechanism) -> float:
+    """Return the median of the lengths that a description states, or 1 if it states none [m].
+
+    Of a closed mechanism they are those from joint to joint, of joints and loops; of a tree, whose
+    joints may state none, also the centers of mass and the ends and free lengths of forces.
+    """
+    vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
+    for loop in mechanism.loops:
+        vectors += [loop.frame_a.xyz, loop.frame_b.xyz, (loop.length,)]
+    if not mechanism.loops:
+        vectors += [body.center for body in mechanism.bodies]
+        for force in mechanism.forces:
+            if isinstance(force, LineLoad):
+                vectors += [stated.scalars for stated in force.stated if stated.length]
+    lengths = np.array(
+        [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
+    )
+    lengths = lengths[lengths > _NONE]
+    return float(np.median(lengths)) if len(lengths) else 1.0
+
+
+def velocity_scales(mechanism: Mechanism) -> np.ndarray:
+    """Return the unit of each velocity, shape (nv,): the characteristic length, or one radian."""
+    length = characteristic_length(mechanism)
+    linear = {name for joint in mechanism.joints for name in joint.linear_velocities}
+    return np.array([length if name in linear else 1.0 for name in mechanism.velocities])
 
 
 def per_second(unit: str) -> str:

@@ -13,7 +13,8 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
-from mecanique.verification.states.random import angles, characteristic_length
+from mecanique.model.units import characteristic_length
+from mecanique.verification.states.random import angles
 
 __all__ = ["ClosedForm"]
 

@@ -17,10 +17,10 @@ from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.model.units import characteristic_length
 from mecanique.reference import Reference
 from mecanique.verification.closed_form import ClosedForm
 from mecanique.verification.rows import Array, Dynamics
-from mecanique.verification.states.random import characteristic_length
 
 __all__ = [
     "InHouse",

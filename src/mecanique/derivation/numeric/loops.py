@@ -18,7 +18,7 @@ from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
+from mecanique.model.units import characteristic_length
 
 __all__ = ["Closure", "Constraints", "constraints_of"]
 
@@ -72,12 +72,12 @@ class Closure:
             f"{loop.name}: {row}" for loop in mechanism.loops for row in CLOSED[loop.kind]
         )
         """Name of each row: the loop's and the relative motion it closes, in the axes of frame a."""
-        self.length = _typical(mechanism)
+        self.length = characteristic_length(mechanism)
         """What lengths are compared with [m]."""
         self.units = np.array(
             [self.length if name.split(": ")[-1][0] != "r" else 1.0 for name in self.names]
         )
-        """Unit of each row, the typical length or one radian, shape (m,)."""
+        """Unit of each row, the characteristic length or one radian, shape (m,)."""
 
     def rows(self, poses: list[Jet]) -> list[Jet]:
         """Return Φ, one jet per row.
@@ -123,14 +123,3 @@ def _carried(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
     c = np.zeros(some.shape)
     c[0, 0] = X
     return Jet(c)
-
-
-def _typical(mechanism: Mechanism) -> float:
-    """Mean distance of the joints and of the loops' ends from the origins of their bodies, or 1 [m]."""
-    frames: list[Placement] = [joint.origin for joint in mechanism.joints]
-    frames += [frame for loop in mechanism.loops for frame in (loop.frame_a, loop.frame_b)]
-    lengths = np.array(
-        [np.linalg.norm([mechanism.evaluate(c) for c in frame.xyz]) for frame in frames]
-    )
-    lengths = lengths[lengths > 1e-6]
-    return float(lengths.mean()) if len(lengths) else 1.0

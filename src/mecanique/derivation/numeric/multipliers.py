@@ -19,6 +19,7 @@ from mecanique.derivation.numeric.loops import Closure, Constraints, constraints
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.model.units import velocity_scales
 
 __all__ = ["Constrained", "ConstrainedMotion", "constraints"]
 
@@ -67,10 +68,7 @@ class Constrained:
         self._tree = tree
         self._closure = Closure(mechanism)
         self._definition = Definition(mechanism)
-        lengths = {name for joint in mechanism.joints for name in joint.linear_velocities}
-        self._units = np.array(
-            [self._closure.length if name in lengths else 1.0 for name in mechanism.velocities]
-        )
+        self._units = velocity_scales(mechanism)
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -197,7 +197,7 @@ def inertial_check(
         *_reaction_rows(still, turning, turned, count),
     ]
     rows += _period_rows(still, turning)
-    from mecanique.verification.states.random import characteristic_length
+    from mecanique.model.units import characteristic_length
 
     length = float(characteristic_length(mechanism))
     return InertialCheck(

@@ -159,6 +159,6 @@ def usual_amplitude(linearization: Linearization, mode: int) -> float:
 
 
 def _length(linearization: Linearization) -> float:
-    from mecanique.verification.states.random import characteristic_length
+    from mecanique.model.units import characteristic_length
 
     return float(characteristic_length(linearization.mechanism))

@@ -18,11 +18,12 @@ import numpy.typing as npt
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
+from mecanique.model.units import characteristic_length, velocity_scales
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 
-__all__ = ["Closure", "Closures", "ScaledClosure", "characteristic_length"]
+__all__ = ["Closure", "Closures", "ScaledClosure"]
 
 _HAT = np.array(
     [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
@@ -127,10 +128,7 @@ class Closures:
         """What lengths are compared with [m]."""
         self.rows: Array = np.where(self._component < 3, 1 / self.length, 1.0)
         """Factors that make the rows plain numbers: 1/length for lengths, 1 for angles."""
-        slides = {name for joint in mechanism.joints for name in joint.linear_velocities}
-        self.columns: Array = np.array(
-            [self.length if name in slides else 1.0 for name in mechanism.velocities]
-        )
+        self.columns: Array = velocity_scales(mechanism)
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
         self._u: Array = np.zeros(engine.model.nv)
 
@@ -306,22 +304,6 @@ class Closures:
         if chart.identical:
             return Closure(phi, rows, np.zeros(len(rows)), gamma)
         return Closure(phi, rows @ chart.G, rows @ chart.c, gamma + rows @ chart.gamma)
-
-
-def characteristic_length(mechanism: Mechanism) -> float:
-    """Return the median of the lengths that joints and loops state, or 1 if they state none [m].
-
-    Args:
-        mechanism: the mechanism.
-    """
-    vectors: list[Any] = [joint.origin.xyz for joint in mechanism.joints]
-    vectors += [frame.xyz for loop in mechanism.loops for frame in (loop.frame_a, loop.frame_b)]
-    vectors += [(loop.length,) for loop in mechanism.loops]
-    lengths = np.array(
-        [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
-    )
-    lengths = lengths[lengths > 1e-6]
-    return float(np.median(lengths)) if len(lengths) else 1.0
 
 
 def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:

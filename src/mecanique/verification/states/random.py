@@ -11,14 +11,14 @@ import numpy.typing as npt
 
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import InputError
-from mecanique.model.expression import Scalar, plain, symbols_in
-from mecanique.model.forces import LineLoad
+from mecanique.model.expression import plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.model.units import characteristic_length
 from mecanique.verification.states.loops import closed_states
 from mecanique.verification.states.validity import is_possible
 
-__all__ = ["angles", "characteristic_length", "random_states"]
+__all__ = ["angles", "random_states"]
 
 Array = npt.NDArray[np.float64]
 
@@ -112,25 +112,6 @@ def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> S
     t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
     a = random.uniform(-fast, fast, (samples, mechanism.nv))
     return States(mechanism, q, v, t, a)
-
-
-def characteristic_length(mechanism: Mechanism) -> float:
-    """Return the median of the lengths a description states, or 1 if it states none [m].
-
-    Args:
-        mechanism: its joints' origins, centers of mass, attachment points and free lengths are
-            looked at.
-    """
-    vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
-    vectors += [body.center for body in mechanism.bodies]
-    for force in mechanism.forces:
-        if isinstance(force, LineLoad):
-            vectors += [stated.scalars for stated in force.stated if stated.length]
-    lengths = np.array(
-        [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
-    )
-    lengths = lengths[lengths > 1e-6]
-    return float(np.median(lengths)) if len(lengths) else 1.0
 
 
 def whole(number: object, what: str, least: int) -> int:
