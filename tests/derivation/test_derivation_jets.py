@@ -1,4 +1,4 @@
-"""Jets: exact Taylor arithmetic with duals, matrices, and Lagrange's operator against closed forms."""
+"""Jets: exact Taylor arithmetic with duals, and Lagrange's operator against closed forms."""
 
 from __future__ import annotations
 

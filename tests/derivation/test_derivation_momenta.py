@@ -1,4 +1,4 @@
-"""Momenta, gravity and inverse dynamics: the recursion against the jets, and closed forms of both."""
+"""Momenta, gravity and inverse dynamics: recursion against jets, both against closed forms."""
 
 from __future__ import annotations
 

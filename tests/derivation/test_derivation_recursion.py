@@ -1,4 +1,4 @@
-"""The recursion against the definition of Lagrange's operator, and against the identities of mechanics."""
+"""The recursion against Lagrange's operator on jets and the identities of mechanics."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_textbook_systems_agree(name: str) -> None:
 
 
 def near_start(mechanism: Mechanism, name: str, n: int) -> States:
-    """Return random states around the start of the system's own motion, where its coordinates are sure to be valid."""
+    """Return random states around the start of the system's motion, where coordinates are valid."""
     rng = np.random.default_rng(3)
     start = mechanism.position(textbook.entry(name).start)
     q = start + 0.05 * rng.normal(size=(n, mechanism.nq))
@@ -116,7 +116,7 @@ def rotation(x: np.ndarray, y: np.ndarray, z: np.ndarray, w: np.ndarray) -> np.n
 
 @pytest.mark.parametrize("name", ["everything", "planar", "double_pendulum", "furuta_pendulum"])
 def test_bias_does_the_work_that_energy_loses(name: str) -> None:
-    """v·bias = d/dt (T + V_gravity) without acceleration: the power balance, in which Ṁ − 2 C is skew."""
+    """v·bias = d/dt (T + V_gravity) without acceleration: the power balance, Ṁ − 2 C skew."""
     mechanism = sample(name) if name in SAMPLES else textbook.load(name)
     mechanism = replace(mechanism, forces=())
     some, h = states(mechanism, 4), 1e-5
@@ -157,9 +157,9 @@ def test_a_massless_motion_is_refused() -> None:
 
 def test_gravity_may_be_varied_as_a_whole_or_state_by_state() -> None:
     mechanism = sample("everything")
-    some, g = states(mechanism, 3), np.array([0.3, -0.5, 1.6])
+    some, g = states(mechanism, 4), np.array([0.3, -0.5, 1.6])
     expected = Recursion(replace(mechanism, gravity=tuple(g.tolist()))).bias(some)
-    for gravity in (g, np.tile(g, (3, 1))):
+    for gravity in (g, np.tile(g, (4, 1))):
         np.testing.assert_allclose(
             Recursion(mechanism).varied(gravity=gravity).bias(some), expected
         )

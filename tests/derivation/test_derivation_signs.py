@@ -1,4 +1,4 @@
-"""Signs, factors and choices that agreement of two derivations would not show, by closed forms."""
+"""Signs, factors and choices that agreement between derivations does not show."""
 
 from __future__ import annotations
 

@@ -122,8 +122,8 @@ class Chart:
                     for q, x in zip(self._mechanism.coordinates, states.q[bad][0], strict=True)
                 )
                 raise InputError(
-                    f"the coordinate map of mechanism {self._mechanism.name!r} gives no smooth {name!r} at {at}; "
-                    "expected coordinates inside its range"
+                    f"the coordinate map of mechanism {self._mechanism.name!r} gives no smooth "
+                    f"{name!r} at {at}; expected coordinates inside its range"
                 )
             r[name], u[:, k], gamma[:, k] = c[0, 0], c[1, 0], 2 * c[2, 0]
             G[:, k] = c[0, 1:].T

@@ -1,4 +1,4 @@
-"""What every numeric derivation computes: M a + bias = forces and its companions, at n states at once."""
+"""What every numeric derivation computes: M a + bias = forces and its companions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every body cut free, on batched floats: how it moves, what acts on it, and where its joint holds it."""
+"""Every body cut free, on batched floats: its motion, its loads and the seat of its joint."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["FreeBodies", "FreeBody", "Snapshot", "spread", "times", "total_momen
 @final
 @dataclass(frozen=True, eq=False)
 class FreeBody:
-    """One body over n states, world axes; its accelerations are J a + γ with the generalized accelerations a.
+    """One body over n states, in world axes; it accelerates by J a + γ.
 
     Args:
         name: of the body.
@@ -66,7 +66,7 @@ class FreeBody:
 
     @property
     def tumbling(self) -> np.ndarray:
-        """Rate of the angular momentum about the center of mass for a = 0, I γ + ω × I ω, shape (n, 3) [N·m]."""
+        """Rate of the angular momentum for a = 0, I γ + ω × I ω, shape (n, 3) [N·m]."""
         return times(self.inertia, self.gamma_spin) + np.cross(self.spin, self.angular_momentum)
 
 
@@ -223,7 +223,7 @@ class FreeBodies:
 def total_momentum(
     bodies: Sequence[FreeBody], count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+    """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
 
     Sums of m v_C and of H_C + r_C × m v_C (Fundamentals of Dynamics, eqs. 1.7, 1.9, 1.11).
 

@@ -48,7 +48,7 @@ _RANK = 1e-8
 """Pivots and singular values of J below this part of the largest count as zero."""
 
 _REGULAR = 0.05
-"""Least singular value of the part of J that determines the dependent coordinates, compared with all of J."""
+"""Least singular value that the dependent coordinates' part of J must have, relative to J's."""
 
 
 @final
@@ -129,15 +129,14 @@ class Reduced:
             independent = np.linalg.solve(M, right[..., None])[..., 0]
         except np.linalg.LinAlgError:
             raise DerivationError(
-                f"mechanism {self._mechanism.name!r}: its loops leave a motion free that meets no inertia; give a body "
-                "in it mass"
+                f"mechanism {self._mechanism.name!r}: "
+                "its loops leave a motion free that meets no inertia; give a body in it mass"
             ) from None
         without = np.stack([2 * x.c[2, 0] for x in rest], axis=-1)
         found: np.ndarray = without + np.einsum("nvk,nk->nv", follow, independent)
         for joint in self._mechanism.joints:
-            if (
-                joint.quaternion and joint.linear_velocities
-            ):  # the velocity's components turn with the body
+            if joint.quaternion and joint.linear_velocities:
+                # the velocity's components turn with the body
                 at = [self._mechanism.velocities.index(name) for name in joint.velocities]
                 found[:, at[:3]] -= np.cross(states.v[:, at[3:]], states.v[:, at[:3]])
         return found
@@ -150,7 +149,7 @@ class Reduced:
         dependent: np.ndarray,
         inverse: np.ndarray,
     ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
-        """The coordinates as jets, Lagrange's operator on T in the independent ones, ∂V/∂q of gravity, (n, free)."""
+        """Return coordinates as jets, Lagrange's operator on T, ∂V/∂q of gravity, (n, free)."""
         q = self._paths(states, a, rows, dependent, inverse)
         r, H = self._placed(states, q)
         E = np.zeros((a.shape[1], len(states)))
@@ -229,7 +228,7 @@ class Reduced:
 
 
 def _turned(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
-    """The coordinates of a joint with a quaternion, from those in the state and the displacement since."""
+    """Displace the coordinates of a joint that turns by a quaternion."""
     *origin, px, py, pz, pw = start
     gx, gy, gz = (g * 0.5 for g in x[-3:])
     size = (1 + gx * gx + gy * gy + gz * gz).sqrt()
@@ -267,7 +266,7 @@ def _delayed(x: Jet) -> Jet:
 
 
 def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Rows that are independent, and as many coordinates that they determine best, by full pivoting."""
+    """Choose independent rows and the coordinates they determine best, by full pivoting."""
     J = J.copy()
     rows: list[int] = []
     columns: list[int] = []
@@ -285,7 +284,7 @@ def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _is_regular(block: np.ndarray, J: np.ndarray) -> bool:
-    """Whether a block of J, taken for the dependent coordinates, is about as well conditioned as J itself."""
+    """Whether a block of J is about as well conditioned as J itself."""
     sizes = np.linalg.svd(J, compute_uv=False)
     if int((sizes > _RANK * sizes[0]).sum()) != len(block):
         return False

@@ -143,7 +143,7 @@ class Definition(BatchDynamics):
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J]."""
+        """Return the kinetic energy and that of gravity and springs, each shape (n,) [J]."""
         r, H = self.motion(states, np.zeros_like(states.v))
         T, V = np.zeros(len(states)), np.zeros(len(states))
         for term in self._kinetic(r, H):
@@ -172,7 +172,7 @@ class Definition(BatchDynamics):
         return np.asarray(E.T)
 
     def motion(self, states: States, a: np.ndarray) -> tuple[dict[str, Jet], list[Jet]]:
-        """Return the jets of the joint coordinates, by name, and of the pose of every link, in the order of the tree.
+        """Return the jets of the joint coordinates by name, and of the poses along the tree.
 
         Args:
             states: where, how fast and when.

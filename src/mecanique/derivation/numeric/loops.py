@@ -71,7 +71,7 @@ class Closure:
         self.names = tuple(
             f"{loop.name}: {row}" for loop in mechanism.loops for row in CLOSED[loop.kind]
         )
-        """Name of each row: the loop's and the relative motion it closes, in the axes of frame a."""
+        """Name of each row: the loop's and the motion it closes, in the axes of frame a."""
         self.length = characteristic_length(mechanism)
         """What lengths are compared with [m]."""
         self.units = np.array(

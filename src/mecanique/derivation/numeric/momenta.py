@@ -12,7 +12,7 @@ __all__ = ["momenta"]
 def momenta(
     H: Sequence[np.ndarray], Hd: Sequence[np.ndarray], J: Sequence[np.ndarray], n: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return linear momentum, angular about the world's origin and about the center of mass, each shape (n, 3).
+    """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
 
     Ḣ J Hᵀ holds ∫ ẋ xᵀ dm, whose skew part is the angular momentum ∫ x × ẋ dm, and ∫ ẋ dm
     (Goldstein, Classical Mechanics, 1980, sect. 1-2).

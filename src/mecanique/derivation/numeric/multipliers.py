@@ -117,6 +117,7 @@ class Constrained:
             if abs(part) > 0.1
         ]
         return DerivationError(
-            f"mechanism {self._mechanism.name!r}: its loops leave a motion of {', '.join(names) or 'several joints'} "
-            "free that meets no inertia; give a body in it mass"
+            f"mechanism {self._mechanism.name!r}: its loops leave a motion of "
+            f"{', '.join(names) or 'several joints'} free that meets no "
+            "inertia; give a body in it mass"
         )

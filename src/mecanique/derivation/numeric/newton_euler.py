@@ -56,7 +56,7 @@ class Balances(BatchDynamics):
         return self._solve(states)[:, : self._mechanism.nv]
 
     def reactions(self, states: States) -> dict[str, Reaction]:
-        """Return the reaction in each joint, by joint name; springs, dampers, drives and loads are no part of it.
+        """Return the reaction in each joint by name, without springs, dampers, drives and loads.
 
         Args:
             states: where, how fast and when.
@@ -121,7 +121,7 @@ class Balances(BatchDynamics):
         return total_momentum(self._bodies.moving(states), len(states))
 
     def _projected(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
-        """Eliminate the reactions from the tips to the ground; what the joints need along their motions, (n, nv, k).
+        """Return what the joints need along their motions, shape (n, nv, k), reactions eliminated.
 
         Args:
             at: the free bodies.
@@ -201,7 +201,9 @@ class Balances(BatchDynamics):
 
 
 def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return T = Σ ½ m v_C² + ½ H_C·ω (Fundamentals of Dynamics, eq. 1.31) and V of gravity and springs, shape (n,).
+    """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,).
+
+    The kinetic energy is that of Fundamentals of Dynamics, eq. 1.31.
 
     Args:
         at: all free bodies.
@@ -219,7 +221,7 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 _DENSE = 200
-"""Systems with more equations than this are not solved whole: the reactions are eliminated first."""
+"""In systems with more equations than this the reactions are eliminated before solving."""
 
 
 def _cross(r: np.ndarray) -> np.ndarray:
@@ -230,6 +232,6 @@ def _cross(r: np.ndarray) -> np.ndarray:
 
 
 def _moved(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Force and moment about another point, against which the first one is at an arm; shape (n, 6, k)."""
+    """Return force and moment about a point from which the first one is at an arm, (n, 6, k)."""
     force, moment = wrench[:, :3], wrench[:, 3:]
     return np.concatenate([force, moment + np.cross(arm[:, :, None], force, axis=1)], axis=1)

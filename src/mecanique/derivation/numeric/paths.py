@@ -42,7 +42,7 @@ def joint_paths(
 
 
 def driven_paths(states: States) -> dict[str, np.ndarray]:
-    """Return the coefficients of the driven joint coordinates at constant velocities, each shape (3, 1 + nv, n).
+    """Return the jets' coefficients of driven coordinates at constant v, each (3, 1 + nv, n).
 
     Args:
         states: where, how fast and when.
@@ -71,15 +71,16 @@ def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
     }
     for symbol in sorted(used.keys() & quasi):
         raise DerivationError(
-            f"the map of coordinate {used[symbol]!r} depends on {symbol!r}, a coordinate of a quaternion's joint; "
-            "drive it by coordinates of other joints"
+            f"the map of coordinate {used[symbol]!r} depends on {symbol!r}, a coordinate of "
+            "a quaternion's joint; drive it by coordinates of other joints"
         )
     for signal in mechanism.inputs:
         if signal.symbol in used:
             if callable(signal.signal):
                 raise DerivationError(
-                    f"the map of coordinate {used[signal.symbol]!r} depends on input {signal.symbol!r}, a record or "
-                    "a Python function, which has no exact derivatives; give it as an expression in t"
+                    f"the map of coordinate {used[signal.symbol]!r} depends on input "
+                    f"{signal.symbol!r}, a record or a Python function, which has no exact "
+                    "derivatives; give it as an expression in t"
                 )
             values[signal.symbol] = evaluate(signal.signal, values, function=function)
     return values

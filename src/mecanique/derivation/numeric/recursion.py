@@ -177,7 +177,7 @@ class Recursion(BatchDynamics):
         )
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
-        """Return the kinetic and the potential energy (gravity and springs), each shape (n,) [J]."""
+        """Return the kinetic energy and that of gravity and springs, each shape (n,) [J]."""
         move = self._chart.motions(states)
         H, Hd = self._poses(self._local(move, len(states)), move.u)
         T = 0.5 * np.sum(self._armature * move.u**2, axis=-1)
@@ -270,7 +270,7 @@ class Recursion(BatchDynamics):
         return tau
 
     def _joint_mass_matrix(self, A: list[np.ndarray], n: int) -> np.ndarray:
-        """M in the joint velocities from the composite moments beyond each joint, shape (n, nu, nu)."""
+        """Return M in the joint velocities from the moments beyond each joint, (n, nu, nu)."""
         M = np.zeros((n, len(self._armature), len(self._armature)))
         C: list[np.ndarray] = [np.broadcast_to(J, (n, 4, 4)) for J in self._J]
         # what the velocities beyond each link ask of it, carried from link to link together
@@ -313,6 +313,6 @@ def solve(mechanism: Mechanism, M: np.ndarray, rest: np.ndarray) -> np.ndarray:
         return np.linalg.solve(M, rest[..., None])[..., 0]
     except np.linalg.LinAlgError:
         raise DerivationError(
-            f"mechanism {mechanism.name!r}: its mass matrix is singular, a motion of massless bodies "
-            "has no inertia; give them mass, or leave that coordinate out"
+            f"mechanism {mechanism.name!r}: its mass matrix is singular, a motion of massless "
+            "bodies has no inertia; give them mass, or leave that coordinate out"
         ) from None

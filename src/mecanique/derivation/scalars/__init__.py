@@ -1,1 +1,1 @@
-"""The numbers equations are made of: Poisson series, elementary functions, jets, and how they are evaluated."""
+"""The numbers of equations: Poisson series, elementary functions, jets, and their values."""

@@ -1,4 +1,4 @@
-"""Sines and cosines of sums that hold arc sines, arc cosines and arc tangents: these cancel to roots."""
+"""Sines and cosines of sums with arc sines, cosines and tangents: they cancel to roots."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["function_without_arcs"]
 
 
 def function_without_arcs(name: str) -> Callable[..., Any]:
-    """Return the function of a sympy name for series; sin and cos take arcs apart, e.g. sin(asin u + q).
+    """Return a function for series; sine and cosine take arcs apart, e.g. sin(asin u + q).
 
     Args:
         name: its sympy name.

@@ -11,7 +11,7 @@ __all__ = ["by_velocity", "tidy", "without_common_divisor"]
 
 
 def tidy(series: Series) -> Series:
-    """Return a series in a form with no more terms, where it is divided by adjoined roots ρ = √s or sums u.
+    """Cancel the roots ρ = √s and the sums that a series is divided by, if no terms are added.
 
     All terms are brought over one power of the root, where its square is its radicand, and the
     radicand is divided out as often as it goes: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ +
@@ -99,7 +99,7 @@ def _quotient(series: Series, divisor: Series) -> Series | None:
 def _long_division(
     numerator: Polynomial, divisor: Polynomial, scale: int, steps: int
 ) -> Polynomial | None:
-    """Return numerator × scale^steps / divisor, in at most as many steps as the numerator has terms."""
+    """Return numerator × scale^steps / divisor, or None if there is a remainder."""
     rest = {m: c * scale**steps for m, c in numerator.items()}
     lead = max(divisor)
     quotient: Polynomial = {}

@@ -1,4 +1,4 @@
-"""Sines, cosines, square roots and other functions of Poisson series: exact where they can be, atoms otherwise."""
+"""Functions of Poisson series: exact where they can be, otherwise atoms."""
 
 from __future__ import annotations
 
@@ -33,21 +33,22 @@ def of_series(name: str, *arguments: Any) -> Series:
 
 
 def sin(series: Series) -> Series:
-    """Return the sine of an integer combination of angles, a rational multiple of π and constants."""
+    """Return the sine of a sum of integer multiples of angles and a rational multiple of π."""
     return _circular(series, 1)
 
 
 def cos(series: Series) -> Series:
-    """Return the cosine of an integer combination of angles, a rational multiple of π and constants."""
+    """Return the cosine of a sum of integer multiples of angles and a rational multiple of π."""
     return _circular(series, 0)
 
 
 def _circular(series: Series, parity: int) -> Series:
-    """Return cos (parity 0) or sin (1) of Σ k φ + n π/12: the angles φ are the monomials of the series."""
+    """Return cos (parity 0) or sin (1) of Σ k φ + n π/12, with monomials as angles φ."""
     ring = series.ring
     if series.parts.keys() - {0}:
         raise DerivationError(
-            f"expected an integer combination of angles in sin or cos, got {series}; use the numeric derivation"
+            f"expected an integer combination of angles in sin or cos, got {series}; "
+            "use the numeric derivation"
         )
     angle, twelfths = 0, 0
     for _, monomial, c in series.terms():
@@ -147,7 +148,7 @@ def _monomial(series: Series, packed: int) -> Series:
 
 
 def _square_content(series: Series) -> tuple[Fraction, int]:
-    """A positive rational and a monomial of parameters whose square may be drawn out of the root."""
+    """Return a rational, and a monomial of parameters whose square divides the series."""
     numbers = [c for _, _, c in series.terms()]
     content = Fraction(
         math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
@@ -181,7 +182,7 @@ def _root_of_number(ring: Basis, number: Fraction) -> Series:
 
 
 def _polynomial_root(series: Series) -> Series | None:
-    """Return p with p² = series, by the schoolbook square root in the order of monomials; None if there is none."""
+    """Return p with p² = series by the schoolbook square root, None if there is none."""
     if series.parts.keys() != {0}:
         return None
     rest, root, lead = series, series.ring.number(0), None
@@ -225,7 +226,7 @@ def _function(
     slope: Callable[[Series, Series], Series],
     at_zero: int | None = None,
 ) -> Callable[[Series], Series]:
-    """A function that enters as an atom f(u), given f' from f and u, and f(0) where that is an integer."""
+    """Return a function that enters as an atom f(u), from f' by f and u, and an integer f(0)."""
 
     def apply(u: Series) -> Series:
         if not u and at_zero is not None:

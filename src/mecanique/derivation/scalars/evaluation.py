@@ -33,7 +33,7 @@ def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
 
 @final
 class Evaluation:
-    """One set of values for many series of a ring; sines, cosines, powers and atoms are computed once.
+    """One set of values for many series of a ring; functions are computed once.
 
     Args:
         ring: the ring.

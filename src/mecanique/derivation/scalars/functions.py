@@ -1,4 +1,4 @@
-"""Mathematical functions for any scalar: numbers, arrays, jets, Poisson series and sympy expressions.
+"""Mathematical functions of numbers, arrays, jets, Poisson series and sympy expressions.
 
 A Lagrangian, a pose or a force written with these and ordinary arithmetic works for each of them.
 """
@@ -71,7 +71,8 @@ def _generic(name: str) -> Callable[..., Any]:
 
             return getattr(sympy, name)(*arguments)
         raise DerivationError(
-            f"expected a number, an array, a jet, a series or an expression in {name}, got {first!r}"
+            f"expected a number, an array, a jet, a series or an expression in {name}, "
+            f"got {first!r}"
         )
 
     apply.__name__ = name

@@ -44,7 +44,8 @@ class Jet:
 
     def __repr__(self) -> str:
         orders, duals, *shape = self.c.shape
-        return f"Jet(order={orders - 1}, directions={duals - 1}, shape={tuple(shape)}, value={self.value})"
+        size = f"order={orders - 1}, directions={duals - 1}, shape={tuple(shape)}"
+        return f"Jet({size}, value={self.value})"
 
     def __getitem__(self, index: Any) -> Jet:
         trailing = index if isinstance(index, tuple) else (index,)
@@ -188,7 +189,7 @@ class Jet:
         return Jet(np.zeros_like(self.c)).__add__(np.sign(self.value))
 
     def _integral(self, value: np.ndarray, slope: Callable[[Jet], Jet]) -> Jet:
-        """f(self) from f' as a function: the Taylor coefficients of f' are those of f shifted and scaled."""
+        """Return f(self) from f': its Taylor coefficients are those of f shifted and scaled."""
 
         def series(u: np.ndarray, orders: int) -> list[np.ndarray]:
             line = np.zeros((orders, 1, *u.shape))
@@ -200,7 +201,7 @@ class Jet:
 
 
 def _turned_to(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
-    """Return the angle of (x, y) measured from that of (x0, y0), small near it and free of branch cuts."""
+    """Return the angle from (x0, y0) to (x, y), small near it and without branch cuts."""
     ratio: Jet = (y * x0 - x * y0) / (x * x0 + y * y0)
     return ratio.atan()
 

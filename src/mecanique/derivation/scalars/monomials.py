@@ -1,4 +1,4 @@
-"""Laurent monomials and polynomials as plain integers and dictionaries, the ground floor of the Poisson series.
+"""Laurent monomials as integers, polynomials as dictionaries: what Poisson series rest on.
 
 A monomial x₀^e₀ x₁^e₁ … is one integer: the sum of eᵢ 2^(12 i). Exponents are signed, products of
 monomials are sums of integers, and a ring may gain generators at any time. Each exponent must stay

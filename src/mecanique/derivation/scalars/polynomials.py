@@ -1,4 +1,4 @@
-"""Products and sums of Poisson series as plain dictionaries: a polynomial before each sine and cosine."""
+"""Products and sums of Poisson series as dictionaries: a polynomial for each sine and cosine."""
 
 from __future__ import annotations
 
@@ -12,8 +12,10 @@ from mecanique.errors import DerivationError
 __all__ = ["Parts", "accumulate", "check_size", "largest", "lowest_terms", "product", "size"]
 
 Parts: TypeAlias = "dict[int, Polynomial]"
-"""Polynomial before each trigonometric function: the key 2 K stands for cos(K·φ), 2 K + 1 for sin(K·φ), where K > 0
-packs the integer multiples of the angles as a monomial packs exponents; the key 0 stands for 1."""
+"""Polynomial of each trigonometric function: key 2 K for cos(K·φ), 2 K + 1 for sin(K·φ), 0 for 1.
+
+K > 0 packs the integer multiples of the angles as a monomial packs exponents.
+"""
 
 
 def size(parts: Parts) -> int:
@@ -22,10 +24,11 @@ def size(parts: Parts) -> int:
 
 
 def check_size(parts: Parts, most: int, *, canceling: bool = False) -> None:
-    """Refuse parts with more than `most` terms, or twice as many while some may cancel, by a `DerivationError`."""
+    """Raise if there are more than `most` terms, or twice as many while some may cancel."""
     if size(parts) > (2 * most if canceling else most):
         raise DerivationError(
-            f"the closed form has more than {most} terms and would help no reader; use the numeric derivation"
+            f"the closed form has more than {most} terms and would help no reader; "
+            "use the numeric derivation"
         )
 
 
@@ -82,7 +85,7 @@ def lowest_terms(parts: Parts, denominator: int) -> tuple[Parts, int]:
 
 @lru_cache(maxsize=1 << 16)
 def _product_to_sum(f: int, g: int) -> tuple[tuple[int, int], ...]:
-    """2 f g of two sines or cosines as (function, sign) pairs, e.g. 2 cos K cos L = cos(K − L) + cos(K + L)."""
+    """Return 2 f g as (function, sign) pairs, e.g. 2 cos K cos L = cos(K − L) + cos(K + L)."""
     K, L = f >> 1, g >> 1
     plus, minus = 2 * (K + L), 2 * abs(K - L)
     if (f & 1) == (g & 1):

@@ -1,4 +1,4 @@
-"""The ring that Poisson series are written in: named generators, angles, atoms and the rate of each."""
+"""The ring of Poisson series: named generators, angles, atoms and the rate of each."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class Ring:
         self.roots: list[tuple[int, int]] = []
 
     def coordinate(self, name: str) -> Series:
-        """Adjoin a generalized coordinate with its velocity name' and acceleration name'', and return it."""
+        """Adjoin and return a coordinate, with its velocity name' and acceleration name''."""
         q, v = self._adjoin(name, Kind.COORDINATE), self._adjoin(name + "'", Kind.VELOCITY)
         self.rates[self.index(q)] = v
         self.rates[self.index(v)] = self._adjoin(name + "''", Kind.ACCELERATION)
@@ -67,7 +67,7 @@ class Ring:
     def quasi_coordinates(
         self, names: Iterable[str], velocities: Iterable[str]
     ) -> tuple[list[Series], list[Series]]:
-        """Adjoin coordinates whose rates are to be set in `rates`, and the velocities these are linear in.
+        """Adjoin coordinates whose rates the caller sets in `rates`, and their velocities.
 
         Args:
             names: of the coordinates, e.g. of a quaternion.
@@ -90,11 +90,11 @@ class Ring:
         return self.rates[self._index_of(name + "'", Kind.VELOCITY)]
 
     def parameter(self, name: str) -> Series:
-        """Adjoin a parameter, a constant taken to be positive where a square root needs its sign, and return it."""
+        """Adjoin and return a parameter; where a square root needs its sign it is positive."""
         return self._adjoin(name, Kind.PARAMETER)
 
     def input(self, name: str, derivatives: int = 0) -> Series:
-        """Adjoin an input, a function of time alone, and as many time derivatives (name', name'' …), and return it."""
+        """Adjoin and return an input, a function of time, with derivatives name', name''."""
         chain = [self._adjoin(name + "'" * order, Kind.INPUT) for order in range(derivatives + 1)]
         for function, derivative in pairwise(chain):
             self.rates[self.index(function)] = derivative
@@ -125,7 +125,7 @@ class Ring:
         )
 
     def number(self, value: object) -> Series:
-        """Return a number as a series; a float becomes the simple rational it stands for (see `exact`)."""
+        """Return a number as a series; a float becomes a simple rational (see `exact`)."""
         rational = exact(value)
         return Series(
             self, {0: {0: rational.numerator}} if rational else {}, rational.denominator, 0
@@ -216,8 +216,9 @@ class Ring:
         count = multiple / self.angles[index].unit
         if count.denominator != 1 or abs(count) > REACH:
             raise DerivationError(
-                f"sine or cosine of {multiple} × an angle that already occurs as {self.angles[index].argument}: "
-                "expected integer multiples; take the smallest angle as the coordinate, or use the numeric derivation"
+                f"sine or cosine of {multiple} × an angle that already occurs as "
+                f"{self.angles[index].argument}: expected integer multiples; take the smallest "
+                "angle as the coordinate, or use the numeric derivation"
             )
         return power(index, int(count))
 
@@ -229,7 +230,7 @@ class Ring:
         value: Callable[[Any], Any],
         name: str | None = None,
     ) -> Series:
-        """Adjoin a function of a series with its chain rule; the same function of the same series is the same atom.
+        """Adjoin (once) a function of a series with its chain rule, and return it.
 
         Args:
             function: the function's name; powers of "sqrt" and "1" are reduced to powers of their
@@ -252,7 +253,7 @@ class Ring:
         return self[self.generators[self._atom_indices[key]].name]
 
     def inverse(self, series: Series) -> Series:
-        """Return 1/u as an atom u⁻¹, for a series u that is no unit; products u × u⁻¹ are not cancelled."""
+        """Return 1/u as an atom, for a series u that is no unit; u × u⁻¹ is not cancelled."""
         atom = self.adjoin("1", series, lambda _: self.number(1), lambda u: u)
         return Series(self, {0: {-power(self.index(atom)): 1}}, 1, 1)
 

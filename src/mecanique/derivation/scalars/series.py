@@ -1,4 +1,4 @@
-"""Poisson series: sums of rational × monomial × cos or sin of integer sums of angles, in canonical form.
+"""Poisson series: canonical sums of rational × monomial × cos or sin of integer sums of angles.
 
 Products of sines and cosines are written as sums at once, so that cos² + sin² = 1 and every
 angle-sum identity hold by construction and nothing ever needs to be simplified (the representation
@@ -165,7 +165,7 @@ class Series:
         return self.parts.keys() == {0} and len(self.parts[0]) == 1
 
     def vanishes(self) -> bool:
-        """Return whether it is zero, also where it is so only after multiplying with the roots it is divided by."""
+        """Return whether it is zero, if need be after clearing the roots it is divided by."""
         series = self
         # an atom's argument holds earlier atoms only, so the latest are cleared first
         for index, degree in reversed(self.ring.roots):
@@ -179,7 +179,7 @@ class Series:
         return not series.parts
 
     def generators(self) -> list[Generator]:
-        """Return the generators it depends on, directly or through its angles and atoms, in order."""
+        """Return the generators it depends on, also through its angles and atoms, in order."""
         found: set[int] = set()
         todo: list[Series] = [self]
         while todo:
@@ -270,7 +270,7 @@ class Series:
         return other
 
     def diff(self, generator: str | Series) -> Series:
-        """Return the partial derivative with respect to any generator, through angles and atoms too.
+        """Return the partial derivative by a generator, through angles and atoms too.
 
         Args:
             generator: its name, or itself as a series.
@@ -278,7 +278,7 @@ class Series:
         return self._along({self.ring.index(generator): self.ring.number(1)})
 
     def ddt(self) -> Series:
-        """Return the total time derivative: coordinates, velocities, time and inputs at their rates.
+        """Return the total time derivative.
 
         Raises:
             DerivationError: if it depends on an acceleration or on an input whose rate is not
@@ -334,7 +334,7 @@ class Series:
         return canonical(self.ring, parts, self.denominator, self.reach)
 
     def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:
-        """Return it as a polynomial in some generators: the coefficient series by the exponents of these.
+        """Return the coefficients of a polynomial in some generators, by their exponents.
 
         Args:
             generators: names; dependence through angles and atoms stays in the coefficients.
@@ -352,7 +352,7 @@ class Series:
         }
 
     def linear(self, generators: Sequence[str]) -> tuple[list[Series], Series]:
-        """Return coefficients Cᵢ and the rest R of a series Σ Cᵢ xᵢ + R, e.g. a row of M from the accelerations.
+        """Return coefficients Cᵢ and remainder R of Σ Cᵢ xᵢ + R, e.g. a row of M.
 
         Args:
             generators: names of the xᵢ.
@@ -404,7 +404,7 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
 
 
 def _reduced(series: Series) -> Series:
-    """The series with ρ² replaced by s wherever ρ = √s was adjoined; likewise what was adjoined as a divisor."""
+    """Replace ρ² by s wherever ρ = √s was adjoined, and likewise divisors."""
     ring = series.ring
     for index, degree in reversed(ring.roots):
         argument = ring.atoms[index].argument

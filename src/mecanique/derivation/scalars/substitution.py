@@ -1,4 +1,4 @@
-"""Values put into Poisson series: a series in, a series out, through its angles, roots and other functions."""
+"""Values put into Poisson series, through their angles, roots and other functions."""
 
 from __future__ import annotations
 

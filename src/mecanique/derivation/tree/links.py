@@ -1,4 +1,4 @@
-"""The tree of a mechanism as elementary links: each a placement, then one turn, slide, ball or free motion.
+"""A mechanism's tree as elementary links: a placement, then a turn, slide, ball or free motion.
 
 A planar joint is two slides and a turn, a universal joint two turns; the links between carry no
 mass.

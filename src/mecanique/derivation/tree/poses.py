@@ -1,4 +1,4 @@
-"""Poses of all bodies, written once for any arithmetic: floats, batched arrays, jets, Poisson series.
+"""Poses of all bodies in any arithmetic: floats, batched arrays, jets, Poisson series.
 
 A pose is three rows of four scalars (the fourth row of the homogeneous matrix is always 0 0 0 1).
 Entries that are the plain numbers 0 and 1 stay plain numbers and cost nothing, so that series stay
