@@ -133,9 +133,15 @@ def test_a_prescribed_motion_gives_evidence_against_nothing_by_itself() -> None:
     """Where inertia moves by itself the mass matrix is asked together with the bias."""
     mechanism = mq.textbook.load("base_excited_mass")
     states = random_states(mechanism, 6, 0)
-    evidence = Evidence.of(mechanism, states, told_by(mechanism)(states))
+    theirs = told_by(mechanism)(states)
+    evidence = Evidence.of(mechanism, states, theirs)
     assert evidence is not None
     assert evidence.before < 1e-12
+    assert set(evidence.kind) == {"mass matrix", "bias", "forces"}
+    del theirs["bias"]
+    less = Evidence.of(mechanism, states, theirs)
+    assert less is not None
+    assert set(less.kind) == {"forces"}
 
 
 def test_a_unit_mistaken_in_every_link_is_one_cause() -> None:
