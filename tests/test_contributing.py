@@ -1,0 +1,66 @@
+"""CONTRIBUTING tells the truth: its files exist, and its recipes list every file of src."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+SOURCE = ROOT / "src" / "mecanique"
+TEXT = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+
+FILE = re.compile(r"`([\w./-]+\.(?:py|md))`")
+RECIPES = dict(re.findall(r"^### Add an? ([^\n]+)\n(.*?)(?=^##)", TEXT, re.DOTALL | re.MULTILINE))
+
+EXAMPLES = {
+    "joint": r"\b(Helical|SCREW)\b",
+    "force": r"\b(JointDamper|JointSpring|JointForce|Damper|Torque)\b",
+    "lint rule": r"\bM205\b",
+    "plot": r"\"phase\"",
+    "curve in the page": r"\"Accelerations\"",
+    "method of derivation": r"\"virtual_work\"|\bVirtualWork\b|class Works\b|help=.*virtual_work",
+}
+"""For each recipe, what only the files that it lists name: one of its kind stands for all."""
+
+ELSEWHERE = {
+    "force": {"urdf/read.py"},  # a URDF's own <dynamics damping> is read where the joints are
+}
+
+MOST = {"joint": 9, "force": 8}
+"""How many files of src a new type may touch, its textbook system included."""
+
+
+def files(recipe: str) -> set[str]:
+    """Return the files of src in the first column of a recipe's table."""
+    cells = [line.split("|")[1] for line in RECIPES[recipe].splitlines() if line.startswith("|")]
+    named = {name for cell in cells for name in FILE.findall(cell)}
+    return {name for name in named if not name.startswith("tests/")}
+
+
+def test_there_is_a_recipe_for_each_example() -> None:
+    assert RECIPES.keys() == EXAMPLES.keys()
+
+
+@pytest.mark.parametrize("name", sorted(set(FILE.findall(TEXT))))
+def test_every_file_it_names_exists(name: str) -> None:
+    assert any((folder / name).is_file() for folder in (ROOT, SOURCE))
+
+
+@pytest.mark.parametrize("recipe", EXAMPLES)
+def test_no_other_file_has_a_part_in_a_recipe(recipe: str) -> None:
+    example = re.compile(EXAMPLES[recipe])
+    found = {
+        path.relative_to(SOURCE).as_posix()
+        for path in SOURCE.rglob("*.py")
+        if example.search(path.read_text(encoding="utf-8"))
+    }
+    found = {name for name in found if recipe == "joint" or not name.startswith("textbook/")}
+    assert found
+    assert found - ELSEWHERE.get(recipe, set()) <= files(recipe)
+
+
+@pytest.mark.parametrize("recipe", MOST)
+def test_a_new_type_touches_few_files(recipe: str) -> None:
+    assert len(files(recipe)) <= MOST[recipe]
