@@ -18,6 +18,7 @@ from mecanique.model import (
     JointForce,
     JointSpring,
     Limits,
+    Loop,
     Mechanism,
     Parameter,
     Placement,
@@ -171,3 +172,55 @@ def states(mechanism: Mechanism, count: int, seed: int = 3) -> list[tuple[Array,
         )
         for _ in range(count)
     ]
+
+
+def parallelograms(count: int, *, serial: bool) -> Mechanism:
+    """A row of parallelograms of rods of 1 m and 1 kg, closed at the ground or at the uprights.
+
+    In series each hangs on the one before, so that the tree is as long as the row.
+    """
+    upright, across = rod(1.0, 1.0, direction=(0, 1, 0)), rod(1.0, 1.0, direction=(1, 0, 0))
+    bodies = [Body("ground"), Body("up0", upright)]
+    joints = [Revolute("A0", "ground", "up0")]
+    loops = []
+    for k in range(1, count + 1):
+        bodies.append(Body(f"across{k}", across))
+        if serial:
+            bodies.append(Body(f"up{k}", rod(1.0, 1.0, direction=(0, -1, 0))))
+            top = (0, 1, 0) if k == 1 else (0, 0, 0)
+            joints.append(Revolute(f"B{k}", f"up{k - 1}", f"across{k}", origin=Placement(top)))
+            joints.append(Revolute(f"C{k}", f"across{k}", f"up{k}", origin=Placement((1, 0, 0))))
+            ends = ("ground", (k, 0, 0), f"up{k}", (0, -1, 0))
+        else:
+            bodies.append(Body(f"up{k}", upright))
+            joints.append(Revolute(f"A{k}", "ground", f"up{k}", origin=Placement((k, 0, 0))))
+            before = f"up{k - 1}"
+            joints.append(Revolute(f"B{k}", before, f"across{k}", origin=Placement((0, 1, 0))))
+            ends = (f"across{k}", (1, 0, 0), f"up{k}", (0, 1, 0))
+        loops.append(Loop.pin(f"loop{k}", *ends, normal=(0, 0, 1)))
+    return Mechanism(
+        "parallelograms",
+        tuple(bodies),
+        tuple(joints),
+        loops=tuple(loops),
+        gravity=(0, -9.81, 0),
+    )
+
+
+def four_bars(*parts: tuple[float, float]) -> Mechanism:
+    """Independent four-bar linkages, each with the length and the mass of its crank."""
+    bodies, joints, loops = [Body("ground")], list[Revolute](), list[Loop]()
+    for k, (length, mass) in enumerate(parts):
+        for name, share, long in (("a", 1.0, 1.0), ("b", 1.5, 2.0), ("c", 1.2, 1.7)):
+            link = rod(share * mass, long * length, direction=(1, 0, 0))
+            bodies.append(Body(f"{name}{k}", link))
+        axis = (0, -1, 0)
+        tip, pivot = Placement((length, 0, 0)), Placement((2.2 * length, 0, 0))
+        joints += [
+            Revolute(f"A{k}", "ground", f"a{k}", axis=axis),
+            Revolute(f"B{k}", f"a{k}", f"b{k}", axis=axis, origin=tip),
+            Revolute(f"C{k}", "ground", f"c{k}", axis=axis, origin=pivot),
+        ]
+        ends = (f"b{k}", (2 * length, 0, 0), f"c{k}", (1.7 * length, 0, 0))
+        loops.append(Loop.pin(f"loop{k}", *ends))
+    return Mechanism("four_bars", tuple(bodies), tuple(joints), loops=tuple(loops))

@@ -98,10 +98,8 @@ class Reference:
             return change
         closures = self._closed.closures
         J = closures.at(np.asarray(q, dtype=float), np.zeros(len(push)), t).jacobian
-        none = np.zeros(len(J))
-        return solve(
-            M, -push, J, none, rows=closures.rows, columns=closures.columns, most=self._closed.most
-        ).acceleration
+        metric = self._closed.measure(J)
+        return solve(metric, -push, J, np.zeros(len(J)), most=self._closed.most).acceleration
 
     def bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the inertia forces that do not depend on accelerations, and gravity, shape (nv,).

@@ -8,6 +8,8 @@ from typing import Any, final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.derivation.numeric.loops import RowUnits
+from mecanique.derivation.numeric.multipliers import solve_held
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
@@ -19,9 +21,6 @@ from mecanique.verification.states.random import angles
 __all__ = ["ClosedForm"]
 
 Array = npt.NDArray[np.float64]
-
-_RANK = 1e-12
-"""Singular values below this part of the largest count as zero."""
 
 
 @final
@@ -97,27 +96,16 @@ class ClosedForm:
         second = [tie.demand.ddt().ddt().linear(algebra.accelerations) for tie in ties]
         J = self._evaluated([entry for row, _ in second for entry in row], q, v, t)
         gamma = self._evaluated([gamma for _, gamma in second], q, v, t)
-        # one unit for all, so that ranks are seen: accelerations per length, multipliers by what
-        # their rows move
+        J = J.reshape(*gamma.shape, mass.shape[-1])
         angular, length = angles(self._mechanism), characteristic_length(self._mechanism)
         units = np.array(
             [1.0 if name in angular else length for name in self._mechanism.velocities]
         )
-        J = J.reshape(*gamma.shape, mass.shape[-1]) * units
-        rows = 1 / np.maximum(np.abs(J).max(axis=2), 1e-300)
-        J, M = J * rows[..., None], mass * units[:, None] * units
-        size = np.maximum(np.abs(M).max(axis=(1, 2)), 1e-300)[:, None, None]
-        empty = np.zeros((*gamma.shape, len(ties)))
-        both = np.concatenate(
-            [
-                np.concatenate([M / size, -np.swapaxes(J, 1, 2)], axis=2),
-                np.concatenate([J, empty], axis=2),
-            ],
-            axis=1,
-        )
-        right = np.concatenate([rest * units / size[:, 0], -gamma * rows], axis=1)[..., None]
-        solution = (np.linalg.pinv(both, rcond=_RANK) @ right)[:, : len(units), 0]
-        return np.asarray(solution * units)
+        rows = RowUnits(np.ones(len(ties)), np.arange(len(ties)))
+        motions = [
+            solve_held(*state, units, rows) for state in zip(mass, rest, J, gamma, strict=True)
+        ]
+        return np.array([motion.acceleration for motion in motions])
 
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, Array]:
         """Return the kinetic and the potential energy that the steps state, each shape (n,) [J].

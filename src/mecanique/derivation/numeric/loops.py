@@ -9,7 +9,7 @@ R at zero.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
@@ -49,6 +49,18 @@ def constraints_of(rows: list[Jet]) -> Constraints:
     return Constraints(c[0, 0], np.moveaxis(c[0, 1:], 0, -1), 2 * c[2, 0])
 
 
+class RowUnits(NamedTuple):
+    """Plain units of the rows of constraints.
+
+    Args:
+        units: shape (m,), a typical length or one radian.
+        blocks: shape (m,), number of the block of rows that is measured as one.
+    """
+
+    units: np.ndarray
+    blocks: np.ndarray
+
+
 @final
 class Closure:
     """What the loops of a mechanism demand, as jets.
@@ -78,6 +90,11 @@ class Closure:
             [self.length if name.split(": ")[-1][0] != "r" else 1.0 for name in self.names]
         )
         """Unit of each row, the characteristic length or one radian, shape (m,)."""
+
+        owners = [(k, row) for k, loop in enumerate(mechanism.loops) for row in CLOSED[loop.kind]]
+        blocks = np.array([2 * k + (row[0] == "r") for k, row in owners], dtype=int)
+        self.row_units = RowUnits(self.units, blocks)
+        """Plain units of the rows, and their blocks: a loop's lengths, or its angles."""
 
     def rows(self, poses: list[Jet]) -> list[Jet]:
         """Return Φ, one jet per row.

@@ -9,19 +9,19 @@ analytique, 1788, part II, sect. IV; F. E. Udwadia & R. E. Kalaba, Analytical Dy
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
 
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.numeric.loops import Closure, Constraints, constraints_of
+from mecanique.derivation.numeric.loops import Closure, Constraints, RowUnits, constraints_of
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
 
-__all__ = ["Constrained", "ConstrainedMotion", "constraints"]
+__all__ = ["Constrained", "ConstrainedMotion", "HeldMotion", "constraints", "solve_held"]
 
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
@@ -52,6 +52,84 @@ def constraints(mechanism: Mechanism, states: States) -> Constraints:
     """
     _, poses = Definition(mechanism).motion(states, np.zeros_like(states.v))
     return constraints_of(Closure(mechanism).rows(poses))
+
+
+class HeldMotion(NamedTuple):
+    """The motion of a tree held by constraints, at one state.
+
+    Args:
+        acceleration: shape (nv,).
+        multipliers: λ of each row, shape (m,).
+        determined: shape (m,), False where redundant constraints leave a multiplier undetermined.
+        massless: shape (nv,), a motion that is left free and meets no inertia, if there is one.
+    """
+
+    acceleration: np.ndarray
+    multipliers: np.ndarray
+    determined: np.ndarray
+    massless: np.ndarray | None
+
+
+def solve_held(
+    M: np.ndarray,
+    rest: np.ndarray,
+    jacobian: np.ndarray,
+    gamma: np.ndarray,
+    columns: np.ndarray,
+    rows: RowUnits,
+) -> HeldMotion:
+    """Return the solution of M a − rest = Jᵀ λ and J a + γ = 0, with the least λ.
+
+    Every velocity is measured by the energy it carries and every block of rows by what it closes,
+    so that a small part of a mechanism counts as much as a large one beside it.
+
+    Args:
+        M: shape (nv, nv).
+        rest: shape (nv,), applied forces minus bias.
+        jacobian: J, shape (m, nv).
+        gamma: γ, shape (m,).
+        columns: shape (nv,), plain units of the velocities.
+        rows: plain units of the rows, and their blocks.
+    """
+    nv, m = jacobian.shape[1], len(gamma)
+    units = _energy_units(M, jacobian, columns)
+    size = np.bincount(rows.blocks, ((jacobian * units) ** 2).sum(axis=1))[rows.blocks]
+    factors = 1 / np.sqrt(np.where(size > 0, size, 1.0))
+    J = factors[:, None] * jacobian * units
+    both = np.block([[units[:, None] * M * units, -J.T], [J, np.zeros((m, m))]])
+    right = np.concatenate([units * rest, -factors * gamma])
+    left, values, turned = np.linalg.svd(both)
+    rank = int((values > _RANK * values[0]).sum())
+    moving, idle = turned[rank:, :nv], turned[rank:, nv:].T
+    solution = np.zeros(nv + m)
+    for _ in range(2):  # again for what the rounding of a large part leaves in a small one
+        missing = left[:, :rank].T @ (right - both @ solution)
+        solution = solution + turned[:rank].T @ (missing / values[:rank])
+    a, multipliers = units * solution[:nv], solution[nv:]
+    if idle.size:
+        plain = factors * rows.units
+        surplus = np.linalg.lstsq(plain[:, None] * idle, plain * multipliers, rcond=None)[0]
+        multipliers = multipliers - idle @ surplus
+    determined = np.abs(idle).max(axis=1, initial=0.0) < 1e-8
+    loose = np.abs(moving).max(axis=1, initial=0.0)
+    massless = moving[int(loose.argmax())] if loose.max(initial=0.0) > 1e-6 else None
+    return HeldMotion(a, factors * multipliers, determined, massless)
+
+
+def _energy_units(M: np.ndarray, J: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return units of the velocities in which each carries the energy ½, shape (nv,).
+
+    A massless velocity takes after the lightest of those that the loops tie it to.
+    """
+    inertia = np.diag(M) * columns**2
+    massive = inertia > 0
+    tied = np.abs(J) > 0
+    for j in np.flatnonzero(~massive):
+        beside = massive & tied[tied[:, j]].any(axis=0)
+        others = inertia[beside if beside.any() else massive]
+        inertia[j] = others.min() if others.size else 1.0
+    units: np.ndarray = columns / np.sqrt(inertia)
+    return units
 
 
 @final
@@ -90,25 +168,20 @@ class Constrained:
             self._tree.mass_matrix(states),
             self._tree.forces(states) - self._tree.bias(states),
         )
-        nv, m = M.shape[-1], closed.gamma.shape[-1]
-        units, rows = self._units, 1 / self._closure.units
-        a, multipliers = np.zeros((len(states), nv)), np.zeros((len(states), m))
-        determined = np.ones((len(states), m), dtype=bool)
+        found = []
         for k in range(len(states)):
-            inertia = units[:, None] * M[k] * units
-            size = float(np.abs(inertia).max(initial=0.0)) or 1.0
-            J = rows[:, None] * closed.jacobian[k] * units
-            both = np.block([[inertia / size, -J.T], [J, np.zeros((m, m))]])
-            right = np.concatenate([units * rest[k] / size, -rows * closed.gamma[k]])
-            left, values, turned = np.linalg.svd(both)
-            rank = int((values > _RANK * values[0]).sum())
-            loose = turned[rank:]
-            if np.abs(loose[:, :nv]).max(initial=0.0) > 1e-6:
-                raise self._massless(loose[int(np.abs(loose[:, :nv]).max(axis=1).argmax()), :nv])
-            solution = turned[:rank].T @ ((left[:, :rank].T @ right) / values[:rank])
-            a[k], multipliers[k] = units * solution[:nv], size * rows * solution[nv:]
-            determined[k] = np.abs(loose[:, nv:]).max(axis=0, initial=0.0) < 1e-8
-        return ConstrainedMotion(a, multipliers, determined)
+            jacobian, gamma = closed.jacobian[k], closed.gamma[k]
+            motion = solve_held(
+                M[k], rest[k], jacobian, gamma, self._units, self._closure.row_units
+            )
+            if motion.massless is not None:
+                raise self._massless(motion.massless)
+            found.append(motion)
+        return ConstrainedMotion(
+            np.array([motion.acceleration for motion in found]).reshape(states.v.shape),
+            np.array([motion.multipliers for motion in found]).reshape(closed.gamma.shape),
+            np.array([motion.determined for motion in found]).reshape(closed.gamma.shape),
+        )
 
     def _massless(self, mode: np.ndarray) -> DerivationError:
         names = [

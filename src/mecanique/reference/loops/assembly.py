@@ -302,11 +302,12 @@ def project(
             hardly hold, next to a singular position, are then left alone until the motion has
             passed.
     """
+    metric = closed.measure(closed.closures.at(q, v, t).jacobian)
     least = partial(_least_step, most=closed.most, drifted=drifted)
-    landing = newton(closed, q, v, t, least, enough=EXACT, stagnant=0.5, sweeps=_SWEEPS)
-    columns = closed.closures.columns
-    speed = 1 + float(np.abs(v / columns).max(initial=0.0))
-    return landing.q, v - columns * speed * least(landing.jacobian, landing.rates / speed)
+    landing = newton(closed, q, v, t, metric, least, stagnant=0.5, sweeps=_SWEEPS)
+    speed = 1 + float(np.abs(v / metric.units.columns).max(initial=0.0))
+    turn = least(landing.jacobian, landing.rates / speed)
+    return landing.q, v - metric.columns @ (speed * turn)
 
 
 def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool = False) -> Array:

@@ -15,9 +15,11 @@ import numpy as np
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.root import MassRoot
 from mecanique.reference.engine.sites import Action
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.constraints import Closures
+from mecanique.reference.loops.metric import Metric, measure
 from mecanique.reference.loops.nullspace import ConstrainedMotion, solve, split
 from mecanique.reference.loops.tolerances import LEAST, LOOSE, OPEN, TINY
 
@@ -53,6 +55,7 @@ class Closed:
         self._pin = pin
         self._tree = tree
         self.mechanism: Mechanism = tree.mechanism
+        self._root = MassRoot(tree.engine)
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
         self.most: int | None = None
         """The rank of the constraints, if known; off the loops redundant rows seem to add."""
@@ -67,7 +70,6 @@ class Closed:
         values, u = self.closures.move(q, v, t)
         closure = self.closures.now(residual=False)
         loads.update(values, q, u, v, t)
-        mass = self._pin.crba(engine.model, engine.data, chart.p)
         # inverse dynamics with the external forces is bias less what they do
         h = (
             self._pin.rnea(
@@ -76,19 +78,29 @@ class Closed:
             - loads.in_joints
         )
         if not chart.identical:
-            mass, h = chart.G.T @ mass @ chart.G, chart.G.T @ h
+            h = chart.G.T @ h
         return solve(
-            mass,
+            self.measure(closure.jacobian),
             h,
             closure.jacobian,
             closure.gamma,
-            rows=self.closures.rows,
-            columns=self.closures.columns,
             names=self.mechanism.velocities,
-            least=LEAST,
             most=self.most,
             weak=weak,
         )
+
+    def measure(self, jacobian: Array) -> Metric:
+        """Return the metric of the state that the closures were last evaluated in.
+
+        Args:
+            jacobian: of the closures, shape (m, nv).
+        """
+        engine, chart = self._tree.engine, self._tree.chart
+        upper = np.triu(self._pin.crba(engine.model, engine.data, chart.p))
+        mass = upper + np.triu(upper, 1).T
+        if not chart.identical:
+            mass = chart.G.T @ mass @ chart.G
+        return measure(mass, jacobian, self.closures.units, self._mass_root)
 
     def acceleration(self, q: Array, v: Array, t: float) -> Array:
         """Return a, shape (nv,).
@@ -164,6 +176,10 @@ class Closed:
     def poses(self, q: Array, t: float) -> Array:
         """Return the pose of every body, in their order, shape (nb, 4, 4)."""
         return self._tree.poses(q, np.zeros(self.mechanism.nv), t)
+
+    def _mass_root(self) -> Array:
+        chart, root = self._tree.chart, self._root.now()
+        return root if chart.identical else root @ chart.G
 
     def _checked(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
         self._tree.move(q, v, t)

@@ -22,6 +22,8 @@ from mecanique.model.units import characteristic_length, velocity_scales
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
+from mecanique.reference.loops.metric import Units
+from mecanique.reference.loops.tolerances import ROUNDING
 
 __all__ = ["Closure", "Closures", "ScaledClosure"]
 
@@ -142,6 +144,17 @@ class Closures:
         """
         self.move(q, v, t)
         return self.now()
+
+    @property
+    def units(self) -> Units:
+        """Plain units of rows and velocities; a loop's lengths are one block, its angles another."""
+        return Units(self.rows, self.columns, 2 * self.owner + (self._component >= 3))
+
+    def rounding(self) -> float:
+        """Return the gap that rounding makes of closed loops in the last state, in plain units."""
+        data = self._engine.data
+        extent = max(float(np.abs(pose.translation).max()) for pose in data.oMi)
+        return ROUNDING * (1 + extent / self.length)
 
     def scaled(self, q: Array, v: Array, t: float) -> ScaledClosure:
         """Return the constraints in a state, scaled by `rows` and `columns`.

@@ -13,7 +13,8 @@ import numpy as np
 
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.tolerances import CLOSED
+from mecanique.reference.loops.metric import Metric
+from mecanique.reference.loops.tolerances import EXACT
 
 __all__ = ["Landing", "Tangent", "displace", "newton"]
 
@@ -22,7 +23,9 @@ Least: TypeAlias = Callable[[Array, Array], Array]
 
 
 class Tangent(NamedTuple):
-    """Where to look for a point on the loops: displaced by along + directions @ bend, scaled.
+    """Where to look for a point on the loops: displaced by along + directions @ bend.
+
+    All are in directions of the metric.
 
     Args:
         along: shape (nv,).
@@ -43,7 +46,7 @@ class Landing(NamedTuple):
         bend: shape (k,), within the tangent space; empty without one.
         jacobian: scaled, by the directions of the tangent space if there is one.
         rates: shape (m,), scaled rates of the gaps.
-        gap: the largest one.
+        gap: the largest one, in plain units.
     """
 
     q: Array
@@ -58,11 +61,12 @@ def newton(
     q: Array,
     v: Array,
     t: float,
+    metric: Metric,
     least: Least,
     *,
     tangent: Tangent | None = None,
-    enough: float = CLOSED,
-    stagnant: float = np.inf,
+    near: float = np.inf,
+    stagnant: float,
     sweeps: int,
 ) -> Landing:
     """Return a position next to q at which the loops are closed, as far as some sweeps get there.
@@ -72,30 +76,32 @@ def newton(
         q: shape (nq,).
         v: shape (nv,), for the rates of the gaps.
         t: time [s].
+        metric: the scale of the state.
         least: solves for a step.
         tangent: the part of the tangent space at q to stay in; without it every step is taken from
             the last position, in any direction.
-        enough: gap at which the loops are closed.
-        stagnant: stop once a sweep leaves more than this part of the gap.
+        near: gap below which a sweep may be the last.
+        stagnant: it is, if it leaves more than this part of the gap.
         sweeps: the most steps.
     """
-    columns = closed.closures.columns
     bend = np.zeros(0) if tangent is None else tangent.bend
-    there = q if tangent is None else _within(closed, q, tangent, bend)
+    there = q if tangent is None else _within(closed, q, metric, tangent, bend)
     gap = np.inf
     for _ in range(sweeps):
-        gaps, J, rates = closed.closures.scaled(there, v, t)
+        closure = closed.closures.at(there, v, t)
+        J = metric.scale(closure.jacobian)
         if tangent is not None:
             J = J @ tangent.directions
-        last, gap = gap, float(np.abs(gaps).max(initial=0.0))
-        if gap < enough or gap > stagnant * last:
+        last, gap = gap, float(np.abs(metric.units.rows * closure.residual).max(initial=0.0))
+        if gap < EXACT or (gap < near and gap > stagnant * last):
             break
-        step = -least(J, gaps)
+        step = -least(J, metric.rows * closure.residual)
         if tangent is None:
-            there = displace(closed, there, columns * step)
+            there = displace(closed, there, metric.columns @ step)
         else:
             bend = bend + step
-            there = _within(closed, q, tangent, bend)
+            there = _within(closed, q, metric, tangent, bend)
+    rates = metric.rows * (closure.jacobian @ v + closure.drift)
     return Landing(there, bend, J, rates, gap)
 
 
@@ -113,6 +119,5 @@ def displace(closed: Closed, q: Array, step: Array) -> Array:
     return result
 
 
-def _within(closed: Closed, q: Array, tangent: Tangent, bend: Array) -> Array:
-    displacement = tangent.along + tangent.directions @ bend
-    return displace(closed, q, closed.closures.columns * displacement)
+def _within(closed: Closed, q: Array, metric: Metric, tangent: Tangent, bend: Array) -> Array:
+    return displace(closed, q, metric.columns @ (tangent.along + tangent.directions @ bend))

@@ -15,6 +15,7 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import ClosureError
+from mecanique.reference.loops.metric import Metric
 from mecanique.reference.loops.tolerances import DETERMINED, MASSLESS, RANK, TINY
 
 __all__ = ["ConstrainedMotion", "Split", "solve", "split"]
@@ -96,63 +97,67 @@ def split(
 
 
 def solve(
-    mass: np.ndarray,
+    metric: Metric,
     h: np.ndarray,
     jacobian: np.ndarray,
     gamma: np.ndarray,
     *,
-    rows: np.ndarray | None = None,
-    columns: np.ndarray | None = None,
     names: Sequence[str] | None = None,
-    least: float = 0.0,
     most: int | None = None,
     weak: float = 0.0,
 ) -> ConstrainedMotion:
     """Return the acceleration that satisfies M a + h = Jᵀ λ and J a + γ = 0.
 
     Args:
-        mass: shape (n, n).
+        metric: the scale of the state, which holds M.
         h: shape (n,), bias minus applied generalized forces.
         jacobian: shape (m, n).
         gamma: shape (m,), the part of the constraints' second derivative without a.
-        rows: shape (m,), factors that bring the rows to one unit; ones by default.
-        columns: shape (n,), factors that bring the coordinates to one unit; ones by default.
         names: of the velocities, for the message; their indices by default.
-        least: scaled singular values of the Jacobian below this count as zero.
         most: the rank that is not exceeded.
-        weak: directions with singular values below this fraction of the largest are taken for
-            closed, as the rank `most` has it, but keep their velocities: next to a singular
-            position rounding would bend the path.
+        weak: directions with scaled singular values below this are taken for closed, as the rank
+            `most` has it, but keep their velocities: next to a singular position rounding would
+            bend the path.
 
     Raises:
         ClosureError: if a free direction carries no mass; its message names the largest components.
     """
-    rows = np.ones(len(gamma)) if rows is None else rows
-    columns = np.ones(len(h)) if columns is None else columns
     fixed = most if weak else None
-    parts = split(rows[:, None] * jacobian * columns, least=least, most=most, fixed=fixed)
-    gain = np.ones(parts.rank)
-    if fixed is not None:
-        gain = (parts.singular > weak * parts.singular.max(initial=0.0)).astype(float)
-    gain = np.divide(gain, parts.singular, out=np.zeros_like(gain), where=gain > 0)
-    scaled_mass = columns[:, None] * mass * columns
-    scaled_h = columns * h
-    particular = -parts.range_right @ ((parts.range_left.T @ (rows * gamma)) * gain)
-    reduced = parts.null.T @ scaled_mass @ parts.null
-    if reduced.size:
-        free, directions = np.linalg.eigh(reduced)
-        if free[0] <= MASSLESS * max(free[-1], np.abs(scaled_mass).max(), TINY):
-            mode = parts.null @ directions[:, 0]
-            leading = np.argsort(-np.abs(mode))[:3]
-            called = [f"coordinate {k}" for k in range(len(mode))] if names is None else names
-            moved = ", ".join(
-                f"{mode[k]:+.2f} at {called[k]}" for k in leading if abs(mode[k]) > 0.1
-            )
-            raise ClosureError(
-                f"a free direction carries no mass ({moved}); give a body in it mass or inertia"
-            )
-        push = parts.null.T @ (scaled_h + scaled_mass @ particular)
-        particular = particular - parts.null @ (directions @ ((directions.T @ push) / free))
-    force = scaled_mass @ particular + scaled_h
-    multipliers = rows * (parts.range_left @ ((parts.range_right.T @ force) * gain))
-    return ConstrainedMotion(columns * particular, multipliers, parts.determined, parts.rank)
+    J = metric.scale(jacobian)
+    parts = split(J, most=most, fixed=fixed)
+    held = parts.singular > weak if fixed is not None else np.ones(parts.rank, dtype=bool)
+    gain = np.divide(1.0, parts.singular, out=np.zeros(parts.rank), where=held)
+    masses, directions = np.linalg.eigh((parts.null.T * metric.mass) @ parts.null)
+    if masses.min(initial=1.0) <= MASSLESS:
+        raise ClosureError(
+            f"a free direction carries no mass "
+            f"({_leading(metric, parts.null @ directions[:, 0], names)}); "
+            "give a body in it mass or inertia"
+        )
+    free = parts.null @ directions
+    h, gamma = metric.columns.T @ h, metric.rows * gamma
+    a, multipliers = np.zeros(len(h)), np.zeros(len(gamma))
+    for _ in range(2):  # again for what the rounding of a large part leaves in a small one
+        push = metric.mass * a + h - J.T @ multipliers
+        step = -parts.range_right @ ((parts.range_left.T @ (J @ a + gamma)) * gain)
+        step = step - free @ ((free.T @ (push + metric.mass * step)) / masses)
+        force = push + metric.mass * step
+        a = a + step
+        multipliers = multipliers + parts.range_left @ ((parts.range_right.T @ force) * gain)
+    if parts.loose.size:
+        # among the multipliers that do the same, the least in plain units
+        units = (metric.rows / metric.units.rows)[:, None]
+        idle = np.linalg.lstsq(units * parts.loose, units[:, 0] * multipliers, rcond=None)[0]
+        multipliers = multipliers - parts.loose @ idle
+    return ConstrainedMotion(
+        metric.columns @ a, metric.rows * multipliers, parts.determined, parts.rank
+    )
+
+
+def _leading(metric: Metric, direction: np.ndarray, names: Sequence[str] | None) -> str:
+    """Name the largest components of a direction."""
+    mode = metric.columns @ direction / metric.units.columns
+    mode /= np.linalg.norm(mode)
+    called = [f"coordinate {k}" for k in range(len(mode))] if names is None else names
+    leading = [k for k in np.argsort(-np.abs(mode))[:3] if abs(mode[k]) > 0.1]
+    return ", ".join(f"{mode[k]:+.2f} at {called[k]}" for k in leading)

@@ -19,9 +19,10 @@ import numpy as np
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.metric import Metric
 from mecanique.reference.loops.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.nullspace import split
-from mecanique.reference.loops.tolerances import CLOSED, WEAK
+from mecanique.reference.loops.tolerances import WEAK
 
 __all__ = ["closed_rhs"]
 
@@ -47,6 +48,9 @@ _PROBE = 1e-4
 """How far ahead the Jacobian is evaluated again, to see how its least singular value changes."""
 
 _SWEEPS = 12
+
+_LANDING = 1e-11
+"""Gap below which the last sweeps of Newton's method only stir the rounding."""
 
 
 def closed_rhs(closed: Closed) -> Rhs:
@@ -75,17 +79,19 @@ class _Way(NamedTuple):
     """How a mechanism moves on within its loops, and the directions that the loops close.
 
     Args:
-        along: shape (nv,), scaled, its largest component one; zero at rest.
+        along: shape (nv,), its largest component one in plain units; zero at rest.
         left: shape (m, rank), singular vectors of J.
         right: shape (nv, rank), the directions that are closed; among the hardly closed ones, those
             that the motion does not take.
         singular: shape (rank,), singular values of J.
+        metric: the scale of all of these.
     """
 
     along: Array
     left: Array
     right: Array
     singular: Array
+    metric: Metric
 
 
 class _Regular(NamedTuple):
@@ -129,10 +135,10 @@ def _pass(closed: Closed, state: _State, slope: _Slope, way: _Way, distance: flo
     if distance >= _FAR:
         return slope
     here, straight = np.zeros_like(state.v), np.zeros(way.right.shape[1])
-    landing = _land(closed, state, Tangent(here, way.right, straight))
+    landing = _land(closed, state, way, Tangent(here, way.right, straight))
     if landing is None:
         return slope
-    closest = _slope(closed, _State(landing.q, _velocity_on(closed, state, way, landing), state.t))
+    closest = _slope(closed, _State(landing.q, _velocity_on(state, way, landing), state.t))
     far = _smooth_step((distance - _NEAR) / (_FAR - _NEAR))
     return _Slope(
         far * slope.rates + (1 - far) * closest.rates,
@@ -160,30 +166,34 @@ def _find_way(closed: Closed, state: _State) -> _Way:
     Directions that are hardly closed count as free, except those that the motion does not take.
     """
     q, v, t = state
-    J = closed.closures.scaled(q, v, t).jacobian
+    jacobian = closed.closures.at(q, v, t).jacobian
+    metric = closed.measure(jacobian)
+    J = metric.scale(jacobian)
     parts = split(J, fixed=closed.most)
-    weak = parts.singular < WEAK * parts.singular.max(initial=0.0)
+    weak = parts.singular < WEAK
     free = np.hstack([parts.range_right[:, weak], parts.null])
-    along = free @ (free.T @ (v / closed.closures.columns))
-    fastest = float(np.abs(along).max(initial=0.0))
+    along = free @ (free.T @ (metric.inverse @ v))
     right = parts.range_right
-    if weak.any() and fastest:
+    if weak.any() and along.any():
         across = free - np.outer(along, along @ free) / (along @ along)
         basis = np.linalg.svd(across)[0][:, : free.shape[1] - 1]
         most_closed = basis @ np.linalg.svd(J @ basis)[2].T
         right = np.hstack([right[:, ~weak], most_closed[:, : int(weak.sum())]])
-    return _Way(along / fastest if fastest else along, parts.range_left, right, parts.singular)
+    fastest = float(np.abs(metric.columns @ along / metric.units.columns).max(initial=0.0))
+    if fastest:
+        along = along / fastest
+    return _Way(along, parts.range_left, right, parts.singular, metric)
 
 
 def _distance(closed: Closed, way: _Way, state: _State) -> float:
     """Return how far along the way the least singular value vanishes, to first order."""
     if not way.along.any() or not way.singular.size:
         return np.inf
-    if way.singular[-1] <= WEAK * way.singular[0]:
+    if way.singular[-1] <= WEAK:
         return 0.0
     q, v, t = state
-    ahead = displace(closed, q, closed.closures.columns * way.along * _PROBE)
-    J = closed.closures.scaled(ahead, v, t).jacobian
+    ahead = displace(closed, q, way.metric.columns @ way.along * _PROBE)
+    J = way.metric.scale(closed.closures.at(ahead, v, t).jacobian)
     least = float(way.singular[-1])
     change = float(way.left[:, -1] @ J @ way.right[:, -1]) - least
     return abs(least * _PROBE / change) if change else np.inf
@@ -200,26 +210,37 @@ def _interpolate(closed: Closed, way: _Way, state: _State) -> Array | None:
         last = bend
         for k, weight in enumerate(_WEIGHTS, 1):
             guess = Tangent(side * k * _APART * way.along, way.right, 2 * bend - last)
-            landing = _land(closed, state, guess)
+            landing = _land(closed, state, way, guess)
             if landing is None:
                 return None
             last, bend = bend, landing.bend
-            v = _velocity_on(closed, state, way, landing)
+            v = _velocity_on(state, way, landing)
             acceleration += weight * closed.solve(landing.q, v, state.t).acceleration
     return acceleration
 
 
-def _land(closed: Closed, state: _State, tangent: Tangent) -> Landing | None:
+def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing | None:
     """Return the position on the loops within the tangent space; None if there is none."""
     q, v, t = state
-    landing = newton(closed, q, v, t, _least_squares, tangent=tangent, sweeps=_SWEEPS)
-    return landing if landing.gap < CLOSED else None
+    landing = newton(
+        closed,
+        q,
+        v,
+        t,
+        way.metric,
+        _least_squares,
+        tangent=tangent,
+        near=_LANDING,
+        stagnant=0.3,
+        sweeps=_SWEEPS,
+    )
+    return landing if landing.gap < closed.closures.rounding() else None
 
 
-def _velocity_on(closed: Closed, state: _State, way: _Way, landing: Landing) -> Array:
+def _velocity_on(state: _State, way: _Way, landing: Landing) -> Array:
     """Return the velocity on the loops that is the same along the way."""
     turn = _least_squares(landing.jacobian, landing.rates)
-    velocity: Array = state.v - closed.closures.columns * (way.right @ turn)
+    velocity: Array = state.v - way.metric.columns @ (way.right @ turn)
     return velocity
 
 

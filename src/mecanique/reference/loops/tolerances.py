@@ -2,7 +2,6 @@
 
 __all__ = [
     "ASSEMBLED",
-    "CLOSED",
     "DEPENDENT",
     "DETERMINED",
     "EXACT",
@@ -14,6 +13,7 @@ __all__ = [
     "PIVOT",
     "RANK",
     "RANK_ASSEMBLED",
+    "ROUNDING",
     "TINY",
     "WEAK",
 ]
@@ -24,11 +24,11 @@ OPEN = 1e-6
 ASSEMBLED = 1e-9
 """Gap that an assembly may leave."""
 
-CLOSED = 1e-14
-"""Gap at which Newton's method has closed the loops."""
-
 EXACT = 1e-15
 """Gap that no step would reduce: rounding alone."""
+
+ROUNDING = 1e-14
+"""Gap that rounding leaves of closed loops, one characteristic length from the origin."""
 
 LEAST = 1e-12
 """Singular values of the constraints below this are rounding."""
@@ -43,7 +43,7 @@ DEPENDENT = 1e-9
 """The same where dependent velocities, or a position next to the loops, follow by least squares."""
 
 WEAK = 1e-4
-"""Part of the largest singular value below which a motion passes a singular position."""
+"""Singular value, in the metric of kinetic energy, below which a position counts as singular."""
 
 PIVOT = 1e-8
 """Pivots below this part of the largest count as zero where free coordinates are chosen."""
