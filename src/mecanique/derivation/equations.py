@@ -251,19 +251,25 @@ class Equations:
         states = States.of(self.mechanism, q, v, t)
         return states.shaped(self.numeric.forces(states))
 
-    def acceleration(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
+    def acceleration(
+        self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
+    ) -> np.ndarray:
         """Return the accelerations a, shape (nv,) or (n, nv).
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.
             v: shape (nv,) or (n, nv), or values by velocity name.
             t: shape () or (n,) [s].
+            tau: what drives besides the mechanism's own forces [N·m or N]: generalized forces,
+                shape (nv,) or (n, nv), or values by name of a joint with one coordinate (on the
+                child, and the opposite on the parent), of a coordinate or of a velocity.
 
         Raises:
             InputError: if a shape is wrong or a number is not finite.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
             DerivationError: if a motion meets no inertia.
         """
-        states = States.of(self.mechanism, q, v, t)
+        states = States.of(self.mechanism, q, v, t, tau=tau)
         if self.mechanism.loops:
             return states.shaped(self._constrained.motion(states).acceleration)
         return states.shaped(self.numeric.acceleration(states))
@@ -298,7 +304,9 @@ class Equations:
     def _constrained(self) -> Constrained:
         return Constrained(self.mechanism, self.numeric)
 
-    def reactions(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, Reaction]:
+    def reactions(
+        self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
+    ) -> dict[str, Reaction]:
         """Return force and moment of each joint's parent on its child, by joint, world axes.
 
         The moment is about the origin of the child's frame. Springs, dampers, drives and loads are
@@ -308,9 +316,13 @@ class Equations:
             q: shape (nq,) or (n, nq), or values by coordinate name.
             v: shape (nv,) or (n, nv), or values by velocity name.
             t: shape () or (n,) [s].
+            tau: what drives besides the mechanism's own forces, as in `acceleration`, in joints
+                with one coordinate [N·m or N]; like them no part of a reaction.
 
         Raises:
-            InputError: if a shape is wrong or a number is not finite.
+            InputError: if a shape is wrong or a number is not finite, or tau acts elsewhere than in a
+                joint with one coordinate.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
             DerivationError: if the method shows no reactions, if a motion meets no inertia, or if
                 there are loops.
         """
@@ -324,7 +336,9 @@ class Equations:
                 f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its "
                 "tree leave out; use Reference"
             )
-        states = States.of(self.mechanism, q, v, t)
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        if states.efforts is not None:
+            states.efforts.refuse_without_seat()
         found = self.numeric.reactions(states)
         return {
             name: Reaction(*(states.shaped(part) for part in both)) for name, both in found.items()

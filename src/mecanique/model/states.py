@@ -2,18 +2,71 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
 
 import numpy as np
 
-from mecanique.errors import InputError
+from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import evaluate, finite
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.values import Given
+from mecanique.model.values import Given, numbers_of
 
-__all__ = ["Given", "States"]
+__all__ = ["Efforts", "Given", "States"]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Efforts:
+    """Torques and forces that drive a mechanism besides its own forces, at n states.
+
+    Args:
+        mechanism: what they drive.
+        names: the velocities they work on: generalized ones, and those of joints that follow the
+            coordinate map.
+        values: shape (n, names) [N·m or N].
+    """
+
+    mechanism: Mechanism
+    names: tuple[str, ...]
+    values: np.ndarray
+
+    @cached_property
+    def in_joints(self) -> dict[str, np.ndarray]:
+        """Those that act in a joint, shape (n,), by the joint's velocity."""
+        moved = {name for joint in self.mechanism.joints for name in joint.velocities}
+        columns = zip(self.names, self.values.T, strict=True)
+        return {name: column for name, column in columns if name in moved and column.any()}
+
+    @cached_property
+    def generalized(self) -> np.ndarray | None:
+        """Those on generalized coordinates that are no joint's, shape (n, nv); None if all zero."""
+        velocities = self.mechanism.velocities
+        out = np.zeros((len(self.values), len(velocities)))
+        for name, column in zip(self.names, self.values.T, strict=True):
+            if name in velocities and name not in self.in_joints:
+                out[:, velocities.index(name)] = column
+        return out if out.any() else None
+
+    def refuse_without_seat(self) -> None:
+        """Raise unless each acts in a joint with one coordinate, as reactions need to know.
+
+        Raises:
+            InputError: naming those that do not.
+        """
+        seated = {
+            joint.velocities[-1] for joint in self.mechanism.joints if isinstance(joint, Single)
+        }
+        given = zip(self.names, self.values.T, strict=True)
+        loose = [name for name, column in given if name not in seated and column.any()]
+        if loose:
+            raise InputError(
+                f"reactions depend on what makes the forces on {', '.join(loose)}; expected tau in "
+                "joints with one coordinate, or describe the rest as forces of the mechanism"
+            )
 
 
 @final
@@ -28,6 +81,7 @@ class States:
         t: shape (n,), times [s].
         a: shape (n, nv), accelerations.
         single: whether one state was given without a batch axis.
+        efforts: torques and forces that drive besides the mechanism's own; None if there are none.
     """
 
     mechanism: Mechanism
@@ -36,6 +90,7 @@ class States:
     t: np.ndarray
     a: np.ndarray
     single: bool = False
+    efforts: Efforts | None = None
 
     @classmethod
     def of(
@@ -45,6 +100,7 @@ class States:
         v: Given = None,
         t: float | np.ndarray = 0.0,
         a: Given = None,
+        tau: Given = None,
     ) -> States:
         """Check and align what was given.
 
@@ -55,37 +111,54 @@ class States:
             t: shape () or (n,) [s].
             a: shape (nv,) or (n, nv), or values by name of the coordinate, the velocity or its
                 rate; zero when left out.
+            tau: torques and forces that drive: shape (nv,) or (n, nv), or values by name of a joint
+                with one coordinate, of a coordinate or of a velocity; zero when left out.
 
         Raises:
             InputError: if a shape is wrong, a number is not finite or the numbers of states differ.
-            UnknownNameError: if a name is no coordinate or velocity.
+            UnknownNameError: if a name is no coordinate, velocity or joint.
         """
         parts = {
             "q": mechanism.position(q, many=True),
             "v": mechanism.velocity(v, many=True),
             "a": mechanism.acceleration(a, many=True),
         }
+        names: tuple[str, ...] = ()
+        if tau is not None:
+            names, parts["tau"] = _efforts(mechanism, tau)
         times = _times(t)
         if not times.ndim and all(rows.ndim == 1 for rows in parts.values()):
-            q, v, a = (rows[None] for rows in parts.values())
-            return cls(mechanism, q, v, times[None], a, single=True)
+            rows = {name: part[None] for name, part in parts.items()}
+            efforts = Efforts(mechanism, names, rows["tau"]) if names else None
+            return cls(mechanism, rows["q"], rows["v"], times[None], rows["a"], True, efforts)
         lengths = {name: len(rows) for name, rows in parts.items() if rows.ndim == 2}
         lengths |= {"t": len(times)} if times.ndim else {}
         if len(set(lengths.values())) > 1:
             counts = ", ".join(f"{name}: {count}" for name, count in lengths.items())
-            raise InputError(f"expected one number of states in q, v, a and t, got {counts}")
+            raise InputError(
+                f"expected one number of states in {', '.join(parts)} and t, got {counts}"
+            )
         n = next(iter(lengths.values()))
         rows = {name: np.broadcast_to(part, (n, part.shape[-1])) for name, part in parts.items()}
         times = np.broadcast_to(times, (n,))
-        return cls(mechanism, rows["q"], rows["v"], times, rows["a"])
+        efforts = Efforts(mechanism, names, rows["tau"]) if names else None
+        return cls(mechanism, rows["q"], rows["v"], times, rows["a"], efforts=efforts)
 
     def __len__(self) -> int:
         return len(self.t)
 
     def at(self, indices: np.ndarray) -> States:
         """Return some of the states, as many."""
+        efforts = self.efforts
+        if efforts is not None:
+            efforts = Efforts(self.mechanism, efforts.names, efforts.values[indices])
         return States(
-            self.mechanism, self.q[indices], self.v[indices], self.t[indices], self.a[indices]
+            self.mechanism,
+            self.q[indices],
+            self.v[indices],
+            self.t[indices],
+            self.a[indices],
+            efforts=efforts,
         )
 
     @cached_property
@@ -117,6 +190,43 @@ class States:
             result: shape (n, …).
         """
         return result[0] if self.single else result
+
+
+def _efforts(mechanism: Mechanism, tau: Given) -> tuple[tuple[str, ...], np.ndarray]:
+    """Return the velocities that torques work on, and the torques, shape (names,) or (n, names)."""
+    velocities = mechanism.velocities
+    if not isinstance(tau, Mapping):
+        zero = np.zeros(len(velocities))
+        return velocities, numbers_of(tau, velocities, "torque", zero, many=True)
+    moved = [name for joint in mechanism.joints for name in joint.velocities]
+    names = (*velocities, *(name for name in moved if name not in velocities))
+    meant: dict[str, set[str]] = {name: {name} for name in names}
+    for name in names:
+        meant.setdefault(name.removesuffix("'"), set()).add(name)
+    for joint in mechanism.joints:
+        if isinstance(joint, Single):
+            meant.setdefault(joint.name, set()).add(joint.velocities[-1])
+    taken: dict[str, str] = {}
+    for name in tau:
+        several = [joint for joint in mechanism.joints if joint.name == name and joint.nv != 1]
+        if name not in meant and several:
+            raise InputError(
+                f"joint {name!r} has {several[0].nv} velocities; name what tau works on"
+                + (f": {', '.join(several[0].velocities)}" if several[0].nv else "")
+            )
+        if name not in meant:
+            raise UnknownNameError("joint or velocity for tau", name, meant)
+        if len(meant[name]) > 1:
+            listed = " or ".join(sorted(meant[name]))
+            raise InputError(f"{name!r} may mean a joint or another's coordinate: name {listed}")
+        (velocity,) = meant[name]
+        if velocity in taken:
+            raise InputError(
+                f"tau on {velocity} is given twice, as {taken[velocity]!r} and {name!r}"
+            )
+        taken[velocity] = name
+    known = {velocity: tau[name] for velocity, name in taken.items()}
+    return names, numbers_of(known, names, "torque", np.zeros(len(names)), many=True)
 
 
 def _times(t: float | np.ndarray) -> np.ndarray:

@@ -121,20 +121,26 @@ class Reference:
         """
         return self._answer(States.of(self.mechanism, q, v, t=t), self._tree.forces)
 
-    def acceleration(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+    def acceleration(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> Array:
         """Return the accelerations a, shape (nv,).
 
         Args:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
+            tau: what drives besides the mechanism's own forces [N·m or N]: generalized forces,
+                shape (nv,), or values by name of a joint with one coordinate (on the child, and
+                the opposite on the parent), of a coordinate or of a velocity.
 
         Raises:
             EngineError: if a motion moves no mass in this state, or a loop is open.
             ClosureError: if a motion that the loops leave free moves no mass.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
         """
         moving: Tree | Closed = self._tree if self._closed is None else self._closed
-        return self._answer(States.of(self.mechanism, q, v, t=t), moving.acceleration)
+        return self._answer(States.of(self.mechanism, q, v, t, tau=tau), moving.acceleration)
 
     def inverse_dynamics(self, q: Given, v: Given, a: Given, t: float | Array = 0.0) -> Array:
         """Return the forces that accelerations a need besides: M a + bias − forces, shape (nv,).
@@ -202,7 +208,9 @@ class Reference:
         ]
         return center
 
-    def reactions(self, q: Given, v: Given = None, t: float | Array = 0.0) -> dict[str, Wrench]:
+    def reactions(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Wrench]:
         """Return what each parent does to its child, by joint: at the child's origin, world axes.
 
         Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is
@@ -219,17 +227,24 @@ class Reference:
             q: shape (nq,).
             v: shape (nv,).
             t: time [s].
+            tau: what drives besides the mechanism's own forces, as in `acceleration`, in joints
+                with one coordinate [N·m or N]; like them no part of a reaction.
 
         Raises:
             EngineError: if a motion moves no mass in this state, or a loop is open.
             ClosureError: if a motion that the loops leave free moves no mass.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
+            InputError: if tau acts elsewhere than in a joint with one coordinate.
         """
         names = self._carriers
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        if states.efforts is not None:
+            states.efforts.refuse_without_seat()
         if not names:
             return {}
         if self._closed is not None:
-            return self._transmitted(States.of(self.mechanism, q, v, t=t), self._closed)
-        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.reactions)
+            return self._transmitted(states, self._closed)
+        parts = self._answer(states, self._tree.reactions)
         return {
             name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)
         }
@@ -425,21 +440,28 @@ class Reference:
     ) -> Array:
         """Return what one(q, v, t), or one(q, v, t, a), answers in each state; all of it finite."""
         rows = []
-        for q, v, a, t in zip(states.q, states.v, states.a, states.t.tolist(), strict=True):
-            reason = ""
-            try:
-                row = np.asarray(one(q, v, t, a) if accelerations else one(q, v, t))
-            except MecaniqueError:
-                raise
-            except (ArithmeticError, ValueError) as error:
-                # a map or a force that is not defined here, e.g. the root of a negative number
-                row, reason = np.array(np.nan), f" ({error})"
-            if not np.isfinite(row).all():
-                raise EngineError(
-                    f"mechanism {self.mechanism.name!r} has no finite answer at q = {q.tolist()}, "
-                    f"v = {v.tolist()}, t = {t:g}{reason}"
-                )
-            rows.append(row)
+        each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
+        try:
+            for k, (q, v, a, t) in enumerate(each):
+                reason = ""
+                try:
+                    if states.efforts is not None:
+                        self._tree.drive(states.efforts, k, q, v, t)
+                    row = np.asarray(one(q, v, t, a) if accelerations else one(q, v, t))
+                except MecaniqueError:
+                    raise
+                except (ArithmeticError, ValueError) as error:
+                    # a map or a force that is not defined here, e.g. the root of a negative number
+                    row, reason = np.array(np.nan), f" ({error})"
+                if not np.isfinite(row).all():
+                    raise EngineError(
+                        f"mechanism {self.mechanism.name!r} has no finite answer at "
+                        f"q = {q.tolist()}, v = {v.tolist()}, t = {t:g}{reason}"
+                    )
+                rows.append(row)
+        finally:
+            if states.efforts is not None:
+                self._tree.loads.drive(0.0)
         return rows[0] if states.single else np.array(rows)
 
 

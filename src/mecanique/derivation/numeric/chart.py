@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -12,7 +13,7 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Chart", "Motions"]
+__all__ = ["Chart", "Motions", "efforts_in_joints"]
 
 
 @final
@@ -66,6 +67,31 @@ class Motions:
         out = np.empty_like(M)
         out[:, self.order[:, None], self.order[None, :]] = M
         return out
+
+
+def efforts_in_joints(
+    states: States, move: Motions, columns: Mapping[str, int]
+) -> np.ndarray | None:
+    """Return the torques that states are given with, as forces in the joints; None without any.
+
+    Args:
+        states: with or without torques.
+        move: joint velocities by generalized velocity, there.
+        columns: which joint velocity each name means.
+
+    Returns:
+        Shape (n, nu); of generalized forces the least torques that do the same virtual work.
+    """
+    efforts = states.efforts
+    if efforts is None:
+        return None
+    tau = np.zeros_like(move.u)
+    for name, column in efforts.in_joints.items():
+        tau[:, columns[name]] = column
+    if efforts.generalized is not None and move.G is not None:
+        inverse = np.linalg.pinv(np.swapaxes(move.G, 1, 2))
+        tau += (inverse @ efforts.generalized[..., None])[..., 0]
+    return tau
 
 
 @final

@@ -145,7 +145,7 @@ class FreeBodies:
         loaded = self._loads.on_bodies(
             poses, [frame.pose_rate for frame in found], states.values, len(states)
         )
-        drives = self._loads.on_joints(move.u, move.r, states.values)
+        drives = self._loads.on_joints(move, states)
         wrenches = self._wrenches(found, loaded, drives[:, None, :] * axes)
         bodies = []
         for k, joint in enumerate(self._joints):

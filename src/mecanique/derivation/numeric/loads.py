@@ -14,10 +14,12 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.laws import Law, laws_of
+from mecanique.derivation.numeric.chart import Motions, efforts_in_joints
 from mecanique.derivation.tree.links import Link, hat, place_of
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
 __all__ = ["Loads"]
 
@@ -131,21 +133,23 @@ class Loads:
                         add(wrench.body, 0.5 * np.swapaxes(couple @ turn, -1, -2))
         return D
 
-    def on_joints(self, u: np.ndarray, r: dict[str, Any], values: dict[str, Any]) -> np.ndarray:
-        """Return the forces of what acts in the joints, shape (n, nu).
+    def on_joints(self, move: Motions, states: States) -> np.ndarray:
+        """Return the forces of what acts in the joints, given torques included, shape (n, nu).
 
         Args:
-            u: shape (n, nu), joint velocities.
-            r: value of each joint coordinate.
-            values: value of every symbol.
+            move: joint coordinates and velocities of the states.
+            states: where, how fast and when.
         """
-        Q = np.zeros_like(u)
+        Q = np.zeros_like(move.u)
+        torques = efforts_in_joints(states, move, self._column)
+        if torques is not None:
+            Q += torques
         for force in self._mechanism.forces:
             if isinstance(force, JointLoad):
                 link = self._joint[force.joint]
                 k = self._column[link.velocities[0]]
-                travel = _Travel(r[link.coordinates[0]], u[:, k])
-                for law in self._laws(force, values):
+                travel = _Travel(move.r[link.coordinates[0]], move.u[:, k])
+                for law in self._laws(force, states.values):
                     Q[:, k] -= law.pull(travel)
         return Q
 

@@ -78,7 +78,7 @@ class Recursion(BatchDynamics):
         H, Hd = self._poses(A, move.u)
         D = self._loads.on_bodies(H, Hd, states.values, len(states))
         tau = self._collected(A, H, [D.get(place, 0.0) for place in range(len(H))], len(states))
-        return move.projected(tau + self._loads.on_joints(move.u, move.r, states.values))
+        return move.projected(tau + self._loads.on_joints(move, states))
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return M a + bias, shape (n, nv)."""

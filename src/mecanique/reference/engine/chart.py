@@ -52,6 +52,8 @@ class Chart:
         self._spins: list[tuple[tuple[int, ...], tuple[int, ...]]] = []
         self.index: dict[str, int] = {}
         """Where each joint coordinate stands in the list that `place` returns."""
+        self.rows: dict[str, int] = {}
+        """Which of the engine's velocities each joint velocity is."""
         self.p: Array = np.zeros(engine.model.nq)
         self._G: Array = np.zeros((engine.model.nv, mechanism.nv))
         self._c: Array = np.zeros(engine.model.nv)
@@ -102,6 +104,7 @@ class Chart:
         self.index.update(zip(joint.coordinates, at_q, strict=True))
         last = seat.at_v + 6
         self._G[range(last - len(at_v), last), at_v] = 1.0
+        self.rows.update(zip(joint.velocities, range(last - len(at_v), last), strict=True))
 
     def _seat_single(
         self, name: str, seat: Seat, names: _Places, followers: dict[str, int]
@@ -114,6 +117,7 @@ class Chart:
             at = len(names.q) + len(followers)
             followers[name] = seat.at_v
         self.index[name] = at
+        self.rows[f"{name}'"] = seat.at_v
         kind = self._circles if seat.kind == "continuous" else self._positions
         kind.append((seat.at_q, at))
 

@@ -217,6 +217,7 @@ class Loads:
         """What acts on the engine's bodies."""
         self.in_joints: Array = np.zeros(engine.model.nv)
         """Forces in the engine's joints."""
+        self._driving: Array = np.zeros(engine.model.nv)
         self.act_on_bodies = bool(self._lines or self._loads)
         """Whether a force acts on a body."""
         self.act_in_joints = bool(self._terms)
@@ -235,7 +236,7 @@ class Loads:
         numbers = self._stated(q, v, t)
         if self.act_in_joints:
             forces = self.in_joints
-            forces[:] = 0.0
+            forces[:] = self._driving
             for row, size in self._sizes(values, u, numbers):
                 forces[row] += size
         if not self.act_on_bodies:
@@ -244,6 +245,15 @@ class Loads:
         actions += [_push(load, numbers) for load in self._loads]
         self.external.set(actions)
         return actions
+
+    def drive(self, torques: Array | float) -> None:
+        """Let forces act in the engine's joints, besides the mechanism's own, until the next call.
+
+        Args:
+            torques: shape (engine's nv,), or 0 for none.
+        """
+        self._driving[:] = torques
+        self.in_joints[:] = torques
 
     def by_force(
         self, values: list[float], q: Array, u: Array, v: Array, t: float

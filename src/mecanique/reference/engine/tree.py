@@ -12,6 +12,7 @@ import numpy as np
 
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import Efforts
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import load
@@ -88,6 +89,26 @@ class Tree:
         rate = a if chart.identical else chart.G @ a + chart.gamma
         self._pin.forwardKinematics(engine.model, engine.data, chart.p, u, rate)
         return values, u, rate
+
+    def drive(self, efforts: Efforts, k: int, q: Array, v: Array, t: float) -> None:
+        """Let torques act besides the mechanism's own forces, until `loads.drive(0)`.
+
+        Args:
+            efforts: of n states.
+            k: which of these states.
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        chart = self.chart
+        torques = np.zeros(self.engine.model.nv)
+        for name, column in efforts.in_joints.items():
+            torques[chart.rows[name]] = column[k]
+        if efforts.generalized is not None:
+            chart.at(q, v, t)
+            # of all torques in joints that do the same virtual work, the least
+            torques += np.linalg.lstsq(chart.G.T, efforts.generalized[k], rcond=None)[0]
+        self.loads.drive(torques)
 
     def mass(self, q: Array, v: Array, t: float) -> Array:
         """Return M, shape (nv, nv); v does not matter."""
