@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cached_property
 from typing import final
 
+import numpy as np
+
 from mecanique.errors import InputError
-from mecanique.model.expression import Scalar
+from mecanique.model.expression import Scalar, Vector
+from mecanique.model.placement import vector
 from mecanique.model.shapes import Inertia, Shape, combine
 from mecanique.model.visuals import Visual
 
@@ -55,6 +59,36 @@ class Body:
     def visuals(self) -> tuple[Visual, ...]:
         """What is drawn of it."""
         return self._whole.visuals
+
+    def replace(
+        self,
+        *,
+        mass: Scalar | None = None,
+        center: Vector | np.ndarray | None = None,
+        inertia: Sequence[Scalar] | np.ndarray | None = None,
+    ) -> Body:
+        """Return the body in one piece with another mass, center or inertia, drawn as before.
+
+        What is not given stays as it is: a new mass does not change the inertia.
+
+        Args:
+            mass: [kg].
+            center: shape (3,), center of mass in the body's frame [m].
+            inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, body axes [kg·m²].
+
+        Raises:
+            InputError: if there are not three components of the center or six of the inertia.
+        """
+        whole = self._whole
+        return Body(
+            self.name,
+            Shape(
+                whole.mass if mass is None else mass,
+                whole.center if center is None else vector(tuple(center), "center of mass"),
+                whole.inertia if inertia is None else tuple(inertia),
+                whole.visuals,
+            ),
+        )
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Body) and (self.name, self.shapes) == (other.name, other.shapes)

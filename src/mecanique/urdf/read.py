@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 from collections import Counter
+from collections.abc import Collection, Mapping
 from typing import Literal
 
 from mecanique.errors import InputError, MechanismError
@@ -23,6 +24,7 @@ from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.document import Document, Source, read_document
+from mecanique.urdf.reading.letters import with_armature, with_letters
 from mecanique.urdf.reading.meshes import PackagePath
 
 __all__ = ["GRAVITY", "mechanism_of", "read_urdf"]
@@ -37,8 +39,25 @@ def read_urdf(
     gravity: Vector = GRAVITY,
     root: Literal["fixed", "floating"] = "fixed",
     package_path: PackagePath | None = None,
+    damping: bool = True,
+    armature: float | Mapping[str, float] | None = None,
+    parameters: str | Collection[str] = (),
 ) -> Mechanism:
     """Return the mechanism that a URDF describes.
+
+    Masses, lengths and inertias are numbers, unless letters are asked for; the letters of a link
+    `arm` and a joint `elbow`, of which `mecanique.simulate_many` and the methods of `Mechanism` can
+    change the values, are
+
+    - "masses": `m_arm` [kg];
+    - "lengths": `x_elbow`, `y_elbow`, `z_elbow`, where the joint stands in its parent, and
+      `cx_arm`, `cy_arm`, `cz_arm`, the center of mass in the link's frame [m];
+    - "inertias": `Ixx_arm`, `Iyy_arm`, `Izz_arm`, `Ixy_arm`, `Ixz_arm`, `Iyz_arm` about the center
+      of mass, in the link's axes [kg·m²].
+
+    A character that no letter can have becomes "_"; a letter that is taken already gets a number.
+    What is zero has a letter only if it is asked for by that. Each is varied alone: another mass
+    leaves the inertia as it is.
 
     Joint coordinates bear the names of their joints. Joint damping, springs and dampers of the
     drake: dialect, its ball and distance constraints, mimic joints and rotor inertias are read; dry
@@ -51,21 +70,32 @@ def read_urdf(
         root: "fixed" holds the root link in the world, "floating" lets it move freely in it.
         package_path: folders to search for the packages of meshes, before those of
             ROS_PACKAGE_PATH.
+        damping: whether the damping of joints' <dynamics> is read.
+        armature: inertia of the rotors seen at the joints, instead of what is written: one number
+            for all joints with one coordinate, or by name of the joint [kg·m² or kg].
+        parameters: what gets letters: "masses", "lengths" or "inertias", or a collection of these
+            and of letters, e.g. ("masses", "z_elbow").
 
     Raises:
         UrdfError: with every error found, each with its line.
         InputError: if an argument is not what is expected.
+        UnknownNameError: if a joint of the armatures or a letter does not exist.
+        MechanismError: if an armature is negative.
     """
     if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
         raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
     if root not in ("fixed", "floating"):
         raise InputError(f"expected 'fixed' or 'floating' for the root, got {root!r}")
     document, report = read_document(path_or_text, package_path)
-    mechanism = None if document is None else mechanism_of(document, report, gravity, root)
+    if not isinstance(damping, bool):
+        raise InputError(f"expected True or False for damping, got {damping!r}")
+    mechanism = None
+    if document is not None:
+        mechanism = mechanism_of(document, report, gravity, root, damping=damping)
     report.refuse()
     if mechanism is None:
         raise InputError(f"expected a URDF, got {path_or_text!r}")
-    return mechanism
+    return with_letters(with_armature(mechanism, armature), parameters)
 
 
 def mechanism_of(
@@ -73,6 +103,8 @@ def mechanism_of(
     report: Report,
     gravity: Vector = GRAVITY,
     root: Literal["fixed", "floating"] = "fixed",
+    *,
+    damping: bool = True,
 ) -> Mechanism | None:
     """Return the mechanism of a document; None if it has errors, which are in the report.
 
@@ -81,6 +113,7 @@ def mechanism_of(
         report: its faults so far; what the model finds is added.
         gravity: shape (3,), acceleration of free fall in world axes [m/s²].
         root: "fixed" or "floating".
+        damping: whether that of joints counts.
     """
     if report.errors or document.root is None:
         return None
@@ -100,7 +133,7 @@ def mechanism_of(
             document.name,
             tuple(bodies),
             tuple(joints),
-            forces=_forces(document),
+            forces=_forces(document, damping),
             loops=tuple(document.extensions.loops),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),
@@ -168,11 +201,11 @@ def _linear(multiplier: float, name: str, offset: float) -> Scalar:
     return term + offset if offset else term
 
 
-def _forces(document: Document) -> tuple[AnyForce, ...]:
+def _forces(document: Document, damping: bool) -> tuple[AnyForce, ...]:
     names = Names(force.name for force in document.extensions.forces)
     dampers = [
         JointDamper(names.free(f"{joint.name}_damper"), joint.name, joint.damping)
         for joint in document.joints
-        if joint.damping
+        if damping and joint.damping
     ]
     return (*document.extensions.forces, *dampers)
