@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, final
 
 from mecanique.derivation.printing.writers import Writer
@@ -50,9 +51,17 @@ class _Walk:
     def __init__(self, notation: Notation, writer: Writer) -> None:
         self._notation = notation
         self._writer = writer
+        self._terms: dict[tuple[Any, ...], tuple[bool, str]] = {}
 
     def term(self, expressions: Sequence[Any]) -> tuple[bool, str]:
         """Whether a product is negative, and the product without its sign."""
+        # a sum's sign depends on those of its terms, which are therefore asked for at every depth
+        key = tuple(expressions)
+        if key not in self._terms:
+            self._terms[key] = self._term(expressions)
+        return self._terms[key]
+
+    def _term(self, expressions: Sequence[Any]) -> tuple[bool, str]:
         number, factors = Fraction(1), []
         todo = list(expressions)
         while todo:
@@ -131,8 +140,14 @@ class _Walk:
         rank = self._rank(base)
         if base.is_Function:  # sin before cos, whatever they are of
             name = type(base).__name__
-            return rank, ({"sin": "a", "cos": "b"}.get(name, name), str(base.args[0])), 0
-        return rank, (str(base), ""), 0
+            return rank, ({"sin": "a", "cos": "b"}.get(name, name), _text(base.args[0])), 0
+        return rank, (_text(base), ""), 0
+
+
+@lru_cache(maxsize=1 << 14)
+def _text(expression: Any) -> str:
+    """Return sympy's text of an expression, which is slow to come by and sorts many products."""
+    return str(expression)
 
 
 def _negated(base: Any) -> Any:
@@ -148,4 +163,4 @@ def _decimal(number: Fraction) -> str:
 def _plain_first(expression: Any) -> tuple[bool, str]:
     """Terms without functions come first, then by their letters."""
     _, rest = expression.as_coeff_Mul()
-    return any(part.is_Function for part in rest.args or (rest,)), str(rest) if rest != 1 else ""
+    return any(part.is_Function for part in rest.args or (rest,)), _text(rest) if rest != 1 else ""
