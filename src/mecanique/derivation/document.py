@@ -21,6 +21,7 @@ __all__ = ["Document", "Section"]
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
+_STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
 _WIDTH = 100
 
 
@@ -75,7 +76,7 @@ class Document:
         Args:
             steps: whether to show more than the equations of motion.
         """
-        lines = [equation.text() for equation in self.equations]
+        lines = [equation.text() for equation in self.equations] or [_STILL]
         if not steps:
             return "\n".join(lines)
         writer = Text()
@@ -86,7 +87,7 @@ class Document:
             out += [f"     {result.write(writer)}" for result in stage.results]
         out += ["", f"{len(stages) + 1}. Equations of motion", *_wrap(self._closing)]
         out += [f"     {line}" for line in lines]
-        if self.linear is not None:
+        if self.equations and self.linear is not None:
             out += ["", "   They are linear:"]
             out += [f"     {line}" for line in self.linear.text().splitlines()]
         for sentence in self._assumptions(writer):
@@ -101,6 +102,8 @@ class Document:
         """
         rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
         whole = "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
+        if not rows:
+            whole = f"\\text{{{_STILL}}}"
         if not steps:
             return whole
         writer = Latex()
@@ -112,7 +115,7 @@ class Document:
             out += [f"\\subsection*{{{_tex(stage.title)}}}", _tex(stage.explanation)]
             out += [f"\\[ {result.write(writer)} \\]" for result in stage.results]
         out += ["\\subsection*{Equations of motion}", _tex(self._closing), f"\\[ {whole} \\]"]
-        if self.linear is not None:
+        if self.equations and self.linear is not None:
             out += ["They are linear:", f"\\[ {self.linear.latex()} \\]"]
         out += [_tex(sentence) for sentence in self._assumptions(Text())]
         return "\n".join(out)
@@ -124,7 +127,7 @@ class Document:
             steps: whether to show more than the equations of motion.
         """
         if not steps:
-            return "\n".join(equation.mathml() for equation in self.equations)
+            return "\n".join(equation.mathml() for equation in self.equations) or f"<p>{_STILL}</p>"
         writer = MathML()
         out = [f"<h3>{escape(self._heading)}</h3>", "<dl>"]
         for meaning in meanings(self.derivation):
@@ -145,7 +148,9 @@ class Document:
             out.append(Section(stage.title, stage.explanation, tuple(lines)))
         formulas = tuple(equation.mathml() for equation in self.equations)
         closing = " ".join([self._closing, *self._assumptions(Text())])
-        if self.linear is not None:
+        if not formulas:
+            closing = _STILL
+        elif self.linear is not None:
             formulas += (self.linear.mathml(),)
             closing += _LINEAR
         return (*out, Section("Equations of motion", closing, formulas))
@@ -157,13 +162,15 @@ class Document:
 
     @property
     def _closing(self) -> str:
+        if not self.equations:
+            return ""
         if self.derivation.stages and self.derivation.closing:
             return f"{self.derivation.closing} {_DIVIDED.format('')}"
         return _DIVIDED.format("that ")
 
     def _symbols_as_text(self, writer: Writer) -> Iterator[str]:
         listed = meanings(self.derivation)
-        width = max(len(meaning.name) for meaning in listed)
+        width = max((len(meaning.name) for meaning in listed), default=0)
         for meaning in listed:
             root = "" if meaning.radicand is None else f", {_symbol(meaning, writer)}"
             yield f"  {meaning.name:<{width}}  {meaning.sentence}{root}"

@@ -91,9 +91,11 @@ class Reduced:
         Raises:
             DerivationError: if a motion that the loops leave free meets no inertia.
         """
+        result = np.empty_like(states.v)
+        if not result.shape[1]:
+            return result
         J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
         forces = self._definition.forces(states)
-        result = np.empty_like(states.v)
         waiting = np.arange(len(states))
         while len(waiting):
             rows, dependent = _chosen(J[waiting[0]])

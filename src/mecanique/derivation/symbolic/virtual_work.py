@@ -98,6 +98,9 @@ class VirtualWork:
 
     def _sum(self, whole: Series) -> Stage:
         """The sum of all work, by virtual displacement."""
+        title = "Sum of the virtual work"
+        if not self._names:
+            return Stage(title, "Nothing can be displaced, so no force does any work.", ())
         are = "is" if len(self._names) == 1 else "are"
         sentence = (
             "The work of all forces in the virtual displacement, inertia forces included, is zero. "
@@ -109,7 +112,7 @@ class VirtualWork:
         for name, factor, delta in zip(self._names, factors, self._deltas, strict=True):
             left = Left("δW", name[1:], component=True)
             results.append(Result(left, by_velocity(factor, self.algebra.velocities) * delta))
-        return Stage("Sum of the virtual work", sentence, tuple(results))
+        return Stage(title, sentence, tuple(results))
 
     def _body(self, cut: Cut) -> Iterator[Stage]:
         """Inertia forces of a body, its equilibrium with them, and the work of all forces on it."""

@@ -29,7 +29,7 @@ from mecanique.motion.compile.python import batched
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import sweep
-from mecanique.motion.simulation.arguments import sample_times, span_and_tolerances
+from mecanique.motion.simulation.arguments import refuse_still, sample_times, span_and_tolerances
 
 __all__ = ["simulate_many"]
 
@@ -109,6 +109,7 @@ def simulate_many(
         IntegrationError: if it was interrupted or the executor broke; its `.motion` holds the runs
             that are done.
     """
+    refuse_still(mechanism)
     t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     times = np.union1d([t0], sample_times(t0, end, 60.0, samples))
     if times[-1] < end:

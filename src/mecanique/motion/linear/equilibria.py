@@ -94,8 +94,9 @@ def equilibria(
             continue
         q = _unwind(reference, q, turning, t)
         if not any(_same(q, other, turning) for other in found):
-            # where the axes of a gimbal fall in line the mass matrix has no inverse
-            with suppress(EngineError):
+            # where the axes of a gimbal fall in line the mass matrix has no inverse, and next to a
+            # singular position the loops leave no small motion
+            with suppress(EngineError, InputError):
                 found.append(Equilibrium(q, linearize(mechanism, q, t=t, reference=reference)))
     return tuple(sorted(found, key=lambda e: float(reference.energy(e.q, None, t).potential)))
 

@@ -115,6 +115,8 @@ def _on_loops(
     for _ in range(STEPS):
         free = Independent(closed, q, t)
         count = len(free.chosen)
+        if not count:
+            return q
         none = np.zeros(count)
         steps = np.vstack([none, np.eye(count) * H, np.eye(count) * -H])
         along = [effort(reference, free, free.position(step), none, none, t) for step in steps]

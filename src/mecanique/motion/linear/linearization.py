@@ -282,7 +282,10 @@ class Linearization:
             for name, x in zip(m.coordinates, self.q, strict=True)
         )
         kind = "equilibrium" if self.at_equilibrium else "state (no equilibrium)"
-        lines = [f"{m.name} about the {'stable' if self.stable else 'unstable'} {kind} {at}"]
+        stable = "stable" if self.stable else "unstable"
+        lines = [f"{m.name} about the {stable} {kind} {at}".rstrip()]
+        if not len(self.M):
+            lines.append("  nothing can move there, so there is no mode")
         for omega, zeta, mode in zip(self.frequencies, self.damping, self.modes.T, strict=True):
             shape = ", ".join(
                 f"{x.real:+.4f}" if abs(x.imag) < 1e-12 else f"{x:+.4f}" for x in mode
@@ -296,6 +299,8 @@ class Linearization:
 
 def _scale(modes: np.ndarray) -> np.ndarray:
     """Scale each column so that its largest component, the first of equal ones, is 1."""
+    if not modes.size:
+        return modes
     sizes = np.abs(modes)
     largest = (sizes >= sizes.max(axis=0, initial=0.0) * (1 - 1e-9)).argmax(axis=0)
     scaled: np.ndarray = modes / modes[largest, np.arange(modes.shape[1])]

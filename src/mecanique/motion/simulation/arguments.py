@@ -13,10 +13,25 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Record
 from mecanique.motion.record.events import Event
 
-__all__ = ["Values", "kinks", "longest_step", "sample_times", "span_and_tolerances"]
+__all__ = ["Values", "kinks", "longest_step", "refuse_still", "sample_times", "span_and_tolerances"]
 
 Values: TypeAlias = Sequence[float] | np.ndarray | Mapping[str, float]
 """Numbers in order, or by name."""
+
+
+def refuse_still(mechanism: Mechanism) -> None:
+    """Raise if a mechanism has no coordinate.
+
+    Args:
+        mechanism: what should move.
+
+    Raises:
+        InputError: if nothing in it can.
+    """
+    if not mechanism.nv:
+        raise InputError(
+            f"mechanism {mechanism.name!r} has no coordinate, so nothing in it can be set in motion"
+        )
 
 
 def span_and_tolerances(

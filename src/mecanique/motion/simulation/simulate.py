@@ -16,6 +16,7 @@ from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.motion import Motion, Statistics
 from mecanique.motion.simulation.arguments import (
     longest_step,
+    refuse_still,
     sample_times,
     span_and_tolerances,
 )
@@ -96,10 +97,7 @@ def simulate(
             motion until then.
     """
     begin = perf_counter()
-    if not mechanism.nv:
-        raise InputError(
-            f"mechanism {mechanism.name!r} has no coordinate, so nothing in it can be set in motion"
-        )
+    refuse_still(mechanism)
     start = np.concatenate([mechanism.position(q), mechanism.velocity(v)])
     t0, end, rtol, atol = span_and_tolerances(t0, duration, rtol, atol)
     times = sample_times(t0, end, fps, samples)

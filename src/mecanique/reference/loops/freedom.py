@@ -13,7 +13,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.errors import ClosureError
+from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
@@ -152,10 +152,23 @@ def limit_rank(closed: Closed, q: Array, t: float) -> None:
         closed: the mechanism.
         q: shape (nq,), with closed loops.
         t: time [s].
+
+    Raises:
+        InputError: if the mechanism is locked there without being held.
     """
     here = _scaled(closed, q, t)
     rank = _split(here).rank
-    closed.most = rank if rank == min(here.shape) else freedom_of(closed, q, t).rank
+    if rank == min(here.shape):
+        closed.most = rank
+        return
+    freedom = freedom_of(closed, q, t)
+    if freedom.singular and not freedom.N:
+        raise InputError(
+            f"mechanism {closed.mechanism.name!r} is locked in a singular position: nothing in it "
+            "can move, but small motions meet no resistance, so that its loops would need forces "
+            "without bound to hold it; change its lengths, or leave out a loop"
+        )
+    closed.most = freedom.rank
 
 
 def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:

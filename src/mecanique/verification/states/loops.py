@@ -58,7 +58,7 @@ def closed_states(
             continue
         J = closed.closures.scaled(position, velocity, float(t[k])).jacobian
         sizes = np.linalg.svd(J, compute_uv=False)
-        acting = sizes[sizes > _RANK * sizes[0]]
+        acting = sizes[sizes > _RANK * sizes.max(initial=0.0)]
         least.append(float(acting.min(initial=1.0)))
         ranks.append(len(acting))
         found.append((position, velocity))
@@ -69,7 +69,7 @@ def closed_states(
     # fewer equations than usual act at a singular position
     keep = np.flatnonzero(regular & (np.array(ranks) == max(ranks)))
     return (
-        np.array([found[k][0] for k in keep]).reshape(-1, q.shape[1]),
-        np.array([found[k][1] for k in keep]).reshape(-1, v.shape[1]),
+        np.array([found[k][0] for k in keep]).reshape(len(keep), q.shape[1]),
+        np.array([found[k][1] for k in keep]).reshape(len(keep), v.shape[1]),
         np.array(which, dtype=np.intp)[keep],
     )
