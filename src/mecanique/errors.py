@@ -25,7 +25,7 @@ class MecaniqueError(Exception):
     def __reduce__(self) -> tuple[Any, ...]:
         # an exception is otherwise copied by calling its class with the message, which loses the
         # data on it
-        return _rebuilt, (type(self), self.args, self.__dict__)
+        return _rebuild, (type(self), self.args, self.__dict__)
 
 
 class InputError(MecaniqueError, ValueError):
@@ -117,7 +117,7 @@ class IntegrationError(MecaniqueError):
         super().__init__(message)
 
 
-def _rebuilt(
+def _rebuild(
     kind: type[MecaniqueError], args: tuple[Any, ...], data: dict[str, Any]
 ) -> MecaniqueError:
     error = kind.__new__(kind, *args)

@@ -178,7 +178,7 @@ class Equations:
         Args:
             steps: whether to show how they came about.
         """
-        return self.document.text(steps) if self.symbolic else self._absent()
+        return self.document.text(steps) if self.symbolic else self._explain_absence()
 
     def latex(self, steps: bool = False) -> str:
         """Return the equations in LaTeX, for mathematics mode; with steps, part of a document.
@@ -186,7 +186,9 @@ class Equations:
         Args:
             steps: whether to show how they came about.
         """
-        return self.document.latex(steps) if self.symbolic else f"\\text{{{self._absent()}}}"
+        return (
+            self.document.latex(steps) if self.symbolic else f"\\text{{{self._explain_absence()}}}"
+        )
 
     def mathml(self, steps: bool = False) -> str:
         """Return the equations in MathML, an element each; with steps, part of an HTML page.
@@ -194,7 +196,11 @@ class Equations:
         Args:
             steps: whether to show how they came about.
         """
-        return self.document.mathml(steps) if self.symbolic else f"<p>{escape(self._absent())}</p>"
+        return (
+            self.document.mathml(steps)
+            if self.symbolic
+            else f"<p>{escape(self._explain_absence())}</p>"
+        )
 
     def __str__(self) -> str:
         return self.text()
@@ -206,7 +212,7 @@ class Equations:
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
-    def _absent(self) -> str:
+    def _explain_absence(self) -> str:
         name = self.mechanism.name
         return f"The equations of {name!r} are computed, not written out: {self.why_not}."
 

@@ -55,8 +55,8 @@ class Linear:
             left = " + ".join(f"{letter} q{dots}" for letter, _, dots in used)
             right = "f" if any(self.f) else "0"
             lines = [f"{left} = {right}", f"q = [{', '.join(self.names)}]"]
-            lines += [f"{letter} = {_bracketed(rows)}" for letter, rows, _ in used]
-            return [*lines, f"f = [{', '.join(map(_written, self.f))}]"] if any(self.f) else lines
+            lines += [f"{letter} = {_bracket(rows)}" for letter, rows, _ in used]
+            return [*lines, f"f = [{', '.join(map(_write, self.f))}]"] if any(self.f) else lines
         products = [
             _matrix([[expression(e).write(writer) for e in row] for row in rows], writer)
             + _matrix([[writer.letter(name + dots, False, "")] for name in self.names], writer)
@@ -105,12 +105,12 @@ def linear(derivation: Derivation) -> Linear | None:
     return Linear(names, M, C, K, tuple(forces))
 
 
-def _written(series: Series) -> str:
+def _write(series: Series) -> str:
     return expression(series).text()
 
 
-def _bracketed(rows: Matrix) -> str:
-    return f"[{', '.join('[' + ', '.join(map(_written, row)) + ']' for row in rows)}]"
+def _bracket(rows: Matrix) -> str:
+    return f"[{', '.join('[' + ', '.join(map(_write, row)) + ']' for row in rows)}]"
 
 
 def _matrix(rows: list[list[str]], writer: Writer) -> str:

@@ -116,7 +116,7 @@ def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
     size = math.acos(min(max((float(np.trace(turn)) - 1) / 2, -1.0), 1.0))
     if size > 1e-9 and abs(math.cos(size) - math.cos(value)) < 1e-6:
         return _Angle(name, body, before, turn) if abs(setting.q[k]) > 1e-9 else None
-    moved = _moved(setting, before, body, value)
+    moved = _displace(setting, before, body, value)
     return None if moved is None else _Distance(name, body, value, *moved)
 
 
@@ -156,7 +156,7 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
 def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
     """From the turning point to what turns, across the axis, before the turn."""
     pose, before = setting.poses[angle.body], angle.before[angle.body]
-    for member in _carried(setting, setting.mechanism.bodies[angle.body].name):
+    for member in _descend(setting, setting.mechanism.bodies[angle.body].name):
         local = (_span(setting, member) - pose[:3, 3]) @ pose[:3, :3]
         arms = local @ before[:3, :3].T
         arms = arms - (arms @ axis)[:, None] * axis
@@ -171,7 +171,7 @@ def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
     return unit3(across_axis) * 30.0 / setting.camera.scale
 
 
-def _carried(setting: Setting, body: str) -> Iterator[str]:
+def _descend(setting: Setting, body: str) -> Iterator[str]:
     """A body and all that it carries."""
     family = {body}
     yield body
@@ -188,7 +188,7 @@ def _span(setting: Setting, body: str) -> Floats:
     return np.concatenate([*spans, setting.point(body)[None]])
 
 
-def _moved(
+def _displace(
     setting: Setting, before: Floats, body: int, value: float
 ) -> tuple[Floats, Floats] | None:
     """Where a point is that has moved by the value, and its move.

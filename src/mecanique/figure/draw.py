@@ -62,7 +62,7 @@ def picture(
         )
     if not target.parent.is_dir():
         raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
-    seen = _seen(shown, t, q)
+    seen = _set_up(shown, t, q)
     marks, title = _marks(seen, free_body), _title(seen, free_body)
     if form == ".svg":
         content = svg(marks, title).encode()
@@ -82,11 +82,11 @@ def figure_text(mechanism: Mechanism, start: Mapping[str, float] | None = None) 
         mechanism: what is drawn.
         start: coordinates at the start of its motion, see `posture`.
     """
-    seen = _seen(mechanism, None, posture(mechanism, start))
+    seen = _set_up(mechanism, None, posture(mechanism, start))
     return svg(_marks(seen, None), _title(seen, None))
 
 
-def _seen(
+def _set_up(
     shown: Motion | Mechanism,
     t: float | None,
     q: Mapping[str, float] | Sequence[float] | np.ndarray | None,

@@ -108,10 +108,10 @@ def _cord(setting: Setting, joint: Prismatic) -> Iterator[Mark]:
     ]
     driven = joint.coordinate in mechanism.coordinates.driven
     if hinges and driven and setting.solids and not wheels:
-        yield from _deflected(at, camera.at(setting.point(hinges[0].child)))
+        yield from _deflect(at, camera.at(setting.point(hinges[0].child)))
 
 
-def _deflected(at: Point, hinge: Point) -> Iterator[Mark]:
+def _deflect(at: Point, hinge: Point) -> Iterator[Mark]:
     """A cord that goes up from a weight, over a small pulley, and on to a hinge."""
     corner = np.array([at[0], hinge[1]])
     if corner[1] >= at[1] or math.hypot(*(corner - hinge)) <= 1.5 * PULLEY:

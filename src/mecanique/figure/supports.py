@@ -47,7 +47,7 @@ def supports(setting: Setting) -> Iterator[Mark]:
             and abs(float(r.below @ first.below)) > 0.999
         ]
         rails = [r for r in rest if r not in same]
-        yield from _drawn([first, *same])
+        yield from _draw_line([first, *same])
 
 
 def _away(setting: Setting, body: str, at: Point) -> Point:
@@ -143,7 +143,7 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
     )
 
 
-def _drawn(rails: list[_Rail]) -> Iterator[Mark]:
+def _draw_line(rails: list[_Rail]) -> Iterator[Mark]:
     """Rails on one line as one."""
     first = rails[0]
     for rail in rails:

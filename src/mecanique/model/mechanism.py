@@ -61,7 +61,7 @@ class Mechanism(Description):
         ):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
-        driven = self._driven()
+        driven = self._collect_driven()
         free = [name for joint in self.joints for name in joint.coordinates if name not in driven]
         names = (
             *self.coordinates.names,
@@ -74,7 +74,7 @@ class Mechanism(Description):
         if found:
             raise MechanismError(self.name, found)
 
-    def _driven(self) -> dict[str, Scalar]:
+    def _collect_driven(self) -> dict[str, Scalar]:
         """The coordinate map, and what follows within joints: of what is driven there, too."""
         driven = dict(self.coordinates.driven)
         for joint in self.joints:

@@ -30,7 +30,7 @@ def units(mechanism: Mechanism) -> dict[str, str]:
             quasi |= dict.fromkeys(joint.angular_velocities, "rad/s")
     for name in mechanism.coordinates:
         if name not in own:
-            own[name] = _followed(mechanism, name, own)
+            own[name] = _infer_unit(mechanism, name, own)
     found = {name: own[name] for name in mechanism.coordinates}
     for name in mechanism.velocities:
         found[name] = quasi[name] if name in quasi else per_second(own[name[:-1]])
@@ -79,7 +79,7 @@ def labelled(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _followed(mechanism: Mechanism, name: str, own: dict[str, str]) -> str:
+def _infer_unit(mechanism: Mechanism, name: str, own: dict[str, str]) -> str:
     from sympy import Symbol
 
     symbol = Symbol(name)

@@ -71,7 +71,7 @@ def numbers_of(
             f"({', '.join(names[:_LISTED])}), got {numbers.shape}"
         )
     if not np.isfinite(numbers).all():
-        raise InputError(f"expected finite {kind} values, got {_shortened(numbers)}")
+        raise InputError(f"expected finite {kind} values, got {_shorten(numbers)}")
     return numbers
 
 
@@ -94,11 +94,11 @@ def column_of(value: Any, what: str) -> np.ndarray:
     if column.ndim > 1:
         raise InputError(f"expected a number or shape (n,) for {what}, got shape {column.shape}")
     if not np.isfinite(column).all():
-        raise InputError(f"expected finite numbers for {what}, got {_shortened(column)}")
+        raise InputError(f"expected finite numbers for {what}, got {_shorten(column)}")
     return column
 
 
-def _shortened(numbers: np.ndarray) -> str:
+def _shorten(numbers: np.ndarray) -> str:
     """The numbers, or the first few that are not finite."""
     if numbers.size <= _LISTED:
         return str(numbers.tolist())

@@ -151,7 +151,7 @@ def index(cards: Sequence[Card]) -> str:
         f"{escape(tag)}</button>"
         for tag in tags
     )
-    style, script = _asset("gallery.css"), _asset("gallery.js")
+    style, script = _read_asset("gallery.css"), _read_asset("gallery.js")
     allowed = escape(policy([script], [style], "'none'"))
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -180,5 +180,5 @@ def _card(card: Card) -> str:
 
 
 @cache
-def _asset(name: str) -> str:
+def _read_asset(name: str) -> str:
     return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")

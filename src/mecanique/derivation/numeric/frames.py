@@ -84,12 +84,12 @@ def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> l
     for link, place in zip(tree, places, strict=True):
         parent = found[link.parent] if link.parent >= 0 else ground
         count = len(link.velocities)
-        found.append(_carried(parent, link, place, move, slice(first, first + count)))
+        found.append(_carry(parent, link, place, move, slice(first, first + count)))
         first += count
     return found
 
 
-def _carried(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: slice) -> Frame:
+def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: slice) -> Frame:
     n = len(move.u)
     here = place @ stack(local(link, move.r, Arithmetic()), n)
     turn = parent.turn @ here[:, :3, :3]

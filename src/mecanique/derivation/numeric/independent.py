@@ -98,7 +98,7 @@ class Reduced:
         forces = self._definition.forces(states)
         waiting = np.arange(len(states))
         while len(waiting):
-            rows, dependent = _chosen(J[waiting[0]])
+            rows, dependent = _choose(J[waiting[0]])
             block = J[waiting][:, rows][:, :, dependent]
             fit = np.array([_is_regular(*pair) for pair in zip(block, J[waiting], strict=True)])
             fit[0] = True
@@ -153,12 +153,12 @@ class Reduced:
     ) -> tuple[list[Jet], np.ndarray, np.ndarray]:
         """Return coordinates as jets, Lagrange's operator on T, ∂V/∂q of gravity, (n, free)."""
         q = self._paths(states, a, rows, dependent, inverse)
-        r, H = self._placed(states, q)
+        r, H = self._evaluate_poses(states, q)
         E = np.zeros((a.shape[1], len(states)))
         terms = [(Jet(H[place].c @ (0.5 * J)), H[place]) for place, J in self._bodies]
         for half, pose in terms:
             now = half.ddt().trace_with(pose.ddt())
-            later = _delayed(half).ddt().trace_with(_delayed(pose).ddt())
+            later = _delay(half).ddt().trace_with(_delay(pose).ddt())
             E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
         weight = np.zeros_like(E)
         for place, J in self._bodies:
@@ -167,7 +167,7 @@ class Reduced:
             inertia = self._mechanism.evaluate(link.armature)
             if inertia:
                 x = r[link.coordinates[0]]
-                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, _delayed(x)))
+                now, later = (y.ddt() * y.ddt() * (0.5 * inertia) for y in (x, _delay(x)))
                 E = E + later.c[1, 1:] - 2 * now.c[0, 1:]
         return q, np.asarray(E.T), np.asarray(weight.T)
 
@@ -196,7 +196,7 @@ class Reduced:
             given = order < 2
             last = np.inf
             for _ in range(_SWEEPS):
-                phi = self._closure.rows(self._placed(states, x)[1])
+                phi = self._closure.rows(self._evaluate_poses(states, x)[1])
                 off = np.stack([phi[i].c[order] / units[i] for i in rows], axis=-1)
                 if given and float(np.abs(off[0]).max(initial=0.0)) < _ROUNDING:
                     off[0] = 0.0
@@ -208,7 +208,7 @@ class Reduced:
                 x = [Jet(path) for path in c]
         return x
 
-    def _placed(self, states: States, x: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
+    def _evaluate_poses(self, states: States, x: list[Jet]) -> tuple[dict[str, Any], list[Jet]]:
         mechanism = self._mechanism
         values: dict[str, Any] = {
             **mechanism.values,
@@ -218,7 +218,7 @@ class Reduced:
         for joint in mechanism.joints:
             if joint.quaternion:
                 place = [mechanism.velocities.index(name) for name in joint.velocities]
-                own = _turned([q[name] for name in joint.coordinates], [x[at] for at in place])
+                own = _turn([q[name] for name in joint.coordinates], [x[at] for at in place])
                 values |= zip(joint.coordinates, own, strict=True)
         c = np.zeros(x[0].c.shape)
         c[0, 0], c[1, 0] = states.t, 1.0
@@ -229,7 +229,7 @@ class Reduced:
         return values, [_as_jet(rows, x[0]) for rows in poses(self._tree, values, JETS)]
 
 
-def _turned(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
+def _turn(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
     """Displace the coordinates of a joint that turns by a quaternion."""
     *origin, px, py, pz, pw = start
     gx, gy, gz = (g * 0.5 for g in x[-3:])
@@ -259,7 +259,7 @@ def _as_jet(rows: list[list[Any]], like: Jet) -> Jet:
     return Jet(c)
 
 
-def _delayed(x: Jet) -> Jet:
+def _delay(x: Jet) -> Jet:
     """The same motion with the variation η = ε instead of η = 1."""
     c = np.zeros_like(x.c)
     c[:, 0] = x.c[:, 0]
@@ -267,7 +267,7 @@ def _delayed(x: Jet) -> Jet:
     return Jet(c)
 
 
-def _chosen(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Choose independent rows and the coordinates they determine best, by full pivoting."""
     J = J.copy()
     rows: list[int] = []

@@ -163,8 +163,8 @@ class Definition(BatchDynamics):
         """Lagrange's operator on T, shape (n, nv)."""
         r, H = self.motion(states, a)
         later_r, later_H = (
-            {name: _delayed(x) for name, x in r.items()},
-            [_delayed(pose) for pose in H],
+            {name: _delay(x) for name, x in r.items()},
+            [_delay(pose) for pose in H],
         )
         E = np.zeros((self._mechanism.nv, len(states)))
         for now, later in zip(self._kinetic(r, H), self._kinetic(later_r, later_H), strict=True):
@@ -241,7 +241,7 @@ class Definition(BatchDynamics):
         if isinstance(force, JointLoad):
             x = r[self._link[force.joint].coordinates[0]]
             return _Along(x * x, x)
-        a, b = (self._moved(end.body, end.point, H) for end in force.ends)
+        a, b = (self._locate(end.body, end.point, H) for end in force.ends)
         reach = b - a
         return _Along(Jet((reach * reach).c.sum(axis=(-2, -1))))
 
@@ -253,7 +253,7 @@ class Definition(BatchDynamics):
             return Q
         if wrench.force is not None:
             F = self._vector(wrench.force, wrench.axes, H, states)
-            shift = self._moved(wrench.body, wrench.point, H).c[0, 1:, :, :3, 0]
+            shift = self._locate(wrench.body, wrench.point, H).c[0, 1:, :, :3, 0]
             Q = Q + np.einsum("ni,kni->kn", F, shift)
         if wrench.torque is not None:
             C = self._vector(wrench.torque, wrench.axes, H, states)
@@ -263,7 +263,7 @@ class Definition(BatchDynamics):
             Q = Q + np.einsum("ni,kni->kn", C, about)
         return Q
 
-    def _moved(self, body: str, point: tuple[Scalar, Scalar, Scalar], H: list[Jet]) -> Any:
+    def _locate(self, body: str, point: tuple[Scalar, Scalar, Scalar], H: list[Jet]) -> Any:
         """A point of a body in the world, coefficients of shape (…, n, 3, 1)."""
         column = np.array([[self._mechanism.evaluate(c)] for c in (*point, 1.0)])
         place = self._place[body]
@@ -285,7 +285,7 @@ class Definition(BatchDynamics):
         )
 
 
-def _delayed(x: Jet) -> Jet:
+def _delay(x: Jet) -> Jet:
     """The same motion with the variation η = ε instead of η = 1."""
     c = np.zeros_like(x.c)
     c[:, 0] = x.c[:, 0]

@@ -123,10 +123,10 @@ class Loads:
                     wrench = force.wrench
                     place = self._place[wrench.body]
                     if wrench.force is not None:
-                        F = self._turned(H, wrench.axes, self._vector(wrench.force, values, n))
+                        F = self._rotate(H, wrench.axes, self._vector(wrench.force, values, n))
                         add(wrench.body, self._point(wrench.point)[:, None] * F[:, None, :])
                     if wrench.torque is not None and place >= 0:
-                        C = self._turned(H, wrench.axes, self._vector(wrench.torque, values, n))
+                        C = self._rotate(H, wrench.axes, self._vector(wrench.torque, values, n))
                         couple = np.einsum("nk,kij->nij", C[:, :3], _HATS)
                         turn = np.zeros_like(H[place])
                         turn[:, :3, :3] = H[place][:, :3, :3]
@@ -192,7 +192,7 @@ class Loads:
 
     def _span(self, force: LineLoad, H: list[np.ndarray], Hd: list[np.ndarray] | None) -> _Span:
         (a, p), (b, q) = ((end.body, self._point(end.point)) for end in force.ends)
-        reach = self._moved(H, b, q) - self._moved(H, a, p)
+        reach = self._locate(H, b, q) - self._locate(H, a, p)
         return _Span(reach, None if Hd is None else self._rate(Hd, b, q) - self._rate(Hd, a, p))
 
     def _vector(
@@ -201,7 +201,7 @@ class Loads:
         columns = [np.broadcast_to(evaluate(c, values), (n,)) for c in components]
         return np.stack([*columns, np.zeros(n)], axis=-1)
 
-    def _moved(self, H: list[np.ndarray], body: str, point: np.ndarray) -> np.ndarray:
+    def _locate(self, H: list[np.ndarray], body: str, point: np.ndarray) -> np.ndarray:
         """A point (p, 1) in the world; one of the ground has no batch axis."""
         place = self._place[body]
         moved: np.ndarray = H[place] @ point if place >= 0 else point
@@ -212,7 +212,7 @@ class Loads:
         rate: np.ndarray = Hd[place] @ point if place >= 0 else np.zeros(4)
         return rate
 
-    def _turned(self, H: list[np.ndarray], axes: str, components: np.ndarray) -> np.ndarray:
+    def _rotate(self, H: list[np.ndarray], axes: str, components: np.ndarray) -> np.ndarray:
         """Components (F, 0) in the world."""
         place = -1 if axes == "world" else self._place[axes]
         turned: np.ndarray = (

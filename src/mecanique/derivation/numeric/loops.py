@@ -104,7 +104,7 @@ class Closure:
         """
         found: list[Jet] = []
         for loop, ends, length in zip(self._loops, self._ends, self._lengths, strict=True):
-            A, B = (_carried(poses, place, X) for place, X in ends)
+            A, B = (_carry(poses, place, X) for place, X in ends)
             turn = A[:, :3, :3].T
             p = turn @ (B[:, :3, 3:] - A[:, :3, 3:])
             R = turn @ B[:, :3, :3]
@@ -133,7 +133,7 @@ def _rows(loop: Loop, p: Jet, R: Jet, length: float) -> list[Jet]:
     return [x, y, z]
 
 
-def _carried(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
+def _carry(poses: list[Jet], place: int, X: np.ndarray) -> Jet:
     if place >= 0:
         return poses[place] @ X
     some = poses[0].c

@@ -78,7 +78,7 @@ class Balances(BatchDynamics):
             for body in at.bodies
         ]
         return np.asarray(
-            self._projected(at, needs) + np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
+            self._project(at, needs) + np.swapaxes(G, 1, 2) @ (at.armature[:, None] * G)
         )
 
     def bias(self, states: States) -> np.ndarray:
@@ -90,13 +90,13 @@ class Balances(BatchDynamics):
             for b in at.bodies
         ]
         rotors = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
-        return np.asarray(self._projected(at, needs)[..., 0] + rotors)
+        return np.asarray(self._project(at, needs)[..., 0] + rotors)
 
     def forces(self, states: States) -> np.ndarray:
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         at = self._bodies.at(states)
         needs = [np.concatenate([body.force, body.moment], axis=1)[..., None] for body in at.bodies]
-        return self._projected(at, needs)[..., 0]
+        return self._project(at, needs)[..., 0]
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return M a + bias, shape (n, nv)."""
@@ -108,9 +108,7 @@ class Balances(BatchDynamics):
         weights = [
             body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies
         ]
-        return -self._projected(at, [np.broadcast_to(w, (n, 6))[..., None] for w in weights])[
-            ..., 0
-        ]
+        return -self._project(at, [np.broadcast_to(w, (n, 6))[..., None] for w in weights])[..., 0]
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return kinetic and potential energy, each shape (n,) [J]."""
@@ -120,7 +118,7 @@ class Balances(BatchDynamics):
         """Return the momenta, linear, angular about the origin and about the center of mass."""
         return total_momentum(self._bodies.moving(states), len(states))
 
-    def _projected(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
+    def _project(self, at: Snapshot, needs: list[np.ndarray]) -> np.ndarray:
         """Return what the joints need along their motions, shape (n, nv, k), reactions eliminated.
 
         Args:
@@ -128,19 +126,17 @@ class Balances(BatchDynamics):
             needs: force and moment about the center of mass that each body needs, each shape (n, 6,
                 k).
         """
-        return np.asarray(
-            np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmitted(at, needs))
-        )
+        return np.asarray(np.swapaxes(at.rates, 1, 2) @ self._along(at, self._transmit(at, needs)))
 
-    def _transmitted(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
+    def _transmit(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
         """Force and moment at the seat of each body's joint, each shape (n, 6, k)."""
         needs = list(needs)
         found: list[np.ndarray] = [np.zeros(0)] * len(needs)
         for k in range(len(needs) - 1, -1, -1):
             body, need = at.bodies[k], needs[k]
-            found[k] = _moved(need, body.center - body.seat)
+            found[k] = _shift(need, body.center - body.seat)
             if body.parent >= 0:
-                needs[body.parent] = needs[body.parent] + _moved(
+                needs[body.parent] = needs[body.parent] + _shift(
                     need, body.center - at.bodies[body.parent].center
                 )
         return found
@@ -168,7 +164,7 @@ class Balances(BatchDynamics):
             turn = times(body.inertia, times(body.J_spin, a)) + body.tumbling - body.moment
             needs.append(np.concatenate([push, turn], axis=1)[..., None])
         return np.concatenate(
-            [a, *(wrench[..., 0] for wrench in self._transmitted(at, needs))], axis=1
+            [a, *(wrench[..., 0] for wrench in self._transmit(at, needs))], axis=1
         )
 
     def _system(self, at: Snapshot) -> tuple[np.ndarray, np.ndarray]:
@@ -231,7 +227,7 @@ def _cross(r: np.ndarray) -> np.ndarray:
     return out - np.swapaxes(out, 1, 2)
 
 
-def _moved(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
+def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Return force and moment about a point from which the first one is at an arm, (n, 6, k)."""
     force, moment = wrench[:, :3], wrench[:, 3:]
     return np.concatenate([force, moment + np.cross(arm[:, :, None], force, axis=1)], axis=1)

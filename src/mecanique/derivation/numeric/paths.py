@@ -38,7 +38,7 @@ def joint_paths(
     """
     values = joint_values(states.mechanism, _paths(states, a), JETS)
     names = [name for link in tree if link.kind in ("turn", "slide") for name in link.coordinates]
-    return {name: _lifted(values[name], states) for name in names}
+    return {name: _lift(values[name], states) for name in names}
 
 
 def driven_paths(states: States) -> dict[str, np.ndarray]:
@@ -51,7 +51,7 @@ def driven_paths(states: States) -> dict[str, np.ndarray]:
         DerivationError: if the coordinate map cannot be differentiated.
     """
     values = joint_values(states.mechanism, _paths(states, None), JETS)
-    return {name: _lifted(values[name], states).c for name in states.mechanism.coordinates.driven}
+    return {name: _lift(values[name], states).c for name in states.mechanism.coordinates.driven}
 
 
 def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
@@ -94,5 +94,5 @@ def _jet(states: States, x: Any, rate: Any, second: Any, direction: int | None) 
     return Jet(c)
 
 
-def _lifted(value: Any, states: States) -> Jet:
+def _lift(value: Any, states: States) -> Jet:
     return value if isinstance(value, Jet) else _jet(states, value, 0.0, 0.0, None)

@@ -77,7 +77,7 @@ class Recursion(BatchDynamics):
         A = self._local(move, len(states))
         H, Hd = self._poses(A, move.u)
         D = self._loads.on_bodies(H, Hd, states.values, len(states))
-        tau = self._collected(A, H, [D.get(place, 0.0) for place in range(len(H))], len(states))
+        tau = self._collect(A, H, [D.get(place, 0.0) for place in range(len(H))], len(states))
         return move.projected(tau + self._loads.on_joints(move, states))
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
@@ -92,7 +92,7 @@ class Recursion(BatchDynamics):
         A = self._local(move, len(states))
         H, _ = self._poses(A, np.zeros_like(move.u))
         D = [np.broadcast_to(-J @ self._gravity.T, (len(states), 4, 4)) for J in self._J]
-        return move.projected(self._collected(A, H, D, len(states)))
+        return move.projected(self._collect(A, H, D, len(states)))
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the momenta, linear, angular about the origin and about the center of mass."""
@@ -155,7 +155,7 @@ class Recursion(BatchDynamics):
         """
         move, n = self._chart.motions(states), len(states)
         A = self._local(move, n)
-        H, Hdd = self._accelerated(A, move.u, move.gamma + move.spread(a))
+        H, Hdd = self._accelerate(A, move.u, move.gamma + move.spread(a))
         Y = np.zeros((n, len(self._armature), len(self._tree), 4, 4))
         for k in range(len(self._tree)):
             at, X = k, np.broadcast_to(np.eye(4), (n, 4, 4))
@@ -228,12 +228,12 @@ class Recursion(BatchDynamics):
 
     def _inverse_dynamics(self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray) -> np.ndarray:
         """M u̇ + bias in the joint velocities, shape (n, nu)."""
-        H, Hdd = self._accelerated(A, u, ud)
+        H, Hdd = self._accelerate(A, u, ud)
         D: list[Any] = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
-        tau: np.ndarray = self._collected(A, H, D, len(u)) + self._armature * ud
+        tau: np.ndarray = self._collect(A, H, D, len(u)) + self._armature * ud
         return tau
 
-    def _accelerated(
+    def _accelerate(
         self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray
     ) -> tuple[list[np.ndarray], list[np.ndarray]]:
         """Poses and their second rates; gravity is an acceleration of the ground."""
@@ -252,7 +252,7 @@ class Recursion(BatchDynamics):
             Hdd.append(Bdd + 2 * Bd @ V + B @ W)
         return H, Hdd
 
-    def _collected(
+    def _collect(
         self, A: list[np.ndarray], H: list[np.ndarray], D: list[Any], n: int
     ) -> np.ndarray:
         """τ_k = Σ tr(H S_k D) over the bodies each velocity moves, shape (n, nu)."""

@@ -52,15 +52,15 @@ class Works(BatchDynamics):
         at = self._bodies.at(states)
         out: np.ndarray = np.einsum("nuv,nu->nv", at.rates, at.armature * at.motions.gamma)
         for body in at.bodies:
-            out = out + self._worked(body.J, body.mass * (body.gamma - self._bodies.gravity))
-            out = out + self._worked(body.J_spin, body.tumbling)
+            out = out + self._work(body.J, body.mass * (body.gamma - self._bodies.gravity))
+            out = out + self._work(body.J_spin, body.tumbling)
         return out
 
     def forces(self, states: States) -> np.ndarray:
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
         out: np.ndarray = np.zeros(states.v.shape)
         for body in self._bodies.at(states).bodies:
-            out = out + self._worked(body.J, body.force) + self._worked(body.J_spin, body.moment)
+            out = out + self._work(body.J, body.force) + self._work(body.J_spin, body.moment)
         return out
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
@@ -71,7 +71,7 @@ class Works(BatchDynamics):
         """Return the part of the bias that gravity makes, shape (n, nv)."""
         out: np.ndarray = np.zeros(states.v.shape)
         for body in self._bodies.at(states).bodies:
-            out = out - self._worked(
+            out = out - self._work(
                 body.J, np.broadcast_to(body.mass * self._bodies.gravity, body.center.shape)
             )
         return out
@@ -91,6 +91,6 @@ class Works(BatchDynamics):
         """Return the momenta, linear, angular about the origin and about the center of mass."""
         return total_momentum(self._bodies.moving(states), len(states))
 
-    def _worked(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:
+    def _work(self, J: np.ndarray, force: np.ndarray) -> np.ndarray:
         """Virtual work of a force or moment by each δq, shape (n, nv)."""
         return np.asarray(np.einsum("nij,ni->nj", J, force))

@@ -175,7 +175,7 @@ def expression(series: Series) -> Expression:
     Args:
         series: the series.
     """
-    groups = _grouped(series, by_side=False)
+    groups = _group(series, by_side=False)
     return _expression(
         series.ring, [(key, shortest(part, products=True)) for (_, key), part in groups]
     )
@@ -187,7 +187,7 @@ def _equation(element: Series, divide: bool) -> Equation:
             "expected an equation of motion, got 0 = 0: a coordinate meets neither inertia nor "
             "force"
         )
-    groups = _grouped(element, by_side=True)
+    groups = _group(element, by_side=True)
     candidates = []
     for products in (True, False) if has_double_angles(element) else (True,):
         forms = [shortest(part, products=products) for _, part in groups]
@@ -225,7 +225,7 @@ def _divisor(ring: Basis, groups: list[_Group], forms: list[Form], divide: bool)
 _Group = tuple[tuple[bool, int], Series]
 
 
-def _grouped(series: Series, *, by_side: bool) -> list[_Group]:
+def _group(series: Series, *, by_side: bool) -> list[_Group]:
     """The series by monomials of motion and lengths, in order: ((on the right, monomial), rest)."""
     ring = series.ring
     kinds = [g.kind for g in ring.generators]

@@ -59,7 +59,7 @@ def factored(form: Form) -> Expr:
     polynomials = list(form.values())
     ring = polynomials[0].ring
     common, number = common_monomial(polynomials), common_number(polynomials)
-    inner = {t: _divided(p, number, common) for t, p in form.items()}
+    inner = {t: _divide(p, number, common) for t, p in form.items()}
     terms = collect_terms(inner)
     if len(terms) == 1:
         return _product([_number(number), letters(ring, common), terms[0]])
@@ -74,7 +74,7 @@ def collect_terms(form: Form) -> list[Expr]:
     """
     terms: list[Expr] = []
     while form:
-        factor, members = _most_shared(form)
+        factor, members = _choose_shared(form)
         if factor is None:
             break
         inner = {_without(t, factor): form[t] for t in members}
@@ -85,10 +85,10 @@ def collect_terms(form: Form) -> list[Expr]:
     sums: dict[Series, Form] = {}
     for trig, polynomial in form.items():
         common, number = common_monomial([polynomial]), common_number([polynomial])
-        primitive = _divided(polynomial, number, common)
+        primitive = _divide(polynomial, number, common)
         if _is_negative(primitive):
             primitive, number = -primitive, -number
-        unit = _divided(polynomial.ring.number(1), 1 / number, -common)
+        unit = _divide(polynomial.ring.number(1), 1 / number, -common)
         sums.setdefault(primitive, {})[trig] = unit
     for primitive, members_of in sums.items():
         if primitive == 1:
@@ -103,7 +103,7 @@ def _unit_term(unit: Series, trig: Trig) -> Expr:
     return _product([_number(c), letters(unit.ring, monomial), _circular(unit.ring, trig)])
 
 
-def _most_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]:
+def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]:
     """The sine or cosine that most terms share, in the same power, and these terms."""
     best: tuple[tuple[int, int, int] | None, list[Trig]] = (None, [])
     for factor in sorted({f for trig in form for f in trig}):
@@ -117,7 +117,7 @@ def _without(trig: Trig, factor: tuple[int, int, int]) -> Trig:
     return tuple(f for f in trig if f != factor)
 
 
-def _divided(polynomial: Series, number: Fraction, monomial: int) -> Series:
+def _divide(polynomial: Series, number: Fraction, monomial: int) -> Series:
     # shifted by hand: a product would lower powers of roots again
     parts = {t: {m - monomial: c for m, c in p.items()} for t, p in polynomial.parts.items()}
     reach = polynomial.reach + largest_exponent([monomial])
@@ -159,7 +159,7 @@ def _factored_sum(polynomial: Series) -> Expr:
                 out.append(Add(*inner) ** e)
             return _product(out)
     return Add(
-        *_gathered(
+        *_gather(
             ring,
             [
                 (d, Fraction(c, polynomial.denominator))
@@ -169,7 +169,7 @@ def _factored_sum(polynomial: Series) -> Expr:
     )
 
 
-def _gathered(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Expr]:
+def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Expr]:
     """Terms of a sum without factors; a shared square is drawn out, a² b + a² c = a² (b + c)."""
     from sympy import Add
 
@@ -184,8 +184,8 @@ def _gathered(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[
     inside = [({i: k for i, k in d.items() if i != index}, c) for d, c in rows if d.get(index) == e]
     outside = [(d, c) for d, c in rows if d.get(index) != e]
     return [
-        _product([_letter(ring, index) ** e, Add(*_gathered(ring, inside))]),
-        *_gathered(ring, outside),
+        _product([_letter(ring, index) ** e, Add(*_gather(ring, inside))]),
+        *_gather(ring, outside),
     ]
 
 

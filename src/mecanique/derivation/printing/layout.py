@@ -81,7 +81,7 @@ class _Walk:
                     and power % 2
                     and self._wants_flip(base, number < 0)
                 ):
-                    base, number = _negated(base), -number
+                    base, number = _negate(base), -number
                 factors.append((base, power))
         above, tail, below = [], [], []
         for base, power in sorted(factors, key=lambda factor: self._order(*factor)):
@@ -150,7 +150,7 @@ def _text(expression: Any) -> str:
     return str(expression)
 
 
-def _negated(base: Any) -> Any:
+def _negate(base: Any) -> Any:
     from sympy import Add
 
     return Add(*(-part for part in base.args))

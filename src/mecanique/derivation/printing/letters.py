@@ -47,7 +47,7 @@ class Letter:
         stem = name.rstrip("'")
         shape = _SHAPE.fullmatch(stem.translate(_SUBSCRIPTS))
         base, subscript = (shape["base"], shape["subscript"] or "") if shape else (stem, "")
-        return cls(_spelled(base), _spelled(subscript), len(name) - len(stem))
+        return cls(_spell(base), _spell(subscript), len(name) - len(stem))
 
 
 def is_varied(name: str) -> bool:
@@ -59,5 +59,5 @@ def is_varied(name: str) -> bool:
     return name.startswith("δ") and name[1:2].isalpha()
 
 
-def _spelled(word: str) -> str:
+def _spell(word: str) -> str:
     return _NAMES.get(word) or _NICKNAMES.get(word, word)

@@ -151,7 +151,7 @@ def _forms(series: Series, products: bool) -> Iterator[Form]:
         for partner in partners:
             left = [k for k in others if k != partner]
             yield from unfold(
-                left, _with(form, _folded(key, partner, polynomial, _polynomial(series, partner)))
+                left, _with(form, _fold(key, partner, polynomial, _polynomial(series, partner)))
             )
         if many and partners:
             return
@@ -185,7 +185,7 @@ def _foldable(key: int, other: int, products: bool) -> bool:
     return _halvable((key >> 1) + (other >> 1))
 
 
-def _folded(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series]]:
+def _fold(key: int, other: int, P: Series, Q: Series) -> list[tuple[Trig, Series]]:
     """P cos k + Q cos l, or with sin, by half the sum and half the difference of the angles."""
     u, w = ((key >> 1) + (other >> 1)) >> 1, ((key >> 1) - (other >> 1)) >> 1
     flip = -1 if w < 0 else 1  # of sin w

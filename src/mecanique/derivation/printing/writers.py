@@ -64,15 +64,15 @@ class Text(Writer):
 
     def letter(self, name: str, of_time: bool, exponent: str) -> str:
         """Write a named quantity."""
-        return name + _raised(exponent)
+        return name + _raise(exponent)
 
     def call(self, function: str, argument: str, exponent: str) -> str:
         """Write a function of an argument."""
-        return f"{function.lower()}({argument}){_raised(exponent)}"
+        return f"{function.lower()}({argument}){_raise(exponent)}"
 
     def brackets(self, inner: str, exponent: str) -> str:
         """Write a sum within a product."""
-        return f"({inner}){_raised(exponent)}"
+        return f"({inner}){_raise(exponent)}"
 
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
@@ -89,7 +89,7 @@ class Text(Writer):
 
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum."""
-        return _signed(terms, "-", " + ", " - ")
+        return _sign(terms, "-", " + ", " - ")
 
     def equation(self, left: str, right: str) -> str:
         """Write an equation."""
@@ -150,7 +150,7 @@ class Latex(Writer):
 
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum."""
-        return _signed(terms, "-", " + ", " - ")
+        return _sign(terms, "-", " + ", " - ")
 
     def equation(self, left: str, right: str) -> str:
         """Write an equation."""
@@ -209,16 +209,16 @@ class MathML(Writer):
         if function == "sqrt":
             return f"<msqrt>{argument}</msqrt>"
         if function == "Abs":
-            return self._powered(f"<mrow><mo>|</mo>{argument}<mo>|</mo></mrow>", exponent)
+            return self._power(f"<mrow><mo>|</mo>{argument}<mo>|</mo></mrow>", exponent)
         name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn"}.get(
             function, function
         )
-        head = self._powered(f"<mi>{name}</mi>", exponent)
+        head = self._power(f"<mi>{name}</mi>", exponent)
         return f"<mrow>{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{argument}<mo>)</mo></mrow></mrow>"
 
     def brackets(self, inner: str, exponent: str) -> str:
         """Write a sum within a product."""
-        return self._powered(f"<mrow><mo>(</mo>{inner}<mo>)</mo></mrow>", exponent)
+        return self._power(f"<mrow><mo>(</mo>{inner}<mo>)</mo></mrow>", exponent)
 
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
@@ -231,7 +231,7 @@ class MathML(Writer):
 
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum."""
-        inner = _signed(terms, "<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>")
+        inner = _sign(terms, "<mo>−</mo>", "<mo>+</mo>", "<mo>−</mo>")
         return f"<mrow>{inner or '<mn>0</mn>'}</mrow>"
 
     def equation(self, left: str, right: str) -> str:
@@ -254,7 +254,7 @@ class MathML(Writer):
             return factors[0] if factors else "<mn>1</mn>"
         return f"<mrow>{'<mo>&#x2062;</mo>'.join(factors)}</mrow>"
 
-    def _powered(self, base: str, exponent: str) -> str:
+    def _power(self, base: str, exponent: str) -> str:
         return f"<msup>{base}{self._exponent(exponent)}</msup>" if exponent else base
 
     def _exponent(self, exponent: str) -> str:
@@ -267,13 +267,13 @@ class MathML(Writer):
         return f"<mn>{word}</mn>" if word.isdigit() else f"<mi>{GREEK.get(word, escape(word))}</mi>"
 
 
-def _raised(exponent: str) -> str:
+def _raise(exponent: str) -> str:
     if not exponent:
         return ""
     return f"^{exponent}" if exponent.isdigit() else f"^({exponent})"
 
 
-def _signed(terms: Sequence[tuple[bool, str]], first: str, plus: str, minus: str) -> str:
+def _sign(terms: Sequence[tuple[bool, str]], first: str, plus: str, minus: str) -> str:
     if not terms:
         return "" if plus.startswith("<") else "0"
     (negative, text), *rest = terms

@@ -53,7 +53,7 @@ class Jet:
         return Jet(self.c[both])
 
     def __add__(self, other: Any) -> Jet:
-        a, b = _aligned(self, other)
+        a, b = _align(self, other)
         return Jet(a + b)
 
     __radd__ = __add__
@@ -73,7 +73,7 @@ class Jet:
     def __mul__(self, other: Any) -> Jet:
         if isinstance(other, Jet):
             return _product(self, other, np.multiply)
-        return Jet(_padded(self.c, np.ndim(other)) * other)
+        return Jet(_pad(self.c, np.ndim(other)) * other)
 
     __rmul__ = __mul__
 
@@ -206,27 +206,27 @@ def _turned_to(y: Any, x: Any, y0: np.ndarray, x0: np.ndarray) -> Jet:
     return ratio.atan()
 
 
-def _padded(c: np.ndarray, trailing: int) -> np.ndarray:
+def _pad(c: np.ndarray, trailing: int) -> np.ndarray:
     """The coefficients with axes inserted, so that they broadcast against a trailing shape."""
     missing = trailing - (c.ndim - 2)
     return c.reshape(*c.shape[:2], *[1] * missing, *c.shape[2:]) if missing > 0 else c
 
 
-def _aligned(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
+def _align(a: Jet, b: Any) -> tuple[np.ndarray, np.ndarray]:
     """The coefficients of both, cut to the lower order and shaped to broadcast."""
     if not isinstance(b, Jet):
         c = np.zeros((*a.c.shape[:2], *np.shape(b)))
         c[0, 0] = b
         b = Jet(c)
     orders, trailing = min(len(a.c), len(b.c)), max(a.c.ndim, b.c.ndim) - 2
-    return _padded(a.c[:orders], trailing), _padded(b.c[:orders], trailing)
+    return _pad(a.c[:orders], trailing), _pad(b.c[:orders], trailing)
 
 
 def _product(first: Jet, second: Jet, times: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Jet:
     """Cauchy product in ε, rule of Leibniz in the partials."""
     orders = min(len(first.c), len(second.c))
     if times is np.multiply:
-        a, b = _aligned(first, second)
+        a, b = _align(first, second)
     else:
         a, b = first.c[:orders], second.c[:orders]
     total: list[Any] = [0.0] * orders

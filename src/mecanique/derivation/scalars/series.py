@@ -173,7 +173,7 @@ class Series:
             if lowest < 0:
                 shift = power(index, degree * -(lowest // degree))
                 cleared = {t: {m + shift: c for m, c in p.items()} for t, p in series.parts.items()}
-                series = _reduced(
+                series = _reduce(
                     Series(self.ring, cleared, series.denominator, series.reach - lowest + 1)
                 )
         return not series.parts
@@ -196,7 +196,7 @@ class Series:
         )
 
     def __add__(self, other: object) -> Series:
-        return self.ring.sum([self, self._lifted(other)])
+        return self.ring.sum([self, self._lift(other)])
 
     __radd__ = __add__
 
@@ -208,13 +208,13 @@ class Series:
         return self
 
     def __sub__(self, other: object) -> Series:
-        return self + -self._lifted(other)
+        return self + -self._lift(other)
 
     def __rsub__(self, other: object) -> Series:
-        return self._lifted(other) + -self
+        return self._lift(other) + -self
 
     def __mul__(self, other: object) -> Series:
-        other = self._lifted(other)
+        other = self._lift(other)
         if not self.parts or not other.parts:
             return Series(self.ring, {}, 1, 0)
         reach = self.reach + other.reach
@@ -227,15 +227,15 @@ class Series:
                 )
         parts, halves = product(self.parts, other.parts, self.ring.most_terms)
         result = canonical(self.ring, parts, self.denominator * other.denominator * halves, reach)
-        return _reduced(result) if self.ring.roots and _share_roots(self, other) else result
+        return _reduce(result) if self.ring.roots and _share_roots(self, other) else result
 
     __rmul__ = __mul__
 
     def __truediv__(self, other: object) -> Series:
-        return self * self._lifted(other) ** -1
+        return self * self._lift(other) ** -1
 
     def __rtruediv__(self, other: object) -> Series:
-        return self._lifted(other) * self**-1
+        return self._lift(other) * self**-1
 
     def __pow__(self, exponent: int) -> Series:
         if not isinstance(exponent, int):
@@ -255,14 +255,14 @@ class Series:
         if self.is_unit:
             ((monomial, c),) = self.parts[0].items()
             sign = 1 if c > 0 else -1
-            return _reduced(
+            return _reduce(
                 Series(self.ring, {0: {-monomial: sign * self.denominator}}, abs(c), self.reach)
             )
         if self.vanishes():
             raise DerivationError("division by zero in a series")
         return self.ring.inverse(self)
 
-    def _lifted(self, other: object) -> Series:
+    def _lift(self, other: object) -> Series:
         if not isinstance(other, Series):
             return self.ring.number(other)
         if other.ring is not self.ring:
@@ -403,7 +403,7 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
     return Series(ring, parts, denominator, reach)
 
 
-def _reduced(series: Series) -> Series:
+def _reduce(series: Series) -> Series:
     """Replace ρ² by s wherever ρ = √s was adjoined, and likewise divisors."""
     ring = series.ring
     for index, degree in reversed(ring.roots):

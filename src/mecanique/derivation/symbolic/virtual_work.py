@@ -152,7 +152,7 @@ class VirtualWork:
         C = along(axes.turns, self._couple(cut))
         for label, part in zip(axes.turn_labels, C, strict=True):
             if part:
-                results.append(Result(Left(_joined("C", body, label)), part))
+                results.append(Result(Left(_join("C", body, label)), part))
         parts.append(
             "Moved to the center of mass C, their resultant is F = -m a and a couple C, minus the "
             "rate of the angular momentum about it."
@@ -331,12 +331,12 @@ def _enter(
     for label, act, move in components:
         products.append(act * move)
         if act:
-            lines.append(Result(Left(_joined(letters.act, name, label)), act))
-            lines.append(Result(Left(_joined(letters.move, name, label)), move))
+            lines.append(Result(Left(_join(letters.act, name, label)), act))
+            lines.append(Result(Left(_join(letters.move, name, label)), move))
     work = tidy(products[0].ring.sum(products))
     lines.append(Result(Left(f"{letters.work}_{name}"), work))
     return work
 
 
-def _joined(*words: str) -> str:
+def _join(*words: str) -> str:
     return "_".join(filter(None, words))

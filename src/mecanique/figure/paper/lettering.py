@@ -86,14 +86,14 @@ def _best(
     boxes = box + np.tile(moves, 2)
     room = np.array([-FARTHEST, -FARTHEST, FARTHEST, FARTHEST]) + box
     near = (lines.max(axis=1) >= room[:2]).all(axis=1) & (lines.min(axis=1) <= room[2:]).all(axis=1)
-    cost = _MOVE * np.hypot(*moves.T) + _crossed(boxes, lines[near], weights[near])
+    cost = _MOVE * np.hypot(*moves.T) + _measure_crossings(boxes, lines[near], weights[near])
     if len(others):
         cost += _WORD * covered(boxes, others)
     best: Point = moves[int(np.argmin(np.round(cost, 6)))]
     return best
 
 
-def _crossed(
+def _measure_crossings(
     boxes: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The weighted length of the lines inside each box, shape (n,)."""

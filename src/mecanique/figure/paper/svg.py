@@ -34,7 +34,7 @@ def svg(marks: Sequence[Mark], title: str) -> str:
         f' height="{height:g}" role="img" aria-label="{_clean(title)}">',
         f"<title>{_clean(title)}</title>",
         f"<style>{_styles(used)}</style>",
-        *map(_written, marks),
+        *map(_write, marks),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
@@ -60,7 +60,7 @@ def _rule(style: Style, dark: bool) -> str:
     return rule
 
 
-def _written(mark: Mark) -> str:
+def _write(mark: Mark) -> str:
     match mark:
         case Stroke(points, style, closed):
             path = " ".join(f"{_short(x)},{_short(y)}" for x, y in points)

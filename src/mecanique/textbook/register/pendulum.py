@@ -66,7 +66,7 @@ def rows() -> Iterator[Row]:
     same = equation - 3 * row / (m * l**2)
     yield identity("1.18", "q'' + (3 g/(2 l)) sin q = 0", _BY, same)
     yield identity("1.19", "the same equation of motion", _BY, same)
-    yield _linearized()
+    yield _linearize()
 
     spread = distribution_of(bodies.cuts, cut)
     assert spread is not None
@@ -148,7 +148,7 @@ def _angular_momentum(rate: object) -> Row:
     )
 
 
-def _linearized() -> Row:
+def _linearize() -> Row:
     from mecanique.motion import linearize
 
     frequencies = linearize(load("rigid_bar_pendulum", l=1.7)).frequencies

@@ -68,7 +68,7 @@ def _each(document: Document, report: Report) -> None:
                     "M305",
                     joint.element,
                     joint.where,
-                    f"the normal of its plane is {_shown(joint.axis)}",
+                    f"the normal of its plane is {_format(joint.axis)}",
                 )
         if joint.name in document.mimics and joint.mimic is not None:
             leader = by_name[joint.mimic.joint]
@@ -126,5 +126,5 @@ def _places(joints: list[JointText]) -> list[tuple[Element, str]]:
     return [(joint.element, joint.where) for joint in joints]
 
 
-def _shown(axis: tuple[float, float, float]) -> str:
+def _format(axis: tuple[float, float, float]) -> str:
     return " ".join(f"{component:g}" for component in axis)

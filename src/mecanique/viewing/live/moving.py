@@ -55,8 +55,8 @@ class Moving:
         speed: float = 1.0,
     ) -> None:
         self._end, self._rtol, self._speed = end, rtol, speed
-        self._started = self._start(mechanism, q, v)
-        self._first = self._staged(self._started)
+        self._restart = self._start(mechanism, q, v)
+        self._first = self._stage(self._restart)
         self.presenter = Presenter(mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
@@ -68,11 +68,11 @@ class Moving:
         """
         live.warn("")
         try:
-            motion, scene = self._started, self._first
+            motion, scene = self._restart, self._first
             if changes:
                 self._speed = live.speed
-                motion = self._start(*_started(motion, changes))
-                scene = self._staged(motion)
+                motion = self._start(*_restart(motion, changes))
+                scene = self._stage(motion)
             shown = self.presenter.begin(live, motion.mechanism, scene)
             yield from (shown.frame(k) for k in range(len(shown.t)))
             for complete in Stretches(motion, self._end, lambda: live.speed):
@@ -89,9 +89,9 @@ class Moving:
             mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
         )
 
-    def _staged(self, motion: Motion) -> Scene:
+    def _stage(self, motion: Motion) -> Scene:
         length = "" if np.isinf(self._end) else f"{self._end:g} s, "
-        return _staged(motion, f"{length}computed while it is shown")
+        return _stage(motion, f"{length}computed while it is shown")
 
 
 @final
@@ -112,7 +112,7 @@ class Recorded:
                 f"got {type(motion).__name__}"
             )
         self._motion = motion
-        self._first = _staged(motion)
+        self._first = _stage(motion)
         self.presenter = Presenter(motion.mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
@@ -128,19 +128,19 @@ class Recorded:
         try:
             motion, scene = self._motion, self._first
             if changes:
-                mechanism, q, v = _started(motion, changes)
+                mechanism, q, v = _restart(motion, changes)
                 span, rtol = float(motion.t[-1] - motion.t[0]), motion.statistics.rtol
                 motion = simulate(
                     mechanism, q=q, v=v, t0=float(motion.t[0]), duration=span, rtol=rtol
                 )
-                scene = _staged(motion)
+                scene = _stage(motion)
             shown = self.presenter.begin(live, motion.mechanism, scene)
             yield from (shown.frame(k) for k in range(len(shown.t)))
         except MecaniqueError as error:
             live.warn(f"There is no motion: {error}")
 
 
-def _started(
+def _restart(
     motion: Motion, changes: Changes
 ) -> tuple[Mechanism, dict[str, float], dict[str, float]]:
     """A motion's mechanism and start with the values that were set in the page."""
@@ -154,7 +154,7 @@ def _started(
     return mechanism, q, v
 
 
-def _staged(motion: Motion, subtitle: str = "") -> Scene:
+def _stage(motion: Motion, subtitle: str = "") -> Scene:
     """A complete scene with its texts, but for those that take their time."""
     actions = actions_of(motion)
     document = pending(motion.mechanism, document_of(motion, (), None, actions))

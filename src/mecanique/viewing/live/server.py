@@ -367,9 +367,9 @@ class _Socket(tornado.websocket.WebSocketHandler):
         except tornado.websocket.WebSocketClosedError:
             self.server.clients.discard(self)
         else:
-            writing.add_done_callback(self._written)
+            writing.add_done_callback(self._check_writing)
 
-    def _written(self, writing: asyncio.Future[None]) -> None:
+    def _check_writing(self, writing: asyncio.Future[None]) -> None:
         """Take note when a page went away while being written to; raise any other failure."""
         if not writing.cancelled():
             with suppress(tornado.websocket.WebSocketClosedError):

@@ -168,7 +168,7 @@ class Stretches:
                     fps=density(speed),
                     reference=last.reference,
                 )
-                self._give(self._staged(self._motion))
+                self._give(self._stage(self._motion))
             self._give(None)
         except _StoppedError:
             return
@@ -180,12 +180,12 @@ class Stretches:
         try:
             done = getattr(error, "motion", None)
             if done is not None and len(done.t) > 1:
-                self._give(self._staged(done))
+                self._give(self._stage(done))
             self._give(error)
         except _StoppedError:
             return
 
-    def _staged(self, motion: Motion) -> Scene:
+    def _stage(self, motion: Motion) -> Scene:
         actions = actions_of(motion)
         scene = scene_of(
             motion, Document(ledger=ledger_of(motion, actions)), actions, complete=True

@@ -52,7 +52,7 @@ def pack(scene: Scene) -> Packed:
     t = resample(scene.t)
     anchors = _anchors(scene, 1e-6 * extent)
     columns, steps = _table(scene, POSITION_STEP * extent)
-    columns = _sampled(scene, columns, t)
+    columns = _sample(scene, columns, t)
     kept: list[bytes] = []
     orders: list[int] = []
     start = columns[0].tolist()
@@ -148,7 +148,7 @@ def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
     return np.concatenate(parts, axis=1), np.array(steps)
 
 
-def _sampled(scene: Scene, columns: Floats, t: Floats) -> Floats:
+def _sample(scene: Scene, columns: Floats, t: Floats) -> Floats:
     """The columns at other times: straight lines between the instants there are."""
     if t is scene.t:
         return columns

@@ -90,7 +90,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
     meshes, mesh_bytes = mesh_parcel(scene.bodies)
     live = stream and {"id": stream.identity, "first": float(scene.t[0])}
     header = _header(scene) | {"table": packed.header, "meshes": meshes, "live": live}
-    viewer, style, script = _viewer(), _asset("page.css"), join_scripts()
+    viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()
     connect = " ".join(stream.sources) if stream else "'none'"
     tabs, inner = panels(scene, live=stream is not None)
     subtitle = scene.document.subtitle
@@ -112,7 +112,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "script": script,
     }
     # one pass, so that nothing inside a part is taken for a place to fill
-    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page.html"))
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read_asset("page.html"))
 
 
 def policy(scripts: list[str], styles: list[str], connect: str) -> str:
@@ -183,14 +183,14 @@ def _header(scene: Scene) -> dict[str, Any]:
 def _parcel(header: dict[str, Any], parts: list[bytes], effort: int) -> str:
     """Length of the header, the header, and the parts, compressed."""
     text = json.dumps(header | {"parts": [len(part) for part in parts]}, ensure_ascii=True).encode()
-    return _compressed(b"".join([struct.pack("<I", len(text)), text, *parts]), effort)
+    return _compress(b"".join([struct.pack("<I", len(text)), text, *parts]), effort)
 
 
-def _compressed(data: bytes, effort: int) -> str:
+def _compress(data: bytes, effort: int) -> str:
     return base64.b64encode(gzip.compress(data, effort, mtime=0)).decode()
 
 
-def _asset(name: str) -> str:
+def _read_asset(name: str) -> str:
     return (files("mecanique.viewing.page") / "assets" / name).read_text(encoding="utf-8")
 
 
@@ -199,7 +199,7 @@ def join_scripts() -> str:
     """Return the page's script: all modules in one closure, in which they find one another."""
     texts = []
     for name in MODULES:
-        text = re.sub(r"^import [^;]*;\n", "", _asset(f"{name}.js"), flags=re.MULTILINE)
+        text = re.sub(r"^import [^;]*;\n", "", _read_asset(f"{name}.js"), flags=re.MULTILINE)
         texts.append(re.sub(r"^export ", "", text, flags=re.MULTILINE))
     return '(() => {\n"use strict";\n' + "\n".join(texts) + "})();\n"
 
@@ -211,7 +211,7 @@ def _viewer() -> str:
 
 @cache
 def _compressed_viewer() -> str:
-    return _compressed(_viewer().encode(), _KEPT)
+    return _compress(_viewer().encode(), _KEPT)
 
 
 @cache

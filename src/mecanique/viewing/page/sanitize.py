@@ -42,15 +42,15 @@ def safe(text: str, *, display: bool = False) -> str:
         tree = tree_of(f"<m>{stripped}</m>", most_depth=_DEEPEST)
     except (XmlRefusedError, UnicodeEncodeError):
         return html.escape(text)
-    kept = "".join(_written(child) for child in tree)
+    kept = "".join(_write(child) for child in tree)
     if len(tree) == 1 and tree[0].tag == "math":
-        kept = "".join(_written(child) for child in tree[0])
+        kept = "".join(_write(child) for child in tree[0])
     return f'<math display="{"block" if display else "inline"}">{kept}</math>'
 
 
-def _written(element: Element) -> str:
+def _write(element: Element) -> str:
     inner = html.escape(element.text or "") + "".join(
-        _written(child) + html.escape((child.tail or "").strip()) for child in element
+        _write(child) + html.escape((child.tail or "").strip()) for child in element
     )
     tag = element.tag
     if tag == "annotation":

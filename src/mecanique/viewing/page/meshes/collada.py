@@ -54,13 +54,13 @@ class _Reader:
         self._root = root
         self._named = {each.get("id"): each for each in root.iter() if each.get("id")}
 
-    def _referred(self, url: str | None) -> Element:
+    def _resolve(self, url: str | None) -> Element:
         return self._named[(url or "").removeprefix("#")]
 
     def surfaces(self, pose: Floats) -> Iterator[Surface]:
         shown = self._root.find("scene/instance_visual_scene")
         if shown is not None:
-            yield from self._node(self._referred(shown.get("url")), pose, 0)
+            yield from self._node(self._resolve(shown.get("url")), pose, 0)
 
     def _node(self, node: Element, pose: Floats, depth: int) -> Iterator[Surface]:
         if depth > _DEEPEST:
@@ -74,14 +74,14 @@ class _Reader:
             elif kind == "node":
                 yield from self._node(child, pose, depth + 1)
             elif kind == "instance_node":
-                yield from self._node(self._referred(child.get("url")), pose, depth + 1)
+                yield from self._node(self._resolve(child.get("url")), pose, depth + 1)
             elif kind in ("instance_geometry", "instance_controller"):
                 yield from self._instance(child, pose)
 
     def _instance(self, instance: Element, pose: Floats) -> Iterator[Surface]:
-        geometry = self._referred(instance.get("url"))
+        geometry = self._resolve(instance.get("url"))
         if (skin := geometry.find("skin")) is not None:
-            geometry = self._referred(skin.get("source"))
+            geometry = self._resolve(skin.get("source"))
         bound = {
             each.get("symbol"): each.get("target")
             for each in instance.iter()
@@ -112,13 +112,13 @@ class _Reader:
             places = fan(np.array((part.findtext("vcount") or "").split(), dtype=np.int64))
         positions = next(
             each
-            for each in self._referred(vertex.get("source"))
+            for each in self._resolve(vertex.get("source"))
             if each.get("semantic") == "POSITION"
         )
         return self._floats(positions.get("source"))[rows[places]]
 
     def _floats(self, url: str | None) -> Floats:
-        source = self._referred(url)
+        source = self._resolve(url)
         accessor = source.find("technique_common/accessor")
         stride = int(accessor.get("stride", 1)) if accessor is not None else 3
         values = np.array((source.findtext("float_array") or "").split(), dtype=np.float64)
@@ -126,10 +126,10 @@ class _Reader:
 
     def _color(self, url: str | None) -> Rgba | None:
         """A material's diffuse color; white where a texture gives it."""
-        used = None if url is None else self._referred(url).find("instance_effect")
+        used = None if url is None else self._resolve(url).find("instance_effect")
         if used is None:
             return None
-        for shading in self._referred(used.get("url")).findall("profile_COMMON/technique/*"):
+        for shading in self._resolve(used.get("url")).findall("profile_COMMON/technique/*"):
             if (diffuse := shading.find("diffuse")) is not None:
                 red, green, blue, _ = _rgba(diffuse.find("color")) or _WHITE
                 return red, green, blue, _opacity(shading)
@@ -158,13 +158,13 @@ def _rgba(color: Element | None) -> Rgba | None:
     return red, green, blue, rest[0] if rest else 1.0
 
 
-def _moved(xyz: Floats) -> Floats:
+def _translate(xyz: Floats) -> Floats:
     pose = np.eye(4)
     pose[:3, 3] = xyz
     return pose
 
 
-def _turned(axis_and_angle: Floats) -> Floats:
+def _rotate(axis_and_angle: Floats) -> Floats:
     """Rodrigues' formula: R = 1 + sin α K + (1 − cos α) K²."""
     x, y, z = axis_and_angle[:3] / np.linalg.norm(axis_and_angle[:3])
     k = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -174,12 +174,12 @@ def _turned(axis_and_angle: Floats) -> Floats:
     return pose
 
 
-def _written(numbers: Floats) -> Floats:
+def _transform(numbers: Floats) -> Floats:
     return numbers.reshape(4, 4)
 
 
-def _scaled(factors: Floats) -> Floats:
+def _scale(factors: Floats) -> Floats:
     return np.diag([*factors, 1.0])
 
 
-_TRANSFORMS = {"matrix": _written, "translate": _moved, "rotate": _turned, "scale": _scaled}
+_TRANSFORMS = {"matrix": _transform, "translate": _translate, "rotate": _rotate, "scale": _scale}

@@ -58,11 +58,11 @@ def pack_surfaces(surfaces: Sequence[Surface]) -> tuple[PackedSurface, ...]:
     low = np.min([surface.corners.min(axis=(0, 1)) for surface in surfaces], axis=0)
     high = np.max([surface.corners.max(axis=(0, 1)) for surface in surfaces], axis=0)
     step = max(float(np.max(high - low)) / STEPS, 1e-300)
-    packed = (_packed(surface, low, step) for surface in surfaces)
+    packed = (_pack(surface, low, step) for surface in surfaces)
     return tuple(each for each in packed if each.triangles)
 
 
-def _packed(surface: Surface, low: Floats, step: float) -> PackedSurface:
+def _pack(surface: Surface, low: Floats, step: float) -> PackedSurface:
     whole = np.round((surface.corners - low) / step).astype(np.int64)
     points, numbers = np.unique(whole.reshape(-1, 3), axis=0, return_inverse=True)
     triangles = _side_by_side(numbers.reshape(-1, 3))

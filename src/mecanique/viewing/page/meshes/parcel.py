@@ -31,7 +31,7 @@ def mesh_parcel(bodies: Sequence[SceneBody]) -> tuple[dict[str, Any], bytes]:
     drawn = []
     for k, path, shape in _meshes(bodies):
         if path not in places:
-            packed = _packed(path)
+            packed = _pack(path)
             places[path] = range(len(surfaces), len(surfaces) + len(packed))
             surfaces += packed
         matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
@@ -55,14 +55,14 @@ def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
                 yield k, shape.path, shape
 
 
-def _packed(path: Path) -> tuple[PackedSurface, ...]:
+def _pack(path: Path) -> tuple[PackedSurface, ...]:
     """A file's surfaces; a file that was packed before is packed again only if it has changed."""
     if not path.is_file():
         raise InputError(f"mesh file {path}: there is no such file")
-    return _remembered(path, path.stat().st_mtime_ns)
+    return _remember(path, path.stat().st_mtime_ns)
 
 
 @lru_cache(maxsize=64)
-def _remembered(path: Path, changed: int) -> tuple[PackedSurface, ...]:
+def _remember(path: Path, changed: int) -> tuple[PackedSurface, ...]:
     del changed  # only to tell one version of the file from the next
     return pack_surfaces(read_mesh(path))
