@@ -230,7 +230,8 @@ class Mechanism(Description):
 
         Args:
             q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w
-                one), or None.
+                one), or None. A joint coordinate that follows one of them in proportion, with an
+                offset or none, may stand for it.
             many: whether several positions may be given, shape (n, nq), or by name shape (n,); the
                 answer then has that shape.
 
@@ -241,9 +242,30 @@ class Mechanism(Description):
         """
         by_name = q is None or isinstance(q, Mapping)
         default = self.neutral() if by_name else np.zeros(self.nq)
+        if isinstance(q, Mapping) and q.keys() & self.coordinates.driven.keys():
+            q = self._by_leaders(q)
         names = self.coordinates.names
         found = self.normalized(numbers_of(q, names, "coordinate", default, many=many))
         self.refuse_outside(found)
+        return found
+
+    def _by_leaders(self, q: Mapping[str, Any]) -> dict[str, Any]:
+        """Replace the joint coordinates that follow the map by what they follow."""
+        found = {name: value for name, value in q.items() if name not in self.coordinates.driven}
+        for name in q.keys() - found.keys():
+            law = self.coordinates.driven[name]
+            leaders = symbols_in(law) - self.values.keys()
+            leader = min(leaders, default="")
+            slope = law.diff(coordinate(leader)) if leader in self.coordinates else 0
+            if len(leaders) != 1 or not slope or symbols_in(slope) - self.values.keys():
+                raise InputError(
+                    f"{name} follows the coordinate map, {name} = {law}, and does not determine "
+                    f"the coordinates in it by itself; give {', '.join(self.coordinates)}"
+                )
+            if leader in found:
+                raise InputError(f"{name} = {law} follows {leader}, which is given, too")
+            rest = self.evaluate(law.subs({coordinate(leader): 0}))
+            found[leader] = (np.asarray(q[name], dtype=float) - rest) / self.evaluate(slope)
         return found
 
     def velocity(self, v: Given, *, many: bool = False) -> np.ndarray:

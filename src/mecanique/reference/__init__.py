@@ -3,7 +3,7 @@
 This room is the only place that imports pinocchio, and it does so when a `Reference` is made.
 """
 
-from mecanique.reference.engine.answers import Energy, Momentum, PointMotion, Wrench
+from mecanique.reference.engine.answers import Energy, Momentum, PointMotion, Twist, Wrench
 from mecanique.reference.loops.assembly import assemble, assembly_branches
 from mecanique.reference.loops.freedom import Freedom, degrees_of_freedom
 from mecanique.reference.reference import Reference
@@ -14,6 +14,7 @@ __all__ = [
     "Momentum",
     "PointMotion",
     "Reference",
+    "Twist",
     "Wrench",
     "assemble",
     "assembly_branches",

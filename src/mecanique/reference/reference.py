@@ -9,17 +9,19 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.errors import EngineError, InputError, MecaniqueError
+from mecanique.errors import EngineError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import vector
 from mecanique.model.states import Given, States
 from mecanique.reference.engine.answers import (
     AppliedForce,
     Array,
     Energy,
     Momentum,
+    Places,
     PointMotion,
+    Twist,
     Wrench,
+    local_point,
 )
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.engine.tree import Tree
@@ -189,11 +191,20 @@ class Reference:
         parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.momentum)
         return Momentum(*np.moveaxis(parts, -2, 0)[:3])
 
-    def center_of_mass(self, q: Given, t: float | Array = 0.0) -> Array:
-        """Return the center of mass of the bodies that can move, world axes, shape (3,) [m].
+    @property
+    def total_mass(self) -> float:
+        """Mass of the bodies that can move, all those that the ground does not hold [kg]."""
+        return self._tree.moving_mass
+
+    def center_of_mass(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> PointMotion:
+        """Return how the center of mass of the bodies that can move does so, world axes.
 
         Args:
             q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
             t: time [s].
 
         Raises:
@@ -203,10 +214,9 @@ class Reference:
             raise EngineError(
                 f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
             )
-        center: Array = self._answer(States.of(self.mechanism, q, t=t), self._tree.momentum)[
-            ..., 3, :
-        ]
-        return center
+        states = States.of(self.mechanism, q, v, t, a)
+        parts = self._answer(states, self._tree.center, accelerations=True)
+        return PointMotion(*np.moveaxis(parts, -2, 0))
 
     def reactions(
         self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
@@ -245,9 +255,7 @@ class Reference:
         if self._closed is not None:
             return self._transmitted(states, self._closed)
         parts = self._answer(states, self._tree.reactions)
-        return {
-            name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :]) for k, name in enumerate(names)
-        }
+        return self._wrenches(states, parts)
 
     def applied(
         self, q: Given, v: Given = None, t: float | Array = 0.0
@@ -299,6 +307,60 @@ class Reference:
         """
         return self._answer(States.of(self.mechanism, q, t=t), self._tree.poses)
 
+    def pose(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the pose of one body in the world, shape (4, 4).
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        place = self.mechanism.bodies.index(self.mechanism.body(body))
+        pose: Array = self.poses(q, t)[..., place, :, :]
+        return pose
+
+    def velocity(self, body: str, q: Given, v: Given, t: float | Array = 0.0) -> Twist:
+        """Return the velocity of a body's origin and its angular velocity, world axes.
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        states = States.of(self.mechanism, q, v, t)
+        return Twist(*np.moveaxis(self._answer(states, partial(self._tree.twist, name)), -2, 0))
+
+    def followers(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> dict[str, Array]:
+        """Return the joint coordinates that follow the coordinate map, mimic joints included.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Returns:
+            By name r, its rate by r', its second rate by r''; each shape () or (n,).
+        """
+        driven = self.mechanism.coordinates.driven
+        states = States.of(self.mechanism, q, v, t, a)
+        parts = self._answer(states, self._tree.followers, accelerations=True)
+        return {
+            f"{name}{marks}": parts[..., order, k]
+            for order, marks in enumerate(("", "'", "''"))
+            for k, name in enumerate(driven)
+        }
+
     def point(
         self,
         body: str,
@@ -322,12 +384,7 @@ class Reference:
             UnknownNameError: if there is no such body.
         """
         name = self.mechanism.body(body).name
-        try:
-            local: Array = np.array([float(c) for c in vector(tuple(xyz), "a point")])
-        except TypeError:
-            raise InputError(f"expected three numbers for a point, got {xyz!r}") from None
-        if not np.isfinite(local).all():
-            raise InputError(f"expected a finite point, got {xyz!r}")
+        local = local_point(xyz)
         parts = self._answer(
             States.of(self.mechanism, q, v, t, a),
             partial(self._tree.point, name, local),
@@ -430,10 +487,43 @@ class Reference:
             return found.wrenches
 
         parts = self._answer(states, one)
-        return {
-            name: Wrench(parts[..., k, 0, :], parts[..., k, 1, :], _named(flags[k]))
-            for k, name in enumerate(self._carriers)
-        }
+        return self._wrenches(states, parts, flags)
+
+    def _wrenches(
+        self, states: States, parts: Array, flags: npt.NDArray[np.bool_] | None = None
+    ) -> dict[str, Wrench]:
+        """Name what joints and loops transmit, shape (…, n, 2, 3), and say where it acts."""
+        places = Places(partial(self._poses_by_name, states))
+        found = {}
+        for k, (name, (parent, child, point)) in enumerate(
+            zip(self._carriers, self._seats, strict=True)
+        ):
+            found[name] = Wrench(
+                parts[..., k, 0, :],
+                parts[..., k, 1, :],
+                () if flags is None else _named(flags[k]),
+                parent=parent,
+                child=child,
+                point=point,
+                body=child,
+                places=places,
+            )
+        return found
+
+    def _poses_by_name(self, states: States) -> dict[str, Array]:
+        poses = np.moveaxis(self._answer(states, self._tree.poses), -3, 0)
+        names = (body.name for body in self.mechanism.bodies)
+        return dict(zip(names, poses, strict=True))
+
+    @cached_property
+    def _seats(self) -> list[tuple[str, str, tuple[float, float, float]]]:
+        """Which body acts on which, and at which point of the latter: of each joint and loop."""
+        m = self.mechanism
+        seats = [(joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
+        for loop in m.loops:
+            x, y, z = (m.evaluate(c) for c in loop.frame_b.xyz)
+            seats.append((loop.body_a, loop.body_b, (x, y, z)))
+        return seats
 
     def _answer(
         self, states: States, one: Callable[..., Array], *, accelerations: bool = False

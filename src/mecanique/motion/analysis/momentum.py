@@ -55,7 +55,7 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
 
     def rates(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         force, moment = external(t, q, v)
-        about_center = moment - np.cross(reference.center_of_mass(q, t), force)
+        about_center = moment - np.cross(reference.center_of_mass(q, t=t).position, force)
         sizes = [np.linalg.norm(x, axis=1, keepdims=True) for x in (force, moment, about_center)]
         return np.hstack([force, moment, about_center, *sizes])
 

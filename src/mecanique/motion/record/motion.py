@@ -22,9 +22,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from mecanique.reference import Reference
-    from mecanique.reference.engine.answers import PointMotion, Wrench
+    from mecanique.reference.engine.answers import PointMotion, Twist, Wrench
 
 __all__ = ["Motion", "Statistics"]
+
+_MARKS = ("", "'", "''")
+"""What a coordinate's name is followed by for itself, its rate and its second rate."""
 
 
 @final
@@ -53,7 +56,8 @@ class Motion:
     """How a mechanism moved; `simulate` makes it.
 
     `motion["q"]`, `motion["q'"]` and `motion["q''"]` are the samples of a coordinate, its velocity
-    and acceleration; `motion(t)` is the state at any time, as accurate as the integration.
+    and acceleration, also of a joint that follows the coordinate map; `motion(t)` is the state at
+    any time, as accurate as the integration.
 
     Args:
         mechanism: what moved.
@@ -125,7 +129,12 @@ class Motion:
         if name.endswith("'") and name[:-1] in m.velocities:
             rates: np.ndarray = self.a[:, m.velocities.index(name[:-1])]
             return rates
-        raise UnknownNameError("coordinate, velocity or acceleration", name, self.names)
+        driven = [f"{follower}{marks}" for follower in m.coordinates.driven for marks in _MARKS]
+        if name in driven:
+            a = self.a if name.endswith("''") else None
+            return self.reference.followers(self.q, self.v, a, self.t)[name]
+        known = (*self.names, *driven)
+        raise UnknownNameError("coordinate, velocity or acceleration", name, known)
 
     def __call__(self, t: float | Sequence[float] | np.ndarray) -> State:
         """Return the state at times within the motion, as (t, q, v).
@@ -147,6 +156,32 @@ class Motion:
         state = self._states(t)
         poses: np.ndarray = self.reference.poses(state.q, state.t)
         return poses
+
+    def pose(self, body: str, t: float | Sequence[float] | np.ndarray | None = None) -> np.ndarray:
+        """Return the poses of one body in the world, shape (n, 4, 4).
+
+        Args:
+            body: name of the body.
+            t: times [s]: a number, for shape (4, 4), or shape (n,); the samples' by default.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        state = self._states(t)
+        return self.reference.pose(body, state.q, state.t)
+
+    def velocity(self, body: str, t: float | Sequence[float] | np.ndarray | None = None) -> Twist:
+        """Return the velocities of a body's origin and its angular ones, (n, 3), world axes.
+
+        Args:
+            body: name of the body.
+            t: times [s]: a number, for shape (3,), or shape (n,); the samples' by default.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        state = self._states(t)
+        return self.reference.velocity(body, state.q, state.v, state.t)
 
     def energy(self, t: Sequence[float] | np.ndarray | None = None) -> Energies:
         """Return the energies, and the work that changed them.

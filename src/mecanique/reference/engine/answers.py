@@ -2,13 +2,29 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["AppliedForce", "Array", "Energy", "Momentum", "Number", "PointMotion", "Wrench"]
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.placement import vector
+
+__all__ = [
+    "AppliedForce",
+    "Array",
+    "Energy",
+    "Momentum",
+    "Number",
+    "Places",
+    "PointMotion",
+    "Twist",
+    "Wrench",
+    "local_point",
+]
 
 Array: TypeAlias = npt.NDArray[np.float64]
 Number: TypeAlias = Any
@@ -68,12 +84,48 @@ class PointMotion(NamedTuple):
     acceleration: Array
 
 
+class Twist(NamedTuple):
+    """How fast a body moves, world axes.
+
+    Args:
+        linear: velocity of the body's origin, shape (3,) or (n, 3) [m/s].
+        angular: angular velocity, shape (3,) or (n, 3) [rad/s].
+    """
+
+    linear: Array
+    angular: Array
+
+
+@final
+class Places:
+    """Where the bodies are in the states of some wrenches; found when first asked for.
+
+    Args:
+        find: returns the pose of each body in the world, by name, shape (4, 4) or (n, 4, 4).
+    """
+
+    def __init__(self, find: Callable[[], dict[str, Array]]) -> None:
+        self._find = find
+
+    @cached_property
+    def poses(self) -> dict[str, Array]:
+        """Pose of each body in the world, by name, shape (4, 4) or (n, 4, 4)."""
+        return self._find()
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"poses": self.poses}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
+
 @final
 @dataclass(frozen=True, eq=False)
 class Wrench:
     """A force and a moment of a parent on its child, at the joint (the child's origin), world axes.
 
-    Of a loop: of body a on body b, at the origin of the loop's frame on body b.
+    Of a loop: of body a (called parent) on body b (called child), at the origin of the loop's frame
+    on body b. `in_axes` gives other axes, `about` the moment about another point.
 
     Args:
         force: shape (3,) or (n, 3) [N].
@@ -81,11 +133,86 @@ class Wrench:
         undetermined: names of components, e.g. "force y", that redundant constraints leave
             undetermined; their values are those of the least multipliers, one possibility among
             many.
+        axes: whose axes the components are in: "world" or a body's name.
+        parent: name of the body that acts; empty if not known.
+        child: name of the body acted on.
+        point: shape (3,), the point of the moment in the frame of `body` [m].
+        body: name of the body that carries the point, or "world".
+        places: where the bodies are.
     """
 
     force: Array
     moment: Array
     undetermined: tuple[str, ...] = ()
+    axes: str = "world"
+    parent: str = ""
+    child: str = ""
+    point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    body: str = ""
+    places: Places | None = field(default=None, repr=False)
+
+    def in_axes(self, axes: str) -> Wrench:
+        """Return the same wrench with its components in other axes.
+
+        Args:
+            axes: "world", "parent", "child" or the name of a body.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = {"parent": self.parent, "child": self.child}.get(axes, axes)
+        here, there = self._turn(self.axes), self._turn(name)
+        turn = np.swapaxes(there, -1, -2) @ here
+        return replace(
+            self,
+            force=(turn @ self.force[..., None])[..., 0],
+            moment=(turn @ self.moment[..., None])[..., 0],
+            axes=name,
+            undetermined=_mixed(self.undetermined, turn),
+        )
+
+    def about(self, point: Sequence[float] | Array, body: str = "world") -> Wrench:
+        """Return the same wrench with the moment about another point, in the same axes.
+
+        Args:
+            point: shape (3,) [m].
+            body: in whose frame the point is given and carried along: "world", "parent", "child" or
+                the name of a body.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+            InputError: if the point is not three finite numbers.
+        """
+        name = {"parent": self.parent, "child": self.child}.get(body, body)
+        x, y, z = local_point(point).tolist()
+        moved = replace(self, point=(x, y, z), body=name)
+        turn = self._turn(self.axes)
+        arm = self._place() - moved._place()
+        force = (turn @ self.force[..., None])[..., 0]
+        added = np.swapaxes(turn, -1, -2) @ np.cross(arm, force)[..., None]
+        loose = self.undetermined
+        if any(part.startswith("force") for part in loose):
+            forces = tuple(part for part in loose if part.startswith("force"))
+            loose = (*forces, "moment x", "moment y", "moment z")
+        return replace(moved, moment=self.moment + added[..., 0], undetermined=loose)
+
+    def _turn(self, axes: str) -> Array:
+        """From some axes to the world's, shape (3, 3) or (n, 3, 3)."""
+        return self._pose(axes)[..., :3, :3]
+
+    def _place(self) -> Array:
+        """Where the point is in the world, shape (3,) or (n, 3)."""
+        pose = self._pose(self.body)
+        place: Array = pose[..., :3, :3] @ np.array(self.point) + pose[..., :3, 3]
+        return place
+
+    def _pose(self, name: str) -> Array:
+        if name == "world":
+            return np.eye(4)
+        poses = {} if self.places is None else self.places.poses
+        if name not in poses:
+            raise UnknownNameError("body or axes", name, ("world", "parent", "child", *poses))
+        return poses[name]
 
 
 @final
@@ -108,3 +235,31 @@ class AppliedForce:
     point: Array
     force: Array
     moment: Array
+
+
+def local_point(xyz: Sequence[float] | Array) -> Array:
+    """Return a point of a body as an array, shape (3,).
+
+    Args:
+        xyz: shape (3,), in the body's frame [m].
+
+    Raises:
+        InputError: if it is not three finite numbers.
+    """
+    try:
+        local: Array = np.array([float(c) for c in vector(tuple(xyz), "a point")])
+    except TypeError:
+        raise InputError(f"expected three numbers for a point, got {xyz!r}") from None
+    if not np.isfinite(local).all():
+        raise InputError(f"expected a finite point, got {xyz!r}")
+    return local
+
+
+def _mixed(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
+    """The components in turned axes that undetermined ones have a share in."""
+    share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > 1e-9
+    found = []
+    for kind in ("force", "moment"):
+        loose = np.array([f"{kind} {axis}" in undetermined for axis in "xyz"])
+        found += [f"{kind} {axis}" for axis, row in zip("xyz", share, strict=True) if row @ loose]
+    return tuple(found)

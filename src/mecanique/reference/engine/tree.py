@@ -252,6 +252,35 @@ class Tree:
         change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
         return np.array([pose.act(at), pose.rotation @ velocity, pose.rotation @ change])
 
+    def twist(self, body: str, q: Array, v: Array, t: float) -> Array:
+        """Return the velocity of a body's origin and its angular velocity, world axes, (2, 3)."""
+        self.move(q, v, t)
+        holder, data = self.engine.holders[body], self.engine.data
+        turn, twist = data.oMi[holder.joint].rotation, data.v[holder.joint]
+        linear = twist.linear + np.cross(twist.angular, holder.placement.translation)
+        return np.array([turn @ linear, turn @ twist.angular])
+
+    def center(self, q: Array, v: Array, t: float, a: Array) -> Array:
+        """Return position, velocity, acceleration of the moving bodies' center, shape (3, 3)."""
+        self.move(q, v, t, a)
+        model, data = self.engine.model, self.engine.data
+        total = np.zeros((3, 3))
+        for joint in range(1, model.njoints):
+            mass, at = model.inertias[joint].mass, model.inertias[joint].lever
+            pose, twist, rate = data.oMi[joint], data.v[joint], data.a[joint]
+            velocity = twist.linear + np.cross(twist.angular, at)
+            change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
+            turned = pose.rotation @ velocity, pose.rotation @ change
+            total += mass * np.array([pose.act(at), *turned])
+        return total / self.moving_mass
+
+    def followers(self, q: Array, v: Array, t: float, a: Array) -> Array:
+        """Return the driven joint coordinates, their rates and second rates, shape (3, k)."""
+        values, u, rate = self.move(q, v, t, a)
+        driven = self.mechanism.coordinates.driven
+        rows = [self.chart.rows[f"{name}'"] for name in driven]
+        return np.array([[values[self.chart.index[name]] for name in driven], u[rows], rate[rows]])
+
     def jacobian(self, body: str, q: Array, v: Array, t: float) -> Array:
         """Return how each velocity moves a body, world axes, shape (6, nv); v does not matter."""
         engine, chart = self.engine, self.chart
