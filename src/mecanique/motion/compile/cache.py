@@ -12,7 +12,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
-from mecanique.motion.compile.heyoka import build_seconds, building, integrator
+from mecanique.motion.compile.heyoka import building, integrator
 from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import Batched, batched, overwriting, scalar
 from mecanique.motion.record.rates import Rates
@@ -43,21 +43,11 @@ class Compiled:
         self._size = mechanism.nv
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
-        self.spent = 0.0
-        """About how long motions of the mechanism have been integrated so far [s]."""
         self._program: Program | DerivationError | None = None
         self._make: Callable[[], RightHandSide] | None = None
-        self._pools: dict[float, list[Any]] = {}
+        self._pools: dict[tuple[float, bool], list[Any]] = {}
         self._taken: dict[float, int] = {}
         self._optimized: set[float] = set()
-
-    def note(self, seconds: float) -> None:
-        """Note that a motion was integrated, so that the next ones may be compiled.
-
-        Args:
-            seconds: about how long that takes on the reference [s].
-        """
-        self.spent += seconds
 
     def program(self, reference: Reference) -> Program:
         """Return the equations as a program, after it was compared with the reference.
@@ -95,82 +85,68 @@ class Compiled:
         return self._make()
 
     @property
-    def has_rhs(self) -> bool:
-        """Whether the equations are compiled."""
-        return self._make is not None
-
-    @property
     def possible(self) -> bool:
         """Whether there is a closed form, as far as known."""
         return not isinstance(self._program, DerivationError)
 
-    def has_integrator(self, tolerance: float) -> bool:
-        """Whether a Taylor integrator of this tolerance is there."""
-        return tolerance in self._pools
-
-    def borrow(self, reference: Reference, tolerance: float) -> Any:
+    def borrow(self, reference: Reference, tolerance: float, *, optimized: bool) -> Any:
         """Return a Taylor integrator for one user, who gives it back.
 
         Args:
             reference: the mechanism's `Reference`.
             tolerance: relative error of a step.
+            optimized: whether its code is; it rounds otherwise.
 
         Raises:
             InputError: if heyoka is not installed.
             DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
         """
-        if not self.optimized(tolerance) and self._taken.get(tolerance, 0) >= OPTIMIZED:
-            self._optimized.add(tolerance)
-            self._pools.pop(tolerance, None)
-        pool = self._pools.get(tolerance)
+        pool = self._pools.get((tolerance, optimized))
         if pool:
             return pool.pop()
-        return integrator(self.program(reference), tolerance, optimized=self.optimized(tolerance))
+        return integrator(self.program(reference), tolerance, optimized=optimized)
 
-    def build_integrator(self, reference: Reference, tolerance: float) -> None:
+    def build_integrator(self, reference: Reference, tolerance: float, *, optimized: bool) -> None:
         """Build a Taylor integrator, if none is there.
 
         Args:
             reference: the mechanism's `Reference`.
             tolerance: relative error of a step.
+            optimized: whether its code is.
 
         Raises:
             InputError: if heyoka is not installed.
             DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
         """
-        self.give_back(tolerance, self.borrow(reference, tolerance))
+        machine = self.borrow(reference, tolerance, optimized=optimized)
+        self.give_back(tolerance, machine, optimized=optimized)
 
-    def exchange(self, reference: Reference, tolerance: float, machine: Any, steps: int) -> Any:
-        """Return a Taylor integrator to continue with: the same, or an optimized one if that pays.
+    def pays_to_optimize(self, tolerance: float, steps: int = 0) -> bool:
+        """Return whether motions of a tolerance have taken enough steps for optimized code.
 
         Args:
-            reference: the mechanism's `Reference`.
             tolerance: relative error of a step.
-            machine: the integrator.
-            steps: how many steps it took since it was borrowed.
+            steps: how many more were taken.
         """
-        if self.optimized(tolerance) or self._taken.get(tolerance, 0) + steps < OPTIMIZED:
-            return machine
-        self.give_back(tolerance, machine, steps)
-        other = self.borrow(reference, tolerance)
-        other.time = machine.time
-        other.state[:] = machine.state
-        return other
+        if self._taken.get(tolerance, 0) + steps >= OPTIMIZED:
+            self._optimized.add(tolerance)
+        return self.optimized(tolerance)
 
     def optimized(self, tolerance: float) -> bool:
-        """Whether Taylor integrators of a tolerance are optimized."""
+        """Whether Taylor integrators of a tolerance are optimized where that may change."""
         return tolerance in self._optimized
 
-    def give_back(self, tolerance: float, machine: Any, steps: int = 0) -> None:
+    def give_back(self, tolerance: float, machine: Any, steps: int = 0, *, optimized: bool) -> None:
         """Take a Taylor integrator back, for the next motion.
 
         Args:
             tolerance: relative error of a step.
             machine: the integrator.
             steps: how many steps it took.
+            optimized: whether its code is.
         """
         self._taken[tolerance] = self._taken.get(tolerance, 0) + steps
-        self._pools.setdefault(tolerance, []).append(machine)
+        self._pools.setdefault((tolerance, optimized), []).append(machine)
 
     def batched(self, reference: Reference) -> Batched:
         """Return the equations as a function of arrays."""
@@ -181,9 +157,7 @@ class Compiled:
         return _DERIVING + 1e-3 * self._size**3
 
     def seconds_to_build(self) -> float:
-        """Return about how long it takes to build a Taylor integrator [s]."""
-        if isinstance(self._program, Program):
-            return build_seconds(self._program, optimized=False)
+        """Return about how long it takes to build a Taylor integrator, by the size alone [s]."""
         return self.seconds_to_derive() + building(15 * self._size**2, optimized=False)
 
 

@@ -7,7 +7,6 @@ Biscani, D. Izzo, Monthly Notices of the Royal Astronomical Society 504 (2021) 2
 
 from __future__ import annotations
 
-import sys
 from functools import cache
 from importlib.util import find_spec
 from typing import Any
@@ -60,13 +59,14 @@ def build_seconds(program: Program, *, optimized: bool = True) -> float:
 def building(operations: float, *, optimized: bool = True) -> float:
     """Return about how long a program of so many operations takes to compile [s].
 
+    To import heyoka always counts, so that what is chosen by it depends on nothing that ran before.
+
     Args:
         operations: their number.
         optimized: whether it is optimized.
     """
-    importing = 0.0 if "heyoka" in sys.modules else _IMPORTING
     once, each = _BUILDING[optimized]
-    return importing + once + each * operations
+    return _IMPORTING + once + each * operations
 
 
 def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: bool = True) -> Any:

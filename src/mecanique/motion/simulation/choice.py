@@ -18,7 +18,6 @@ __all__ = [
     "first_choice",
     "may_change",
     "next_choice",
-    "seconds_per_step",
     "worth_reconsidering",
 ]
 
@@ -43,6 +42,9 @@ TIGHT_RTOL = 1e-11
 MANY_STEPS = 10_000
 """So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
 
+VERY_MANY_STEPS = 200_000
+"""With more steps of dop853, optimizing the code of Taylor series, which take fewer, pays."""
+
 FREE_STEPS = 300
 """So many steps may err by the tolerance each, one way, before their sum counts."""
 
@@ -63,6 +65,7 @@ class Choice:
         reason: why, where "auto" chose.
         automatic: whether "auto" may change the method.
         compiles: whether it may also compile; not any more once that failed.
+        optimized: whether compiled code is optimized; None where that may change on the way.
     """
 
     method: str
@@ -72,6 +75,7 @@ class Choice:
     reason: str = ""
     automatic: bool = False
     compiles: bool = False
+    optimized: bool | None = None
 
     @property
     def title(self) -> str:
@@ -103,38 +107,20 @@ def first_choice(problem: Problem, method: str) -> Choice:
                 f"method 'taylor' watches for no events, got {names}; expected another method: "
                 "'closed_form', or 'auto', which takes one that does"
             )
-        code.build_integrator(reference, problem.rtol)
+        fast = code.pays_to_optimize(problem.rtol)
+        code.build_integrator(reference, problem.rtol, optimized=fast)
         return Choice("taylor", None)
     if method == "closed_form":
         return Choice("dop853", code.rhs(reference), closed_form=True)
     if method != "auto":
         return Choice(method, reference.rhs(overwriting=True))
-    plain = Choice(
+    return Choice(
         "dop853",
-        None,
+        reference.rhs(overwriting=True),
         reason="non-stiff equations",
         automatic=True,
         compiles=code.possible and problem.loops is None,
     )
-    chosen = _compiled_before(problem, plain) if plain.compiles else plain
-    if chosen.method == "taylor" or chosen.equations is not None:
-        return chosen
-    return replace(chosen, equations=reference.rhs(overwriting=True))
-
-
-def _compiled_before(problem: Problem, choice: Choice) -> Choice:
-    """Choose what is compiled already, or what the mechanism has moved long enough to pay for."""
-    code = problem.code
-    if _has_series(problem) and code.has_integrator(problem.rtol):
-        return replace(choice, method="taylor", reason="equations that are compiled already")
-    if _can_take_series(problem) and code.spent > PAYOFF * code.seconds_to_build():
-        reason = "a mechanism that has moved long enough to pay for compiling"
-        return _with_series(problem, choice, reason)
-    if problem.mechanism.nv <= SMALL and (
-        code.has_rhs or code.spent > PAYOFF * code.seconds_to_derive()
-    ):
-        return _with_closed_form(problem, choice)
-    return choice
 
 
 def next_choice(problem: Problem, choice: Choice, integration: Integration) -> Choice | None:
@@ -169,7 +155,8 @@ def may_change(problem: Problem, choice: Choice) -> bool:
 def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) -> bool:
     """Return whether another choice pays, as the first `STEPS` steps of dop853 suggest.
 
-    It looks at no clock, so that the same calls always give the same motions.
+    It looks at no clock, and at nothing that ran before, so that the same call always gives the
+    same motion.
 
     Args:
         problem: what is integrated.
@@ -198,19 +185,20 @@ def _reconsidered(problem: Problem, choice: Choice, t: float) -> Choice:
     if not (choice.compiles and code.possible):
         return choice
     if _can_take_series(problem) and left > PAYOFF * code.seconds_to_build():
-        return _with_series(problem, choice, "a motion long enough to pay for compiling")
+        reason = "a motion long enough to pay for compiling"
+        return _with_series(problem, choice, reason, optimized=steps > VERY_MANY_STEPS)
     if _can_take_closed_form(problem, choice) and left > PAYOFF * code.seconds_to_derive():
         return _with_closed_form(problem, choice)
     return choice
 
 
-def _with_series(problem: Problem, choice: Choice, reason: str) -> Choice:
+def _with_series(problem: Problem, choice: Choice, reason: str, optimized: bool) -> Choice:
     """Change to Taylor series, if the equations have them."""
     try:
-        problem.code.build_integrator(problem.reference, problem.rtol)
+        problem.code.build_integrator(problem.reference, problem.rtol, optimized=optimized)
     except DerivationError:
         return replace(choice, compiles=False)
-    return replace(choice, method="taylor", equations=None, reason=reason)
+    return replace(choice, method="taylor", equations=None, reason=reason, optimized=optimized)
 
 
 def _with_closed_form(problem: Problem, choice: Choice) -> Choice:
@@ -243,10 +231,10 @@ def _steps_in_all(problem: Problem, t: float) -> float:
 
 
 def _seconds_left(problem: Problem, t: float) -> float:
-    return (_steps_in_all(problem, t) - STEPS) * seconds_per_step(problem.mechanism)
+    return (_steps_in_all(problem, t) - STEPS) * _seconds_per_step(problem.mechanism)
 
 
-def seconds_per_step(mechanism: Mechanism) -> float:
+def _seconds_per_step(mechanism: Mechanism) -> float:
     """Return about what a step of dop853 takes on the reference [s].
 
     Args:

@@ -44,7 +44,7 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         UnknownNameError: if an event depends on a name that does not exist.
     """
     if choice.equations is None:
-        return integrate_series(problem)
+        return integrate_series(problem, choice.optimized)
     task, steps = _task(problem, choice), Steps()
     try:
         rate = task.rhs(problem.t0, problem.start)

@@ -24,7 +24,6 @@ from mecanique.motion.simulation.choice import (
     COMPILED,
     first_choice,
     next_choice,
-    seconds_per_step,
 )
 from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
@@ -76,8 +75,10 @@ def simulate(
             or "closed_form" (dop853 on the closed form) or "taylor" (Taylor series of the closed
             form, extra `fast`), which compile first and then are faster. "auto" takes dop853 and
             changes to radau if the equations turn out to be stiff, or to a faster method if this
-            motion, or those of the mechanism before it, take long enough to pay for compiling, or
-            if that is done already.
+            motion takes long enough to pay for compiling; what ran before has no part in it, so
+            that the same call gives the same numbers. To use for many short motions what is
+            compiled once, ask for "closed_form" or "taylor"; the latter optimizes its code, which
+            then rounds otherwise, once motions of the mechanism have taken 50,000 steps.
         fps: samples per second of the resulting arrays; the last sample is at the end exactly.
         samples: instead of fps, the number of samples, or their times [s], shape (n,).
         t0: time at the start [s].
@@ -139,8 +140,6 @@ def simulate(
 
     if integration.course is None:
         raise failure(problem, integration, None)
-    if choice.method == "dop853":
-        problem.code.note(integration.steps * seconds_per_step(mechanism))
     if integration.rtol < rtol and loops is None:
         remark = f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(

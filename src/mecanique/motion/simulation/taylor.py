@@ -30,14 +30,17 @@ NO_LENGTH = 1e-12
 """Steps below this fraction of the duration are only rounding."""
 
 
-def integrate_series(problem: Problem) -> Integration:
+def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
     """Integrate a problem, as far as it goes.
 
     Args:
         problem: what to integrate; a Taylor integrator can be had for it.
+        optimized: whether the integrator's code is; None changes to optimized code as soon as that
+            pays for all motions of the mechanism.
     """
     code, reference, rtol, end = problem.code, problem.reference, problem.rtol, problem.end
-    machine = code.borrow(reference, rtol)
+    fast = code.pays_to_optimize(rtol) if optimized is None else optimized
+    machine = code.borrow(reference, rtol, optimized=fast)
     options = _options(problem)
     left = problem.times[problem.times > problem.t0]
     states = [problem.start[None]] if problem.times[0] == problem.t0 else []
@@ -46,7 +49,11 @@ def integrate_series(problem: Problem) -> Integration:
         machine.time = problem.t0
         machine.state[:] = problem.start
         while outcome is None and machine.time < end:
-            machine = code.exchange(reference, rtol, machine, steps)
+            if optimized is None and not fast and code.pays_to_optimize(rtol, steps):
+                before, machine = machine, code.borrow(reference, rtol, optimized=True)
+                machine.time, machine.state[:] = before.time, before.state
+                code.give_back(rtol, before, optimized=False)
+                fast = True
             limits = {"max_steps": min(AT_ONCE, problem.max_steps - steps), **options}
             some = left[:AT_ONCE]
             if len(some) and some[0] < end:  # samples on the way are read off the series
@@ -67,7 +74,7 @@ def integrate_series(problem: Problem) -> Integration:
     except KeyboardInterrupt:
         outcome = Outcome("interrupted")
     last, y = float(machine.time), np.array(machine.state)
-    code.give_back(rtol, machine, steps)
+    code.give_back(rtol, machine, steps, optimized=fast)
     return Integration(
         outcome or Outcome("end"),
         last,
@@ -75,7 +82,7 @@ def integrate_series(problem: Problem) -> Integration:
         steps,
         steps,
         rtol,
-        partial(_course, problem, states, last),
+        partial(_course, problem, states, last, fast),
     )
 
 
@@ -93,12 +100,12 @@ def _report(problem: Problem, t: float) -> Outcome | None:
     return None
 
 
-def _course(problem: Problem, states: list[np.ndarray], last: float) -> Course:
+def _course(problem: Problem, states: list[np.ndarray], last: float, optimized: bool) -> Course:
     """The samples that were read off, and the curve that is made when it is asked for."""
     y = np.concatenate(states) if states else np.empty((0, len(problem.start)))
     nq = problem.mechanism.nq
     samples = State(problem.times[: len(y)], problem.code.rates.normalized(y[:, :nq]), y[:, nq:])
-    return Course(samples, partial(_curve, problem, last))
+    return Course(samples, partial(_curve, problem, last, optimized))
 
 
 def _values(series: Sequence[Any], times: np.ndarray) -> np.ndarray:
@@ -126,13 +133,13 @@ def _series(problem: Problem, machine: Any, last: float) -> list[Any]:
     return series
 
 
-def _curve(problem: Problem, last: float) -> Curve:
+def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
     """The curve through enough states that it is as accurate as the series."""
     nq, rtol, code = problem.mechanism.nq, problem.rtol, problem.code
     rates, rhs = code.rates, code.batched(problem.reference)
-    machine = code.borrow(problem.reference, rtol)
+    machine = code.borrow(problem.reference, rtol, optimized=optimized)
     series = _series(problem, machine, last)
-    code.give_back(rtol, machine)
+    code.give_back(rtol, machine, optimized=optimized)
 
     def through(t: np.ndarray, y: np.ndarray) -> Curve:
         q, v = rates.normalized(y[:, :nq]), y[:, nq:]
