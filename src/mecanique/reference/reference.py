@@ -9,7 +9,8 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.errors import EngineError, MecaniqueError
+from mecanique.errors import EngineError, InputError, MecaniqueError
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
 from mecanique.reference.engine.answers import (
@@ -75,7 +76,9 @@ class Reference:
         return dict(zip(self.mechanism.velocities, mode.tolist(), strict=True))
 
     def mass_matrix(self, q: Given, t: float | Array = 0.0) -> Array:
-        """Return the mass matrix M, shape (nv, nv).
+        """Return the mass matrix M, shape (nv, nv); of a mechanism with loops, that of its tree.
+
+        `independent_mass_matrix` is that of the motion which the loops leave free.
 
         Args:
             q: shape (nq,).
@@ -105,6 +108,8 @@ class Reference:
 
     def bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
         """Return the inertia forces that do not depend on accelerations, and gravity, shape (nv,).
+
+        Of a mechanism with loops, those of its tree: the loops' own forces are left out.
 
         Args:
             q: shape (nq,).
@@ -156,6 +161,113 @@ class Reference:
         return self._answer(
             States.of(self.mechanism, q, v, t, a), self._tree.inverse_dynamics, accelerations=True
         )
+
+    def driving_forces(
+        self,
+        drives: Sequence[str],
+        q: Given,
+        v: Given = None,
+        a: Given = None,
+        t: float | Array = 0.0,
+    ) -> dict[str, Array]:
+        """Return what drives in chosen joints must do for given accelerations, by joint.
+
+        With v and a left out, the forces and torques that hold the mechanism; loops are taken into
+        account. If more joints drive than motions are free, the least forces, by sum of squares.
+
+        Args:
+            drives: names of joints with one coordinate.
+            q: shape (nq,), the loops closed.
+            v: shape (nv,), as the loops allow.
+            a: shape (nv,), as the loops allow.
+            t: time [s].
+
+        Returns:
+            Each shape () or (n,) [N·m or N], on the child, and the opposite on the parent.
+
+        Raises:
+            UnknownNameError: if there is no such joint.
+            InputError: if a joint has not one coordinate.
+            EngineError: if a loop is open.
+            ClosureError: if the loops do not allow v or a, or the drives cannot make them.
+        """
+        joints = [self.mechanism.joint(name) for name in drives]
+        for joint in joints:
+            if not isinstance(joint, Single):
+                raise InputError(
+                    f"expected joints with one coordinate to drive, got {joint.name!r}, "
+                    f"a {type(joint).__name__}"
+                )
+        from mecanique.reference.loops.driving import driving_forces
+
+        rates = [joint.velocities[-1] for joint in joints]
+        states = States.of(self.mechanism, q, v, t, a)
+        one = partial(driving_forces, self._tree, self._closed, rates)
+        found = self._answer(states, one, accelerations=True)
+        return {name: found[..., k] for k, name in enumerate(drives)}
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """Name of each row of the constraints, "loop: motion it closes"; empty for a tree."""
+        return () if self._closed is None else self._closed.closures.names
+
+    def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return how far the loops are open, Φ, shape (m,) [m or rad], by `constraint_names`.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, t=t), "residual")
+
+    def constraint_jacobian(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the constraints' Jacobian J, shape (m, nv): Φ' = J v, and what time adds.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, t=t), "jacobian")
+
+    def constraint_bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return the part of the constraints' second rate without a, γ: J a + γ = 0, shape (m,).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, v, t), "gamma")
+
+    def independent_mass_matrix(self, q: Given, t: float = 0.0) -> tuple[tuple[str, ...], Array]:
+        """Return names of independent velocities, and the mass matrix Tᵀ M T they see, (n, n).
+
+        Args:
+            q: shape (nq,), one position, the loops closed.
+            t: time [s].
+
+        Raises:
+            EngineError: if a loop is open.
+        """
+        states = States.of(self.mechanism, q, t=t)
+        M = self._answer(states, self._tree.mass).reshape(self.mechanism.nv, -1)
+        if self._closed is None:
+            return self.mechanism.velocities, M
+        from mecanique.reference.loops.driving import free_motions
+
+        chosen, T = free_motions(self._closed, states.q[0], float(states.t[0]))
+        return tuple(self.mechanism.velocities[k] for k in chosen), T.T @ M @ T
+
+    def _constraints(self, states: States, what: str) -> Array:
+        closed = self._closed
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            if closed is None:
+                return np.zeros((0, self.mechanism.nv) if what == "jacobian" else 0)
+            found: Array = getattr(closed.closures.at(q, v, t), what)
+            return found
+
+        return self._answer(states, one)
 
     def gravity(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return the part of the bias that gravity makes, ∂V/∂q of gravity, shape (nv,).
