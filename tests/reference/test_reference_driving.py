@@ -29,7 +29,7 @@ def crank(theta: float, force: float = 0.0) -> tuple[Reference, np.ndarray]:
 
 @pytest.mark.parametrize("theta", [0.3, 0.9, 2.0, 4.0])
 def test_the_torque_that_holds_a_crank_against_the_piston(theta: float) -> None:
-    """T = F r sin θ (1 + r cos θ / √(l² − r² sin² θ)) for a push inwards, and the crank's weight."""
+    """T = F r sin θ (1 + r cos θ / √(l² − r² sin² θ)) for a push inwards, plus the weight."""
     reference, q = crank(theta, -300.0)
     ratio = 1 + R * cos(theta) / sqrt(L**2 - (R * sin(theta)) ** 2)
     weight = 2.0 * 9.81 * R * cos(theta) / 2

@@ -59,7 +59,11 @@ def read_urdf(
     What is zero has a letter only if it is asked for by that. Each is varied alone: another mass
     leaves the inertia as it is.
 
-    Joint coordinates bear the names of their joints. Joint damping, springs and dampers of the
+    Joint coordinates bear the names of their joints. A floating root moves in the joint
+    `root_joint` (with a number if that name is taken): position `root_joint_x`, `_y`, `_z` in the
+    world, unit quaternion `root_joint_qx`, `_qy`, `_qz`, `_qw` (w last); velocities
+    `root_joint_vx`, `_vy`, `_vz` of the root's origin and `root_joint_wx`, `_wy`, `_wz`, angular,
+    both in the root's own axes. Joint damping, springs and dampers of the
     drake: dialect, its ball and distance constraints, mimic joints and rotor inertias are read; dry
     friction and collisions do not enter the equations. `mecanique.lint` says what is not used and
     what other programs read differently.

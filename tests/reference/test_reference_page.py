@@ -1,0 +1,44 @@
+"""The page docs/reference.md lists what a Reference answers, no more and no less."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from mecanique.reference import Reference
+
+PAGE = Path(__file__).parents[2] / "docs" / "reference.md"
+START = """# What a Reference answers
+
+`ref = mq.Reference(mechanism)` takes positions, velocities, accelerations and torques in order or
+by name, one state or many. Angles in radians, all else in SI units; the conventions are in
+[conventions.md](conventions.md). This page is made of the docstrings, and a test compares them.
+
+"""
+
+
+def signature(name: str) -> str:
+    """Its name with its arguments, or alone if it is a property."""
+    member = inspect.getattr_static(Reference, name)
+    if not inspect.isfunction(member):
+        return name
+    shown = []
+    for argument in list(inspect.signature(member).parameters.values())[1:]:
+        bare = argument.default is inspect.Parameter.empty
+        shown.append(argument.name if bare else f"{argument.name}={argument.default!r}")
+    return f"{name}({', '.join(shown)})"
+
+
+def page() -> str:
+    """The page as it should be: a line for each answer, by name."""
+    names = sorted(name for name in vars(Reference) if not name.startswith("_"))
+    names.remove("closed")
+    lines = []
+    for name in names:
+        doc = inspect.getdoc(inspect.getattr_static(Reference, name)) or ""
+        lines.append(f"- `ref.{signature(name)}`: {doc.splitlines()[0]}\n")
+    return START + "".join(lines)
+
+
+def test_the_page_lists_every_answer() -> None:
+    assert PAGE.read_text(encoding="utf-8") == page()
