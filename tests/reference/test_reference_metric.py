@@ -10,6 +10,9 @@ from scipy.integrate import solve_ivp
 import mecanique as mq
 from mecanique.model import Mechanism
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.metric import Units, _weigh, measure
+from mecanique.reference.loops.newton import Tangent, newton
+from mecanique.reference.loops.nullspace import split
 
 LINKAGES = [
     name for name in mq.textbook.names() if mq.textbook.load(name).loops and name != "squeezer"
@@ -136,3 +139,90 @@ def test_a_row_of_parallelograms_passes_flat_positions_in_any_tree(
     motion = mq.simulate(mechanism, v=rates, duration=3.0, samples=11)
     assert motion["A0"][-1] < -2 * np.pi
     np.testing.assert_allclose(motion["A0"], fall_of_parallelograms(count, motion.t), atol=1e-8)
+
+
+def spread(seed: int, off: float) -> np.ndarray:
+    """A mass matrix; the smaller `off`, the more its entries cancel."""
+    A = np.random.default_rng(seed).normal(size=(4, 4))
+    A[:, 3] = A[:, 2] + off * A[:, 3]
+    D = np.array([1.0, 1e-3, 1e3, 2.0])
+    return np.asarray((A * D).T @ (A * D))
+
+
+@pytest.mark.parametrize("off", [1.0, 1e-3])
+@pytest.mark.parametrize("seed", range(3))
+def test_directions_are_orthogonal_in_any_mass_matrix(seed: int, off: float) -> None:
+    M, J = spread(seed, off), np.random.default_rng(seed).normal(size=(3, 4))
+    units = Units(np.array([2.0, 2.0, 5.0]), np.ones(4), np.array([0, 0, 1]))
+    for root in (None, lambda: np.linalg.cholesky(M).T):
+        metric = measure(M, J, units, root)
+        np.testing.assert_allclose(metric.mass, 1.0)
+        np.testing.assert_allclose(metric.columns.T @ M @ metric.columns, np.eye(4), atol=1e-8)
+        np.testing.assert_allclose(metric.inverse @ metric.columns, np.eye(4), atol=1e-8)
+        # each block closes one unit: Σ over its rows of |J C|² = 1, the rows alike
+        scaled = metric.scale(J)
+        np.testing.assert_allclose(np.sum(scaled[:2] ** 2), 1.0, rtol=1e-10)
+        np.testing.assert_allclose(np.sum(scaled[2] ** 2), 1.0, rtol=1e-10)
+        assert metric.rows[0] == metric.rows[1]
+
+
+def test_a_direction_without_mass_is_told_from_one_with_mass() -> None:
+    """Two velocities that move one mass: their sum carries it, their difference none."""
+    M, units = np.ones((2, 2)), Units(np.ones(1), np.ones(2), np.zeros(1, dtype=int))
+    for root in (None, lambda: np.array([[1.0, 1.0]])):
+        metric = measure(M, np.array([[1.0, -1.0]]), units, root)
+        assert sorted(metric.mass) == [0.0, 1.0]
+        carried = metric.columns.T @ M @ metric.columns
+        np.testing.assert_allclose(carried, np.diag(metric.mass), atol=1e-12)
+        np.testing.assert_allclose(metric.inverse @ metric.columns, np.eye(2), atol=1e-12)
+
+
+def test_rows_of_rounding_are_not_scaled_up() -> None:
+    J = np.array([[1.0, 0.0], [0.0, 1e-14]])
+    units = Units(np.ones(2), np.ones(2), np.array([0, 1]))
+    np.testing.assert_array_equal(measure(np.eye(2), J, units).rows, [1.0, 0.0])
+    # in plain units the row is large enough to count
+    fine = Units(np.array([1.0, 1e3]), np.ones(2), np.array([0, 1]))
+    np.testing.assert_allclose(measure(np.eye(2), J, fine).rows, [1.0, 1e14])
+    coarse = Units(np.ones(2), np.array([1.0, 1e3]), np.array([0, 1]))
+    np.testing.assert_allclose(measure(np.eye(2), J, coarse).rows, [1.0, 1e14])
+
+
+def test_a_massless_velocity_is_measured_by_the_lightest_one_it_meets_in_a_loop() -> None:
+    diagonal = np.array([0.0, 9.0, 4.0, 1.0, 0.0])
+    J = np.array([[1.0, 1.0, 0.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0, 0.0]])
+    plain = np.array([6.0, 1.0, 1.0, 1.0, 5.0])
+    np.testing.assert_allclose(_weigh(diagonal, J, plain), [2 / 6, 3.0, 2.0, 1.0, 1 / 5])
+    np.testing.assert_allclose(_weigh(np.array([4.0]), J[:, :1], np.array([7.0])), [2.0])
+    np.testing.assert_allclose(_weigh(np.zeros(1), J[:, :1], np.array([4.0])), [1 / 4])
+
+
+def test_newton_within_a_tangent_space_lands_on_the_loops_and_says_where() -> None:
+    mechanism = four_bars((1.0, 1.0))
+    closed, q = closed_of(mechanism), assembled(mechanism)
+    v = np.array([0.3, -0.2, 0.5])
+    closure = closed.closures.at(q, v, 0.0)
+    metric = closed.measure(closure.jacobian)
+    parts = split(metric.scale(closure.jacobian))
+    along = 0.1 * parts.null[:, 0]
+    tangent = Tangent(along, parts.range_right, np.zeros(parts.rank))
+    landing = newton(
+        closed, q, v, 0.0, metric, least_squares, tangent=tangent, stagnant=0.5, sweeps=8
+    )
+    C = metric.columns
+    moved = q + C @ (along + parts.range_right @ landing.bend)
+    np.testing.assert_allclose(landing.q, moved, rtol=1e-14)
+    assert 1e-3 < np.abs(landing.bend).max() < 0.1
+    there = closed.closures.at(landing.q, v, 0.0)
+    assert np.abs(there.residual).max() < 1e-14
+    assert landing.gap < 1e-14
+    J = metric.rows[:, None] * there.jacobian @ C @ parts.range_right
+    np.testing.assert_allclose(landing.jacobian, J, atol=1e-13)
+    np.testing.assert_allclose(landing.rates, metric.rows * (there.jacobian @ v), rtol=1e-12)
+    free = newton(closed, moved + 0.01, v, 0.0, metric, least_squares, stagnant=0.5, sweeps=8)
+    assert np.abs(closed.closures.at(free.q, v, 0.0).residual).max() < 1e-14
+    assert free.bend.shape == (0,)
+
+
+def least_squares(J: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+    return np.asarray(np.linalg.lstsq(J, gaps, rcond=None)[0])

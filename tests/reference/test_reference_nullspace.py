@@ -93,3 +93,44 @@ def test_split_counts_what_is_free(jacobian: np.ndarray, rank: int) -> None:
     assert parts.rank == rank
     assert parts.null.shape == (3, 3 - rank)
     np.testing.assert_allclose(jacobian @ parts.null, 0.0, atol=1e-15)
+
+
+def test_redundant_rows_share_their_force_by_least_squares_in_plain_units() -> None:
+    """The least Σ (λ_i / u_i)² with r·λ = f is λ_i = f r_i u_i² / Σ r_k² u_k²."""
+    r, u = np.array([1.0, 2.0, -1.5]), np.array([1.0, 10.0, 0.3])
+    mass, J = np.diag([2.0, 3.0]), np.outer(r, [1.0, 0.0])
+    metric = measure(mass, J, Units(u, np.ones(2), np.zeros(3, dtype=int)))
+    motion = solve(metric, np.array([-7.0, -6.0]), J, 4 * r)
+    np.testing.assert_allclose(motion.acceleration, [-4.0, 2.0], rtol=1e-12)
+    force = 2.0 * -4.0 - 7.0  # M a + h with a = −4
+    expected = force * r * u**2 / np.sum(r**2 * u**2)
+    np.testing.assert_allclose(motion.multipliers, expected, rtol=1e-12)
+    assert not motion.determined.any()
+
+
+def test_a_hardly_closed_direction_keeps_its_velocity_if_asked_to() -> None:
+    """Its row demands a = −γ / σ, which next to a singular position is mostly error."""
+    J, gamma, h = np.diag([1.0, 1e-6]), np.array([3.0, 2e-3]), np.array([5.0, 7.0])
+    metric = scale(np.eye(2), J)
+    strict = solve(metric, h, J, gamma, most=2)
+    np.testing.assert_allclose(strict.acceleration, [-3.0, -2e3], rtol=1e-9)
+    np.testing.assert_allclose(J.T @ strict.multipliers, strict.acceleration + h, rtol=1e-9)
+    kept = solve(metric, h, J, gamma, most=2, weak=1e-4)
+    np.testing.assert_allclose(kept.acceleration, [-3.0, 0.0], atol=1e-12)
+    np.testing.assert_allclose(kept.multipliers, [2.0, 0.0], atol=1e-12)
+    assert kept.rank == 2
+    # one rank less, and it is free instead
+    free = solve(metric, h, J, gamma, most=1)
+    np.testing.assert_allclose(free.acceleration, [-3.0, -7.0], rtol=1e-12)
+
+
+def test_the_largest_components_of_a_massless_motion_are_named_in_plain_units() -> None:
+    """Massless along (3, 4): the tie of the two is the only row."""
+    tie = np.array([[4.0, -3.0]])
+    units = Units(np.ones(1), np.array([1.0, 2.0]), np.zeros(1, dtype=int))
+    metric = measure(np.zeros((2, 2)), tie, units)
+    with pytest.raises(ClosureError) as refusal:
+        solve(metric, np.zeros(2), tie, np.zeros(1), names=["x", "y"])
+    # in plain units (3, 4 / 2), of norm sqrt(13)
+    assert "0.83 at x" in str(refusal.value)
+    assert "0.55 at y" in str(refusal.value)
