@@ -95,6 +95,7 @@ def test_json_holds_everything() -> None:
         "sources": ["jets", "Pinocchio"],
         "worst": 0.25,
         "agrees": False,
+        "tolerance": 1e-9,
         "q": {"q": 0.1},
         "v": {"q'": -2.0},
         "t": 3.0,
@@ -103,6 +104,21 @@ def test_json_holds_everything() -> None:
     assert (data["samples"], data["seed"], data["tolerance"]) == (100, 7, 1e-9)
     assert data["versions"] == {"numpy": "2.0"}
     assert data["notes"] == ["left out: nothing"]
+
+
+def test_rounding_allows_more_where_it_explains_more_and_says_so() -> None:
+    close = replace(GOOD, quantity="acceleration", worst=2e-8, rounding=5e-8)
+    found = verdict(close)
+    assert found.agrees
+    assert found.summary.startswith("p<b>: agrees")
+    assert found.remarks[0] == (
+        "acceleration, jets and Pinocchio: rounding may make 5.0e-08, from the conditioning at "
+        "q = 0.5, q' = 1.5, t = 0"
+    )
+    assert found.to_dict()["rows"][0]["tolerance"] == 5e-8
+    far = verdict(replace(close, worst=6e-8))
+    assert not far.agrees
+    assert "6.0e-08 !" in str(far)
 
 
 def test_html_escapes_what_users_named() -> None:

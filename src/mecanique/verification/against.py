@@ -14,6 +14,7 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
+from mecanique.verification.conditioning import rounding
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.given import Functions, read_samples
 from mecanique.verification.rows import evaluate, rows_of
@@ -65,7 +66,15 @@ def compare_with(
         if quantity in theirs and quantity in ours
     }
     scale = theirs if "mass matrix" in theirs else {**theirs, "mass matrix": ours["mass matrix"]}
-    rows = rows_of(("recursion", name), shared, scale, states, mechanism)
+    rows = rows_of(
+        ("recursion", name),
+        shared,
+        scale,
+        states,
+        mechanism,
+        rounding=rounding(mechanism, states, ours),
+        tolerance=tolerance,
+    )
     verdict = Verdict(
         mechanism.name,
         rows,

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
+
+from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification import forms
 from mecanique.verification.against import Other, compare_with
 from mecanique.verification.causes.search import causes_of
+from mecanique.verification.conditioning import rounding
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.rows import TOLERANCE, Array, evaluate, rows_of
 from mecanique.verification.states.random import random_states
@@ -43,20 +48,30 @@ def verify(
             functions by name, e.g. `{"M": …, "C": …, "g": …}` (see
             `mecanique.verification.given.Functions`); or the path of a CSV file with states and
             forces, whose states are then used (see `mecanique.verification.given.read_samples`).
-        tolerance: largest relative difference that counts as agreement with another source.
+        tolerance: largest relative difference that counts as agreement. Accelerations and reactions
+            may differ by more at states where rounding alone explains it; the verdict says so.
 
     Raises:
-        InputError: if `samples` or `seed` is not a whole number in its range, or the other source
-            is of no known kind.
+        InputError: if `samples` or `seed` is not a whole number in its range, the tolerance is not
+            a positive number, or the other source is of no known kind.
         MecaniqueError: if a source cannot treat the mechanism at all.
     """
+    if not 0 < tolerance < math.inf:
+        raise InputError(f"expected a positive, finite tolerance, got {tolerance!r}")
     if against is not None:
         return compare_with(mechanism, against, samples, seed, tolerance)
-    verdict = compare(mechanism, samples, seed)
+    verdict = compare(mechanism, samples, seed, tolerance=tolerance)
     return verdict if verdict.agrees else _explain(verdict, mechanism)
 
 
-def compare(mechanism: Mechanism, samples: int, seed: int, *, quick: bool = False) -> Verdict:
+def compare(
+    mechanism: Mechanism,
+    samples: int,
+    seed: int,
+    *,
+    quick: bool = False,
+    tolerance: float = TOLERANCE,
+) -> Verdict:
     """Compare every form of the in-house derivation with the engine, without looking for causes.
 
     Args:
@@ -64,11 +79,19 @@ def compare(mechanism: Mechanism, samples: int, seed: int, *, quick: bool = Fals
         samples: number of random states.
         seed: of the random states.
         quick: whether only the jets and the recursion take part, and no reactions.
+        tolerance: largest relative difference that counts as agreement wherever rounding explains
+            less.
     """
     ours = forms.derive_quickly(mechanism) if quick else forms.derive_all(mechanism)
     states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
     engine = Reference(mechanism)
     theirs = evaluate(engine, states)
+    rows_at = partial(
+        rows_of,
+        mechanism=mechanism,
+        rounding=rounding(mechanism, states, theirs),
+        tolerance=tolerance,
+    )
     rows: list[Row] = []
     for name, form in ours.forms.items():
         some = forms.affordable(name, states)
@@ -82,23 +105,23 @@ def compare(mechanism: Mechanism, samples: int, seed: int, *, quick: bool = Fals
             )
         at_some = {quantity: values[: len(some)] for quantity, values in theirs.items()}
         values = evaluate(form, some, light=light)
-        rows += rows_of((name, "Pinocchio"), values, at_some, some, mechanism)
+        rows += rows_at((name, "Pinocchio"), values, at_some, some)
     if mechanism.loops:
         more, remarks = forms.independent_accelerations(mechanism, states)
-        rows += rows_of(("independent coordinates", "Pinocchio"), more, theirs, states, mechanism)
+        rows += rows_at(("independent coordinates", "Pinocchio"), more, theirs, states)
         notes = (*notes, *remarks)
     elif not quick:
         mine, its = (
             {"reactions": forms.reactions(source, mechanism, states)}
             for source in (forms.balances(ours), engine)
         )
-        rows += rows_of(("Newton-Euler", "Pinocchio"), mine, {**theirs, **its}, states, mechanism)
+        rows += rows_at(("Newton-Euler", "Pinocchio"), mine, {**theirs, **its}, states)
     return Verdict(
         mechanism.name,
         tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
         len(states),
         seed,
-        TOLERANCE,
+        tolerance,
         mechanism.coordinates.names,
         mechanism.velocities,
         versions(),

@@ -13,6 +13,9 @@ The relative difference of x and y at a state is ‖x − y‖ / max(‖x‖, �
 value that happens to pass through zero from being judged against its own rounding errors: a
 thousandth of the root mean square of ‖y‖ over all states, and not less than a thousandth of what 1
 m/s² or 1 m/s makes of the moving mass.
+
+What is solved for may differ by more than a fixed tolerance at states where rounding alone explains
+it; `mecanique.verification.conditioning` has the bound.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["QUANTITIES", "relative_difference", "scaled"]
+__all__ = ["QUANTITIES", "relative_difference", "relative_rounding", "scaled", "scales"]
 
 Array = npt.NDArray[np.float64]
 
@@ -42,6 +45,15 @@ QUANTITIES = (
 _SMALL = 1e-3
 """Part of the typical size below which a value is judged against the typical size."""
 
+_MOST = 1e-3
+"""The largest relative difference that rounding excuses."""
+
+
+def scales(mass: Array) -> Array:
+    """Return d_i = √M_ii at each state, shape (n, nv); 1 where a velocity moves no mass."""
+    diagonal = np.diagonal(mass, axis1=1, axis2=2)
+    return np.sqrt(np.where(np.isfinite(diagonal) & (diagonal > 0), diagonal, 1.0))
+
 
 def scaled(quantity: str, values: Array, mass: Array) -> Array:
     """Return values as vectors whose entries have one unit, shape (n, any).
@@ -51,8 +63,7 @@ def scaled(quantity: str, values: Array, mass: Array) -> Array:
         values: shape (n, …).
         mass: mass matrices to scale with, shape (n, nv, nv).
     """
-    diagonal = np.diagonal(mass, axis1=1, axis2=2)
-    d = np.sqrt(np.where(np.isfinite(diagonal) & (diagonal > 0), diagonal, 1.0))
+    d = scales(mass)
     match quantity:
         case "mass matrix":
             values = values / (d[:, :, None] * d[:, None, :])
@@ -72,6 +83,30 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
         least: smallest size to judge a difference against.
     """
     with np.errstate(all="ignore"):
+        difference = np.linalg.norm(x - y, axis=1) / _sizes(x, y, least)
+    finite = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1) & np.isfinite(difference)
+    return np.where(finite, difference, np.inf)
+
+
+def relative_rounding(rounding: Array, x: Array, y: Array, least: float) -> Array:
+    """Return the part of the relative difference that rounding explains, shape (n,).
+
+    Beyond a thousandth a state is too close to a singular one for rounding to excuse anything.
+
+    Args:
+        rounding: bound on ‖x − y‖ at each state, shape (n,).
+        x: vectors of one source, shape (n, k).
+        y: vectors of the other, shape (n, k).
+        least: smallest size to judge a difference against.
+    """
+    with np.errstate(all="ignore"):
+        part = rounding / _sizes(x, y, least)
+    return np.where(part <= _MOST, part, 0.0)
+
+
+def _sizes(x: Array, y: Array, least: float) -> Array:
+    """Return the size against which a difference is judged at each state, shape (n,)."""
+    with np.errstate(all="ignore"):
         sizes = np.linalg.norm(y, axis=1)
         known = sizes[np.isfinite(sizes)]
         largest = max(known, default=0.0)
@@ -79,7 +114,5 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
         # everything
         typical = largest * float(np.sqrt(np.mean((known / largest) ** 2))) if largest > 0 else 0.0
         floor = max(_SMALL * typical, _SMALL * least, np.finfo(float).tiny)
-        size = np.maximum(np.maximum(np.linalg.norm(x, axis=1), sizes), floor)
-        difference = np.linalg.norm(x - y, axis=1) / size
-    finite = np.isfinite(x).all(axis=1) & np.isfinite(y).all(axis=1) & np.isfinite(difference)
-    return np.where(finite, difference, np.inf)
+        size: Array = np.maximum(np.maximum(np.linalg.norm(x, axis=1), sizes), floor)
+    return size

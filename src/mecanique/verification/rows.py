@@ -10,7 +10,12 @@ import numpy.typing as npt
 
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.difference import QUANTITIES, relative_difference, scaled
+from mecanique.verification.difference import (
+    QUANTITIES,
+    relative_difference,
+    relative_rounding,
+    scaled,
+)
 from mecanique.verification.verdict import Row
 
 __all__ = ["TOLERANCE", "Dynamics", "Values", "Whole", "evaluate", "moving_mass", "rows_of"]
@@ -90,9 +95,18 @@ def evaluate(source: Dynamics, states: States, *, light: bool = False) -> dict[s
 
 
 def rows_of(
-    names: tuple[str, str], ours: Values, theirs: Values, states: States, mechanism: Mechanism
+    names: tuple[str, str],
+    ours: Values,
+    theirs: Values,
+    states: States,
+    mechanism: Mechanism,
+    *,
+    rounding: Values | None = None,
+    tolerance: float = TOLERANCE,
 ) -> tuple[Row, ...]:
     """Compare two sources quantity by quantity.
+
+    A row reports the state where the difference is largest compared with what is allowed there.
 
     Args:
         names: of the two sources.
@@ -100,6 +114,10 @@ def rows_of(
         theirs: values of the second; its mass matrix sets the scale.
         states: where they were evaluated.
         mechanism: whose values they are.
+        rounding: how far rounding may drive them apart, scaled, shape (n,) or more; see
+            `mecanique.verification.conditioning`.
+        tolerance: largest relative difference that counts as agreement wherever rounding makes
+            less.
     """
     mass = moving_mass(mechanism)
     rows = []
@@ -109,18 +127,21 @@ def rows_of(
         )
         least = _least_size(quantity, mass)
         difference, remark = relative_difference(x, y, least), ""
-        if quantity == "potential energy" and difference.max() > TOLERANCE:
+        if quantity == "potential energy" and difference.max() > tolerance:
             # a potential is known up to a constant only; differences decide
             offset, middle = float(np.median(x - y)), float(np.median(y))
             shifted = relative_difference(x - offset - middle, y - middle, least)
-            if shifted.max() <= TOLERANCE:
+            if shifted.max() <= tolerance:
                 difference = shifted
                 remark = f"up to a constant of {offset:.6g} J, which no equation of motion sees"
         for name, values in zip(names, (ours, theirs), strict=True):
             bad = _count_not_finite(values[quantity])
             if bad:
                 remark = f"{name} is not finite at {bad} of {len(states)} states"
-        worst = int(np.argmax(difference))
+        excused = np.zeros(len(states))
+        if rounding is not None and quantity in rounding:
+            excused = relative_rounding(rounding[quantity][: len(states)], x, y, least)
+        worst = int(np.argmax(difference / np.maximum(excused, tolerance)))
         rows.append(
             Row(
                 quantity,
@@ -130,6 +151,7 @@ def rows_of(
                 tuple(states.v[worst].tolist()),
                 float(states.t[worst]),
                 remark,
+                float(excused[worst]),
             )
         )
     return tuple(rows)

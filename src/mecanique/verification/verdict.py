@@ -26,12 +26,14 @@ class Row:
     Args:
         quantity: what is compared, e.g. "mass matrix".
         sources: the two sources, e.g. ("jets", "Pinocchio").
-        worst: the largest relative difference over the states; infinite if a source gave a value
-            that is not finite.
+        worst: the relative difference at the state where it is largest compared with what is
+            allowed there; infinite if a source gave a value that is not finite.
         q: coordinates where it occurs, shape (nq,).
         v: velocities where it occurs, shape (nv,).
         t: time where it occurs [s].
         remark: what else is to be known, or empty.
+        rounding: relative difference that rounding alone explains there, from the conditioning of
+            what is solved; 0 if nothing is solved for.
     """
 
     quantity: str
@@ -41,6 +43,7 @@ class Row:
     v: tuple[float, ...]
     t: float
     remark: str = ""
+    rounding: float = 0.0
 
     def __post_init__(self) -> None:
         # a NaN compares false with everything and would be lost by max(): it counts as infinitely
@@ -58,7 +61,8 @@ class Verdict:
         rows: one per quantity and pair of sources.
         samples: number of states.
         seed: of the random states.
-        tolerance: largest relative difference that counts as agreement.
+        tolerance: largest relative difference that counts as agreement wherever rounding explains
+            less.
         coordinates: names of the generalized coordinates.
         velocities: names of the generalized velocities.
         versions: of mecanique and what it stands on, by name.
@@ -91,8 +95,24 @@ class Verdict:
 
     @property
     def agrees(self) -> bool:
-        """Whether every difference is finite and within the tolerance."""
-        return self.worst <= self.tolerance
+        """Whether every difference is finite and within what is allowed where it is."""
+        return bool(self.rows) and all(map(self.accepts, self.rows))
+
+    def accepts(self, row: Row) -> bool:
+        """Return whether a row is within what is allowed.
+
+        Args:
+            row: one of the rows.
+        """
+        return row.worst <= self.allowed(row)
+
+    def allowed(self, row: Row) -> float:
+        """Return the relative difference allowed of a row: the tolerance, or what rounding makes.
+
+        Args:
+            row: one of the rows.
+        """
+        return max(self.tolerance, row.rounding)
 
     @property
     def summary(self) -> str:
@@ -102,7 +122,7 @@ class Verdict:
             return (
                 f"{self.mechanism}: agrees at {where}, worst relative difference {self.worst:.1e}"
             )
-        bad = [row for row in self.rows if not row.worst <= self.tolerance]
+        bad = [row for row in self.rows if not self.accepts(row)]
         names = ", ".join(dict.fromkeys(row.quantity for row in bad)) or "nothing was compared"
         return f"{self.mechanism}: DISAGREES at {where}: {names} (tolerance {self.tolerance:.0e})"
 
@@ -128,7 +148,8 @@ class Verdict:
                     "quantity": row.quantity,
                     "sources": list(row.sources),
                     "worst": _number(row.worst),
-                    "agrees": row.worst <= self.tolerance,
+                    "agrees": self.accepts(row),
+                    "tolerance": self.allowed(row),
                     "q": dict(zip(self.coordinates, map(_number, row.q), strict=True)),
                     "v": dict(zip(self.velocities, map(_number, row.v), strict=True)),
                     "t": row.t,
@@ -173,7 +194,12 @@ class Verdict:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
             if row.remark:
                 told.append(f"{pair}: {row.remark}")
-            if not row.worst <= self.tolerance:
+            if row.rounding > self.tolerance:
+                told.append(
+                    f"{pair}: rounding may make {row.rounding:.1e}, from the conditioning at "
+                    f"{self.state(row)}"
+                )
+            if not self.accepts(row):
                 told.append(f"{pair}: worst at {self.state(row)}")
         known = self.causes[0].alike if self.causes else ()
         told += [
@@ -199,7 +225,7 @@ class Verdict:
         if row is None:
             return ""
         worst = f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite"
-        return worst if row.worst <= self.tolerance else f"{worst} !"
+        return worst if self.accepts(row) else f"{worst} !"
 
 
 def _number(value: float) -> float | None:
