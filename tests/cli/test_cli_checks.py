@@ -157,3 +157,13 @@ def test_collections_are_surveyed(agrees: bool, monkeypatch: pytest.MonkeyPatch)
         assert "agree at" in result.stdout
     assert asked == [("systems", 100), ("robots", 50), ("robots", 7)]
     assert json.loads(call("verify", "--all", "--json").stdout)["agrees"] is agrees
+
+
+def test_a_tolerance_acts_on_one_system_and_is_refused_with_all() -> None:
+    runner = CliRunner()
+    strict = runner.invoke(app, ["verify", "cart_pole", "--samples", "5", "--tolerance", "1e-17"])
+    assert strict.exit_code == 1
+    assert "tolerance 1e-17" in strict.stdout
+    every = runner.invoke(app, ["verify", "--all", "--tolerance", "1e-3"])
+    assert every.exit_code == 2
+    assert "expected a SYSTEM with --tolerance" in every.output

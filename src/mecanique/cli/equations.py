@@ -127,9 +127,11 @@ def verify(
         ),
     ] = None,
     tolerance: Annotated[
-        float,
-        typer.Option(metavar="NUMBER", help="Largest relative difference accepted by --against."),
-    ] = 1e-9,
+        float | None,
+        typer.Option(
+            metavar="NUMBER", help="Largest relative difference that is accepted; 1e-9 by default."
+        ),
+    ] = None,
     every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
     robots: Annotated[
         bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")
@@ -146,6 +148,9 @@ def verify(
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
     usual = SAMPLES_OF_ROBOTS if robots else SAMPLES
     number = usual if samples is None else samples
+    if system is None and tolerance is not None:
+        raise typer.BadParameter("expected a SYSTEM with --tolerance")
+    allowed = {} if tolerance is None else {"tolerance": tolerance}
     if system is None:
         surveyed = survey(number, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))
@@ -153,7 +158,7 @@ def verify(
     chosen = choose(system, parameters, root)
     other = None if against is None else source(against, root)
     with working(f"Comparing with {against or 'Pinocchio'} at {number} states"):
-        verdict = mq.verify(chosen.mechanism, number, seed, against=other, tolerance=tolerance)
+        verdict = mq.verify(chosen.mechanism, number, seed, against=other, **allowed)
         facts = () if against is not None else textbook_facts(system, parameters, seed)
     check = Check(verdict, facts)
     say(check.to_json() if as_json else str(check))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
+from mecanique.derivation.numeric.independent import REGULAR
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -86,12 +87,8 @@ def compare(
     states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
     engine = Reference(mechanism)
     theirs = evaluate(engine, states)
-    rows_at = partial(
-        rows_of,
-        mechanism=mechanism,
-        rounding=rounding(mechanism, states, theirs),
-        tolerance=tolerance,
-    )
+    rows_at = partial(rows_of, mechanism=mechanism, tolerance=tolerance)
+    most = rounding(mechanism, states, theirs)
     rows: list[Row] = []
     for name, form in ours.forms.items():
         some = forms.affordable(name, states)
@@ -105,17 +102,20 @@ def compare(
             )
         at_some = {quantity: values[: len(some)] for quantity, values in theirs.items()}
         values = evaluate(form, some, light=light)
-        rows += rows_at((name, "Pinocchio"), values, at_some, some)
+        rows += rows_at((name, "Pinocchio"), values, at_some, some, rounding=most)
     if mechanism.loops:
         more, remarks = forms.independent_accelerations(mechanism, states)
-        rows += rows_at(("independent coordinates", "Pinocchio"), more, theirs, states)
+        most = rounding(mechanism, states, theirs, regular=REGULAR)
+        pair = ("independent coordinates", "Pinocchio")
+        rows += rows_at(pair, more, theirs, states, rounding=most)
         notes = (*notes, *remarks)
     elif not quick:
         mine, its = (
             {"reactions": forms.reactions(source, mechanism, states)}
             for source in (forms.balances(ours), engine)
         )
-        rows += rows_at(("Newton-Euler", "Pinocchio"), mine, {**theirs, **its}, states)
+        pair = ("Newton-Euler", "Pinocchio")
+        rows += rows_at(pair, mine, {**theirs, **its}, states, rounding=most)
     return Verdict(
         mechanism.name,
         tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),

@@ -1,27 +1,31 @@
-"""How far rounding alone may drive two accelerations apart at a state.
+"""How far rounding alone may drive two sound sources apart at a state.
 
-Two sources whose M, bias and forces agree to rounding still differ in what they solve from these.
-Nothing is compared more strictly than the conditioning at that state allows: for A x = b and
-(A + δA)(x + δx) = b + δb with ‖δA‖ ≤ u ‖A‖ and ‖δb‖ ≤ u β,
+Nothing is compared more strictly than arithmetic allows there. u is `UNIT` times the number of
+velocities: what sums along a chain of links make of the machine's ε = 2⁻⁵².
 
-    ‖δx‖ ≤ ‖A⁻¹‖ (u ‖A‖ ‖x‖ + u β) / (1 − u ‖A⁻¹‖ ‖A‖)
+What is summed: the error of a sum is at most u times the sum of its terms' magnitudes, however much
+they cancel (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, sect.
+4.2). M_ii = m l² sin² θ, say, may be computed from m l² (1 − cos 2θ) / 2. The terms are at least as
+large as the largest M_ii over the states; with s_i, the root of this maximum over M_ii, and
+everything scaled by d_i = √M_ii,
 
-(N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, theorem 7.2), and
-Gaussian elimination of a symmetric definite A commits no more than such a δA (sect. 10.1). β is the
-sum of the norms of what makes b, so that cancellation of bias and forces counts. The norms are
-taken after scaling by d_i = √M_ii, which is within a factor n of the best scaling there is (A. van
-der Sluis, Numer. Math. 14 (1969) 14; Higham, theorem 7.5).
+    |δM_ij| ≤ u s_i s_j,    |δf_i| ≤ u s_i β
 
-- Trees: A = M, b = forces − bias.
+where β is the size of the forces f: their norm at the state and their typical one.
+
+What is solved for: from (A + δA)(x + δx) = b + δb follows to first order |δx| ≤ |A⁻¹| (|δA| |x| +
+|δb|) (Higham, theorem 7.4); elimination in a symmetric definite matrix adds no more than that
+(sect. 10.1).
+
+- Trees: A = M, b = forces − bias, hence |δa| ≤ u |M⁻¹| s (s·|a| + β).
 - Loops: A = [[M, −Jᵀ], [J, 0]], b = (forces − bias, −γ), rows of J scaled to length one. With an
   orthonormal basis N of the null space of J, the rows of A⁻¹ that give a are N (Nᵀ M N)⁻¹ Nᵀ and
-  −(1 − N (Nᵀ M N)⁻¹ Nᵀ M) J⁺. Velocities satisfy J v = 0 to rounding only, so they are uncertain by
-  u ‖J‖ ‖J⁺‖ ‖v‖; bias and γ are quadratic in them.
+  −(1 − N (Nᵀ M N)⁻¹ Nᵀ M) J⁺. What a row of J sums is as large as its largest length over the
+  states. Velocities satisfy J v = 0 to rounding only, so they are uncertain by u ‖J‖ ‖J⁺‖ ‖v‖; bias
+  and γ are quadratic in them. In independent coordinates a block B of J takes the place of J, with
+  an inverse larger than J⁺ by up to a stated factor; it enters twice, δ(B⁻¹) = −B⁻¹ δB B⁻¹.
 - Reactions of trees follow from the accelerations of bodies. Their error is that of a in the norm
-  of the kinetic energy: δaᵀ M δa = δbᵀ M⁻¹ δb, which makes it grow with the root of ‖M⁻¹‖ only.
-
-u is `UNIT` times the number of velocities: what n sums along a chain of links make of the machine's
-ε = 2⁻⁵².
+  of the kinetic energy: δaᵀ M δa = δbᵀ M⁻¹ δb grows with the root of M⁻¹ only.
 """
 
 from __future__ import annotations
@@ -31,6 +35,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.derivation.numeric.loops import Constraints
 from mecanique.derivation.numeric.multipliers import constraints
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -48,61 +53,112 @@ _RANK = 1e-9
 """Singular values of the constraints below this part of the largest count as zero."""
 
 
-def rounding(mechanism: Mechanism, states: States, values: Mapping[str, Array]) -> dict[str, Array]:
-    """Return how far rounding may drive what is solved for apart, scaled, by quantity; shape (n,).
+def rounding(
+    mechanism: Mechanism, states: States, values: Mapping[str, Array], *, regular: float = 1.0
+) -> dict[str, Array]:
+    """Return how far rounding may drive sources apart, scaled, by quantity; shape (n,) each.
 
     Args:
         mechanism: whose equations they are.
         states: n states.
-        values: mass matrix, bias, forces and acceleration of one source there.
+        values: mass matrix, bias and forces of one source there, and accelerations if they are
+            compared.
+        regular: least singular value of the part of J that is inverted, compared with all of J.
     """
-    if not {"mass matrix", "bias", "forces", "acceleration"} <= values.keys():
+    if not {"mass matrix", "bias", "forces"} <= values.keys() or not mechanism.nv:
         return {}
     d = scales(values["mass matrix"])
-    mass = values["mass matrix"] / (d[:, :, None] * d[:, None, :])
-    bias, forces = values["bias"] / d, values["forces"] / d
-    acceleration = values["acceleration"] * d
-    unit = UNIT * max(d.shape[1], 1)
-    known = np.isfinite(mass).all(axis=(1, 2)) & np.isfinite(acceleration).all(axis=1)
-    found = np.zeros((2, len(states)))
-    total = moving_mass(mechanism)
-    linked = constraints(mechanism, states) if mechanism.loops else None
-    for k in np.flatnonzero(known):
-        M, a = mass[k], acceleration[k]
-        size = _norm(M) * _norm(a) + _norm(bias[k]) + _norm(forces[k])
-        if linked is None:
-            least = float(np.linalg.eigvalsh(M)[0]) if M.size else 1.0
-            inverse = 1 / least if least > 0 else np.inf
-            found[:, k] = inverse * size, (total * inverse) ** 0.5 * size
+    s = _largest(d) / d
+    size = np.linalg.norm(s, axis=1)
+    beta = {
+        quantity: _size(values[quantity], d)
+        for quantity in ("bias", "gravity", "forces")
+        if quantity in values
+    }
+    pushed = beta["bias"] + beta["forces"]
+    found = {"mass matrix": size**2, **{name: size * most for name, most in beta.items()}}
+    found["inverse dynamics"] = size * (np.sum(s * np.abs(states.a * d), axis=1) + pushed)
+    if "acceleration" in values:
+        mass = values["mass matrix"] / (d[:, :, None] * d[:, None, :])
+        scaled = {"bias": values["bias"] / d, "forces": values["forces"] / d}
+        scaled["acceleration"] = values["acceleration"] * d
+        if mechanism.loops:
+            linked = constraints(mechanism, states)
+            found["acceleration"] = _of_loops(linked, d, mass, s, scaled, beta, 1 / regular)
         else:
-            J, gamma = linked.jacobian[k] / d[k], linked.gamma[k]
-            found[0, k] = _constrained(M, J, gamma, a, bias[k], forces[k])
-    found *= unit
-    return (
-        {"acceleration": found[0]}
-        if mechanism.loops
-        else dict(zip(("acceleration", "reactions"), found, strict=True))
-    )
+            inverse = np.abs(_inverses(mass))
+            pushed = pushed + np.sum(s * np.abs(scaled["acceleration"]), axis=1)
+            driven = np.einsum("nij,nj->ni", inverse, s)
+            found["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
+            energy = moving_mass(mechanism) * np.sum(s * driven, axis=1)
+            found["reactions"] = np.sqrt(energy) * pushed
+    unit = UNIT * mechanism.nv
+    return {name: unit * np.nan_to_num(bound, posinf=np.inf) for name, bound in found.items()}
 
 
-def _constrained(M: Array, J: Array, gamma: Array, a: Array, bias: Array, forces: Array) -> float:
-    """Return the bound on ‖δa‖ of a closed mechanism, for u = 1."""
-    lengths = np.linalg.norm(J, axis=1)
-    lengths = np.where(lengths > 0, lengths, 1.0)
-    J, gamma = J / lengths[:, None], gamma / lengths
-    left, sizes, right = np.linalg.svd(J)
-    rank = int((sizes > _RANK * sizes[0]).sum()) if len(sizes) else 0
-    N = right[rank:].T
-    inverse = (right[:rank].T / sizes[:rank]) @ left[:, :rank].T
-    free = np.linalg.pinv(N.T @ M @ N, rcond=1e-14, hermitian=True)
-    by_force = N @ free @ N.T
-    by_drift = inverse - by_force @ (M @ inverse)
-    multipliers = inverse.T @ (M @ a + bias - forces)
-    worse = 1 + 2 * _norm(J) * _norm(inverse)
-    pushed = _norm(M) * _norm(a) + _norm(forces) + worse * _norm(bias)
-    pushed += _norm(J) * _norm(multipliers)
-    drifted = _norm(J) * _norm(a) + worse * _norm(gamma)
-    return _norm(by_force) * pushed + _norm(by_drift) * drifted
+def _of_loops(
+    linked: Constraints,
+    d: Array,
+    mass: Array,
+    s: Array,
+    scaled: Mapping[str, Array],
+    beta: Mapping[str, Array],
+    gain: float,
+) -> Array:
+    """Return the bounds on ‖δa‖ of a closed mechanism, for u = 1, shape (n,)."""
+    bounds = np.zeros(len(d))
+    usual = _largest(np.linalg.norm(linked.jacobian, axis=2))
+    for k, M in enumerate(mass):
+        a, rest = scaled["acceleration"][k], scaled["bias"][k] - scaled["forces"][k]
+        J, gamma = linked.jacobian[k] / d[k], linked.gamma[k]
+        if not all(np.isfinite(part).all() for part in (M, a, rest, J, gamma)):
+            continue
+        raw = np.linalg.norm(linked.jacobian[k], axis=1)
+        summed = float(np.max(usual[raw > 0] / raw[raw > 0], initial=1.0))
+        lengths = np.linalg.norm(J, axis=1)
+        lengths = np.where(lengths > 0, lengths, 1.0)
+        J, gamma = J / lengths[:, None], gamma / lengths
+        left, sizes, right = np.linalg.svd(J)
+        rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+        N = right[rank:].T
+        inverse = (right[:rank].T / sizes[:rank]) @ left[:, :rank].T
+        by_force = N @ np.linalg.pinv(N.T @ M @ N, rcond=1e-14, hermitian=True) @ N.T
+        by_drift = inverse - by_force @ (M @ inverse)
+        largest = _norm(J) * summed
+        uncertain = 1 + 2 * largest * _norm(inverse)
+        moved = float(s[k] @ np.abs(a))
+        multipliers = inverse.T @ (M @ a + rest)
+        pushed = moved + beta["forces"][k] + uncertain * beta["bias"][k]
+        pushed += largest * _norm(multipliers)
+        drifted = largest * moved + uncertain * _norm(gamma)
+        forced = _norm(np.abs(by_force) @ s[k])
+        bounds[k] = gain**2 * (forced * pushed + _norm(by_drift) * drifted)
+    return bounds
+
+
+def _inverses(mass: Array) -> Array:
+    """Return the inverse of each matrix, infinite where there is none."""
+    inverses = np.full_like(mass, np.inf)
+    for k, matrix in enumerate(mass):
+        if np.isfinite(matrix).all() and np.linalg.matrix_rank(matrix) == len(matrix):
+            inverses[k] = np.linalg.inv(matrix)
+    return inverses
+
+
+def _largest(d: Array) -> Array:
+    known = np.where(np.isfinite(d), d, 0.0)
+    largest: Array = known.max(axis=0)
+    return largest
+
+
+def _size(forces: Array, d: Array) -> Array:
+    """Return the norm at each state, and the typical one against the largest masses, shape (n,)."""
+    with np.errstate(all="ignore"):
+        typical = np.linalg.norm(forces / _largest(d), axis=1)
+        known = typical[np.isfinite(typical)]
+        usual = float(np.sqrt(np.mean(known**2))) if len(known) else 0.0
+        size: Array = np.linalg.norm(forces / d, axis=1) + usual
+    return size
 
 
 def _norm(x: Array) -> float:

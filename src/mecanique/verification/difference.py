@@ -91,7 +91,7 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
 def relative_rounding(rounding: Array, x: Array, y: Array, least: float) -> Array:
     """Return the part of the relative difference that rounding explains, shape (n,).
 
-    Beyond a thousandth a state is too close to a singular one for rounding to excuse anything.
+    It is at most a thousandth, however close to a singular one a state is.
 
     Args:
         rounding: bound on ‖x − y‖ at each state, shape (n,).
@@ -101,7 +101,7 @@ def relative_rounding(rounding: Array, x: Array, y: Array, least: float) -> Arra
     """
     with np.errstate(all="ignore"):
         part = rounding / _sizes(x, y, least)
-    return np.where(part <= _MOST, part, 0.0)
+    return np.where(np.isnan(part), 0.0, np.minimum(part, _MOST))
 
 
 def _sizes(x: Array, y: Array, least: float) -> Array:

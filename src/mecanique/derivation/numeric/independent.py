@@ -38,7 +38,7 @@ from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Reduced"]
+__all__ = ["REGULAR", "Reduced"]
 
 _SWEEPS = 40
 _ROUNDING = 1e-12
@@ -47,7 +47,7 @@ _ROUNDING = 1e-12
 _RANK = 1e-8
 """Pivots and singular values of J below this part of the largest count as zero."""
 
-_REGULAR = 0.05
+REGULAR = 0.05
 """Least singular value that the dependent coordinates' part of J must have, relative to J's."""
 
 
@@ -291,5 +291,5 @@ def _is_regular(block: np.ndarray, J: np.ndarray) -> bool:
     if int((sizes > _RANK * sizes[0]).sum()) != len(block):
         return False
     return not len(block) or bool(
-        np.linalg.svd(block, compute_uv=False)[-1] > _REGULAR * sizes[len(block) - 1]
+        np.linalg.svd(block, compute_uv=False)[-1] > REGULAR * sizes[len(block) - 1]
     )

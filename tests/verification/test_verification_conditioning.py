@@ -1,0 +1,110 @@
+"""No false alarm next to singular positions, and no lenience towards a wrong number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from verification_injections import heavy, parts, with_body, with_joint
+
+import mecanique as mq
+from mecanique.errors import InputError, MecaniqueError
+from mecanique.verification.conditioning import rounding
+from mecanique.verification.rows import evaluate, rows_of
+from mecanique.verification.states.random import random_states
+
+ERROR = 1e-6
+"""Relative error of a mass, a length or an inertia that must be found."""
+
+
+def gimbal(tag: str, x: float, mass: float) -> tuple[list[mq.Body], list[mq.Revolute]]:
+    """A box hanging in three hinges, as a rod's end needs it."""
+    box = mq.box(mass, (0.1, 0.2, 0.4)).at((0, 0, -0.2))
+    bodies = [mq.Body(f"{tag}x"), mq.Body(f"{tag}y"), mq.Body(tag, box)]
+    origin = mq.Placement((x, 0, 0))
+    joints = [
+        mq.Revolute(f"{tag}_rx", "ground", f"{tag}x", axis=(1, 0, 0), origin=origin),
+        mq.Revolute(f"{tag}_ry", f"{tag}x", f"{tag}y", axis=(0, 1, 0)),
+        mq.Revolute(f"{tag}_rz", f"{tag}y", tag, axis=(0, 0, 1)),
+    ]
+    return bodies, joints
+
+
+@pytest.mark.parametrize("seed", [11, 17])
+def test_a_rod_between_gimbals_agrees_next_to_gimbal_lock(seed: int) -> None:
+    (first, its), (second, others) = gimbal("p", 0.0, 1.0), gimbal("q", 0.3, 2.0)
+    rod = mq.Loop.distance("rod", "p", (0, 0, -0.4), "q", (0, 0, -0.4), 0.3)
+    bodies, joints = (mq.Body("ground"), *first, *second), (*its, *others)
+    verdict = mq.verify(mq.Mechanism("rod", bodies, joints, loops=(rod,)), seed=seed)
+    assert verdict.agrees
+    (row,) = (row for row in verdict.rows if row.sources[0] == "independent coordinates")
+    assert row.worst < row.rounding
+    assert 1e-9 < row.rounding < 1e-6
+    assert "rounding may make" in str(verdict)
+
+
+def wrong(mechanism: mq.Mechanism, rng: np.random.Generator) -> Iterator[mq.Mechanism]:
+    """Yield copies in which one mass, one center, one inertia or one length is off."""
+    bodies = heavy(mechanism)
+    for kind in range(3) if bodies else ():
+        body = bodies[rng.integers(len(bodies))]
+        mass, center, inertia = parts(mechanism, body)
+        factors = np.ones(3)
+        factors[kind] += ERROR
+        yield with_body(
+            mechanism, body.name, mass * factors[0], center * factors[1], inertia * factors[2]
+        )
+    joint = mechanism.joints[rng.integers(len(mechanism.joints))]
+    xyz: Any = tuple(mechanism.evaluate(x) * (1 + ERROR) for x in joint.origin.xyz)
+    yield with_joint(mechanism, joint.name, origin=mq.Placement(xyz, joint.origin.rpy))
+
+
+def missed(mechanism: mq.Mechanism, seed: int) -> list[str]:
+    """Wrong copies whose equations differ by more than the tolerance and agree all the same."""
+    rng, found = np.random.default_rng(seed), []
+    states = random_states(mechanism, 20, seed)
+    ours = evaluate(mq.derive(mechanism), states)
+    bound = rounding(mechanism, states, ours)
+    for other in wrong(mechanism, rng):
+        try:
+            theirs = evaluate(mq.derive(other), states)
+        except MecaniqueError:
+            continue
+        arguments = (("ours", "theirs"), ours, theirs, states, mechanism)
+        strict = [row for row in rows_of(*arguments) if row.worst > 1e-9]
+        lenient = [row for row in rows_of(*arguments, rounding=bound) if row.worst > 1e-9]
+        if strict and not any(row.worst > row.rounding for row in lenient):
+            found.append(f"{mechanism.name}: {[(row.quantity, row.worst) for row in strict]}")
+    return found
+
+
+@pytest.mark.parametrize("name", mq.textbook.names())
+def test_an_error_of_a_millionth_is_found_in_every_system(name: str) -> None:
+    assert not missed(mq.textbook.load(name), 0)
+
+
+@pytest.mark.parametrize("name", ["icub", "panda", "double_pendulum"])
+def test_an_error_of_a_millionth_is_found_in_robots(name: str) -> None:
+    assert not missed(mq.read_urdf(mq.robot(name)), 1)
+
+
+def test_the_bound_follows_the_distance_from_gimbal_lock() -> None:
+    bodies, joints = gimbal("p", 0.0, 1.0)
+    mechanism = mq.Mechanism("tree", (mq.Body("ground"), *bodies), tuple(joints))
+    states = random_states(mechanism, 20, 0)
+    q = states.q.copy()
+    q[:3, 1] = np.pi / 2 - np.array([1e-1, 1e-2, 1e-3])
+    near = replace(states, q=q)
+    bound = rounding(mechanism, near, evaluate(mq.derive(mechanism), near))["acceleration"]
+    assert bound[2] > 10 * bound[1] > 100 * bound[0]
+
+
+def test_a_tolerance_acts_without_another_source() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    assert not mq.verify(mechanism, 5, tolerance=1e-17).agrees
+    assert mq.verify(mechanism, 5, tolerance=1e-3).tolerance == 1e-3
+    with pytest.raises(InputError, match="positive, finite tolerance"):
+        mq.verify(mechanism, 5, tolerance=-1.0)
