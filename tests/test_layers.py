@@ -66,6 +66,7 @@ ORDER: dict[str, list[str]] = {
         "causes",
         "verdict",
         "closed_form facts given rows",
+        "conditioning",
         "against forms transformation",
         "compare",
         "survey",
