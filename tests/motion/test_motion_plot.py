@@ -43,7 +43,8 @@ def test_plots_that_do_not_exist_are_refused(
 ) -> None:
     with pytest.raises(mq.UnknownNameError, match="unknown plot 'energy'; did you mean 'energies'"):
         motion.plot("energy")
-    with pytest.raises(mq.UnknownNameError, match="unknown joint 'pim'; did you mean 'pin'"):
+    wrong = "unknown joint or loop 'pim'; did you mean 'pin'"
+    with pytest.raises(mq.UnknownNameError, match=wrong):
         motion.plot("reactions", "pim")
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     with pytest.raises(

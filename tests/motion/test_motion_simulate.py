@@ -368,7 +368,7 @@ def test_poses_points_and_reactions_follow_the_closed_forms(swing: mq.Motion) ->
     np.testing.assert_allclose(-(force * e_n).sum(axis=1), G * np.cos(q) + v**2 / 2, atol=1e-12)
     np.testing.assert_allclose((force * e_t).sum(axis=1), G * np.sin(q) + a / 2, atol=1e-12)
     np.testing.assert_allclose(swing.reactions("pin", [0.0, 1.0]).force[0], force[0])
-    with pytest.raises(mq.UnknownNameError, match="unknown joint 'hinge'; "):
+    with pytest.raises(mq.UnknownNameError, match="unknown joint or loop 'hinge'; "):
         swing.reactions("hinge")
     with pytest.raises(mq.UnknownNameError, match="unknown body 'bob'"):
         swing.point("bob")

@@ -187,7 +187,7 @@ def inertial_check(
             samples=motion.t,
             rtol=RTOL,
             method="dop853" if motion.method.startswith("dop853") else "auto",
-            events=motion.watched,
+            events=motion.watched or (),
         )
 
     still, turning = again(mechanism), again(turned)

@@ -80,7 +80,7 @@ def trust(motion: Motion, accuracy: float) -> Trust:
         atol=atol,
         samples=motion.t,
         method=motion.method.split()[0],
-        events=motion.watched,
+        events=motion.watched or (),
         reference=motion.reference,
     )
     count = min(len(finer.t), len(motion.t))

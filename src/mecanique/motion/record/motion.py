@@ -68,7 +68,7 @@ class Motion:
         method: which method integrated it and why.
         statistics: what that took.
         events: what took place, in order of time.
-        watched: the events that were watched for.
+        watched: the events that were watched for; None if that is not known, as of a file.
         engine: the mechanism's `Reference`, if it is there already.
     """
 
@@ -80,7 +80,7 @@ class Motion:
     method: str
     statistics: Statistics
     events: tuple[Occurrence, ...] = ()
-    watched: tuple[Event, ...] = field(default=(), repr=False)
+    watched: tuple[Event, ...] | None = field(default=None, repr=False)
     engine: Reference | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
@@ -210,12 +210,14 @@ class Motion:
         Raises:
             UnknownNameError: if there is no such joint or loop.
         """
-        loops = {loop.name for loop in self.mechanism.loops}
-        name = joint if joint in loops else self.mechanism.joint(joint).name
+        known = [each.name for each in self.mechanism.joints]
+        known += [each.name for each in self.mechanism.loops]
+        if joint not in known:
+            raise UnknownNameError("joint or loop", joint, known)
         if t is None:
-            return self._reactions[name]
+            return self._reactions[joint]
         state = self._states(t)
-        return self.reference.reactions(state.q, state.v, state.t)[name]
+        return self.reference.reactions(state.q, state.v, state.t)[joint]
 
     @cached_property
     def _reactions(self) -> dict[str, Wrench]:
@@ -248,7 +250,15 @@ class Motion:
 
         Args:
             event: its name.
+
+        Raises:
+            UnknownNameError: if no event of that name was watched for.
         """
+        if self.watched is not None:
+            known = [each.name for each in self.watched]
+            known += [occurrence.name for occurrence in self.events]
+            if event not in known:
+                raise UnknownNameError("event", event, known)
         return np.array([occurrence.t for occurrence in self.events if occurrence.name == event])
 
     def audit(self, *, refine: bool = False, accuracy: float = 1e-6) -> Audit:

@@ -55,6 +55,12 @@ def failure(problem: Problem, integration: Integration, motion: Motion | None) -
             f"more than {problem.max_steps} steps{where}; raise max_steps, shorten the duration or "
             "loosen rtol"
         )
+    elif outcome.kind == "no headway":
+        message = (
+            f"no headway{where}: thousands of steps covered less than a millionth of the duration; "
+            "a force chatters there, as dry friction does at rest, or the mechanism is next to a "
+            "singular position; smooth the force, or loosen rtol"
+        )
     else:
         message = (
             f"the step size collapsed{where}: a force or the mass matrix becomes singular there, "

@@ -166,7 +166,7 @@ class _Guard:
         try:
             self.last = rate = self._rhs(t, y)
         except BaseException as error:
-            self.fault = error
+            self.fault = self.fault or error  # what comes after it follows from the first
             self.last = rate = np.full(len(y), np.nan)
         return rate
 

@@ -17,6 +17,7 @@ Kind: TypeAlias = Literal[
     "stiff",
     "too many steps",
     "step too small",
+    "no headway",
     "not finite",
     "progress",
     "fault",
@@ -32,8 +33,8 @@ class Outcome:
         kind: "end" if it came to its end, "event" if an event ended it, "contact" if impacts
             followed each other without end; "halt" if a stretch ended because its last step needs
             a correction; "reconsider" if another method may pay; "interrupted" by Ctrl-C; "stiff",
-            "too many steps" or "step too small" if the method gave up; "not finite" if the
-            acceleration at the start is not; "progress" or "fault" if `progress`, or the
+            "too many steps", "step too small" or "no headway" if the method gave up; "not finite"
+            if the acceleration at the start is not; "progress" or "fault" if `progress`, or the
             equations, raised an exception.
         fault: what was raised.
     """

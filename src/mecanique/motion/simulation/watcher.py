@@ -23,6 +23,16 @@ PLACES = (0.25, 0.5, 0.75, 1.0)
 SHORTEST_FLIGHT = 1e-9
 """Impacts closer together than this fraction of the duration are a lasting contact."""
 
+HEADWAY = 1e-6
+"""Part of the duration that the last points must cover, or the motion makes no headway.
+
+To the end it would then take more than 1e10 points. A stiff transient, however short, takes some
+hundreds before the steps grow again.
+"""
+
+POINTS = 10_000
+"""So many points of steps are compared with the duration at a time; no clock decides."""
+
 TINY = 1e-300
 """Stands for zero with a sign."""
 
@@ -102,6 +112,7 @@ class Watcher:
         self._progress = problem.progress
         self._begin, self._duration = problem.t0, problem.end - problem.t0
         self._next_report = problem.t0
+        self._next_check, self._checked = POINTS, problem.t0
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
         self._idle = not (problem.events or problem.progress or rates.balls or problem.loops)
 
@@ -112,6 +123,10 @@ class Watcher:
         steps = self._steps
         if self._reconsider is not None and self._reconsider(steps.taken, steps.t[-1]):
             return Outcome("reconsider")
+        if len(steps.t) >= self._next_check:
+            if steps.t[-1] - self._checked < HEADWAY * self._duration:
+                return Outcome("no headway")
+            self._next_check, self._checked = len(steps.t) + POINTS, steps.t[-1]
         if self._idle:
             return None
         t, y = steps.t[-1], steps.y[-1]
