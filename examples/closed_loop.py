@@ -1,4 +1,4 @@
-"""A closed loop: a four-bar linkage is assembled, counted, set in motion, and its bearing forces are read."""
+"""A closed loop: assemble a four-bar linkage, set it in motion and read its bearing forces."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is wrong in a URDF: every finding with its line; what has one safe mend is mended, the rest is yours."""
+"""Find what is wrong in a URDF, line by line, and mend what has one safe remedy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Describe a mechanism of your own, derive its equations, and have them checked: a block on a sprung, damped slide."""
+"""Describe a mechanism, a block on a sprung slide, derive its equations and have them checked."""
 
 from __future__ import annotations
 

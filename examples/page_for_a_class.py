@@ -1,4 +1,4 @@
-"""A page for a class: figure, free-body diagram and one offline page with motion, equations and verdict."""
+"""A page for a class: figure, free-body diagram, and motion, equations and verdict offline."""
 
 from __future__ import annotations
 

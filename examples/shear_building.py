@@ -1,4 +1,4 @@
-"""A five-storey building: its natural frequencies and shapes, and how far its roof goes in an earthquake."""
+"""A five-storey building: its frequencies, its shapes, and its roof in an earthquake."""
 
 from __future__ import annotations
 
@@ -30,7 +30,8 @@ def main() -> None:
     motion = mq.simulate(shaken, duration=4.0, rtol=1e-6)
     roof = motion["u5"]
     print(
-        f"ground shakes with {abs(record.values).max():.2f} m/s², the roof goes {1000 * abs(roof).max():.0f} mm"
+        f"ground shakes with {abs(record.values).max():.2f} m/s², the roof goes "
+        f"{1000 * abs(roof).max():.0f} mm"
     )
     assert motion.audit().ok
 

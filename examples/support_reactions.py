@@ -1,4 +1,4 @@
-"""The force in a pendulum's pin: m g (5 cos q − 3 cos q0)/2 along the rod, m g sin(q)/4 across it."""
+"""The force in a pendulum's pin: m g (5 cos q − 3 cos q0)/2 along it, m g sin(q)/4 across."""
 
 from __future__ import annotations
 

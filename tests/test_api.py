@@ -89,7 +89,8 @@ def test_functions_win_over_rooms_of_the_same_name() -> None:
     for name in ROOMS & set(mq.__all__):
         assert inspect.isfunction(public(name)), name
     script = """
-        import mecanique.derivation.numeric.recursion, mecanique.verification.compare, mecanique.reference
+        import mecanique.derivation.numeric.recursion
+        import mecanique.verification.compare, mecanique.reference
         import mecanique as mq
         mq.verify(mq.textbook.load("rigid_bar_pendulum"), samples=2)
         assert callable(mq.derive) and callable(mq.verify), (mq.derive, mq.verify)

@@ -1,4 +1,4 @@
-"""Every equation of motion, derived independently, checked against an engine, then set in motion."""
+"""Equations of motion: derived independently, checked against an engine, then set in motion."""
 
 from __future__ import annotations
 

@@ -92,7 +92,8 @@ def main(number: int = 200, seed: int = 1000) -> None:
         elif causes and any(is_named(cause, injection) for cause in causes[0].alike):
             alike[kind] += 1
             print(
-                f"alike: {kind}, {injection.where} of {model.name}: {causes[0].kind}: {causes[0].text}"
+                f"alike: {kind}, {injection.where} of {model.name}: {causes[0].kind}: "
+                f"{causes[0].text}"
             )
         else:
             said = str(causes[0]) if causes else "no cause"

@@ -1,10 +1,11 @@
-"""Ten thousand double pendulums for 10 s: `simulate_many` beside MuJoCo's threaded rollout. Run by hand.
+"""Ten thousand double pendulums for 10 s: `simulate_many` beside MuJoCo's rollout. By hand.
 
     python tests/benchmarks/bench_ensemble.py [number of runs]
 
-Starts are uniform in |q| ≤ 0.8 rad and |v| ≤ 0.5 rad/s. The worst error over all runs is against Taylor series at
-1e-13. MuJoCo's rollout is slow, so it integrates 100 of the runs, and its time is scaled to all. All run in turns.
-Times are medians, by the clock and of all processors together; ratios, of both, are to the fastest accurate rollout.
+Starts are uniform in |q| ≤ 0.8 rad and |v| ≤ 0.5 rad/s. The worst error over all runs is against
+Taylor series at 1e-13. MuJoCo's rollout is slow, so it integrates 100 of the runs, and its time is
+scaled to all. All run in turns. Times are medians, by the clock and of all processors together;
+ratios, of both, are to the fastest accurate rollout.
 """
 
 from __future__ import annotations
@@ -77,8 +78,10 @@ def rollout(q: np.ndarray, v: np.ndarray) -> Iterator[tuple[str, tuple[float, fl
     hinge = '<joint type="hinge" axis="0 -1 0"/>'
     for step in (4e-3, 2.5e-3, 2e-3):
         text = (
-            f'<mujoco><option timestep="{step}" integrator="RK4" gravity="0 0 -9.81"><flag contact="disable"/></option>'
-            f'<worldbody><body>{hinge}{inertia}<body pos="0 0 -1">{hinge}{inertia}</body></body></worldbody></mujoco>'
+            f'<mujoco><option timestep="{step}" integrator="RK4" gravity="0 0 -9.81"><flag '
+            f'contact="disable"/></option>'
+            f'<worldbody><body>{hinge}{inertia}<body pos="0 0 -1">{hinge}{inertia}'
+            f"</body></body></worldbody></mujoco>"
         )
         model: Any = mujoco.MjModel.from_xml_string(text)
         threads = os.cpu_count() or 1
@@ -106,7 +109,8 @@ def main(count: int) -> None:
         )
     )
     print(
-        f"{platform.machine()}, {os.cpu_count()} processors, Python {platform.python_version()}; {count} runs"
+        f"{platform.machine()}, {os.cpu_count()} processors, Python "
+        f"{platform.python_version()}; {count} runs"
     )
     for title, module in (("heyoka", "heyoka"), ("MuJoCo", "mujoco")):
         if not find_spec(module):
@@ -136,7 +140,8 @@ def main(count: int) -> None:
         accurate, key=lambda rows: float(np.median(rows[:, 0])), default=np.full((TURNS, 2), np.nan)
     )
     print(
-        f"{'engine':<22}{'level':>10}{'time [s]':>12}{'processors [s]':>16}{'worst error':>14}{'MuJoCo over it':>18}"
+        f"{'engine':<22}{'level':>10}{'time [s]':>12}{'processors [s]':>16}"
+        f"{'worst error':>14}{'MuJoCo over it':>18}"
     )
     for key, rows in times.items():
         clock, processors = np.median(rows, axis=0)

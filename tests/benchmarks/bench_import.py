@@ -1,4 +1,4 @@
-"""Measure what starting costs: `import mecanique` on top of NumPy's own import, and `mecanique --help`.
+"""Measure what starting costs: `import mecanique` beyond NumPy's own import, and `--help`.
 
 Run it by hand: python tests/benchmarks/bench_import.py
 """
@@ -31,7 +31,8 @@ def main() -> None:
     print(f"import numpy                {numpy - bare:.3f} s on top of python")
     print(f"import mecanique            {whole - numpy:.3f} s on top of numpy (limit 0.15 s)")
     print(
-        f"mecanique --help            {best('-m', 'mecanique', '--help'):.3f} s in all (limit 0.5 s)"
+        f"mecanique --help            {best('-m', 'mecanique', '--help'):.3f} s in all "
+        f"(limit 0.5 s)"
     )
 
 

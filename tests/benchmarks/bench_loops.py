@@ -1,4 +1,4 @@
-"""Measure closed mechanisms: agreement of the three derivations, time per acceleration, drift and energy over 100 s.
+"""Measure closed mechanisms: agreement, time per acceleration, drift and energy over 100 s.
 
 Run it by hand: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_loops.py With more threads,
 decompositions of matrices from about 60 rows on wait for each other, a hundredfold on busy cores.
@@ -53,7 +53,7 @@ def agreement() -> None:
 
 
 def cost() -> None:
-    """Print the time of an acceleration, closed and open, and how it grows with the number of windows."""
+    """Print the time of an acceleration, closed and open, for more and more windows."""
     for name in CLOSED:
         mechanism = textbook.load(name)
         q = assemble(mechanism, textbook.entry(name).start)
@@ -76,7 +76,8 @@ def cost() -> None:
         found.append(per_call(mechanism, q))
         alone = per_call(replace(mechanism, loops=()), q)
         print(
-            f"{n:3} windows: {found[-1] * 1e3:.3f} ms per acceleration, {alone * 1e3:.3f} ms for the tree"
+            f"{n:3} windows: {found[-1] * 1e3:.3f} ms per acceleration, {alone * 1e3:.3f} "
+            f"ms for the tree"
         )
     for low, high in ((0, 2), (2, 6)):
         slope = np.polyfit(np.log(WINDOWS[low : high + 1]), np.log(found[low : high + 1]), 1)[0]
@@ -84,7 +85,7 @@ def cost() -> None:
 
 
 def long_motions() -> None:
-    """Print drift and energy error at rtol 1e-10 of 100 s, and of 0.1 s of the squeezer, whose motor never stops."""
+    """Print drift and energy error over 100 s, and over 0.1 s of the squeezer with its motor."""
     for name, duration in (*((name, 100.0) for name in CONSERVATIVE), ("squeezer", 0.1)):
         entry = textbook.entry(name)
         motion = simulate(
@@ -103,7 +104,8 @@ def long_motions() -> None:
         energy = motion.energy()
         print(
             f"{name:24} drift {worst[0]:.1e} (positions) {worst[1]:.1e} (velocities), "
-            f"energy {abs(energy.balance).max() / energy.scale:.1e}, {motion.statistics.seconds:.1f} s, "
+            f"energy {abs(energy.balance).max() / energy.scale:.1e}, "
+            f"{motion.statistics.seconds:.1f} s, "
             f"{motion.statistics.steps} steps"
         )
 

@@ -1,4 +1,4 @@
-"""Motions by mecanique and by its peers, side by side in one run, at equal final error. Run by hand.
+"""Motions by mecanique and its peers, side by side in one run, at equal final error. By hand.
 
     python tests/benchmarks/bench_motion.py [system or table …]
 
@@ -82,7 +82,7 @@ def built(case: Case, method: str, rtol: float) -> tuple[float, Callable[[], np.
 
 
 def accurate(case: Case, goal: np.ndarray) -> dict[str, tuple[float, Level]]:
-    """Of each engine the first level that is accurate enough, with its error; the most accurate if none is."""
+    """Return each engine's first level that is accurate enough, else its most accurate one."""
     best: dict[str, tuple[float, Level]] = {}
     given_up: set[str] = set()
     for title, (module, engine) in {
@@ -145,12 +145,14 @@ def compare(case: Case) -> None:
         error, level = best[name]
         to_first, middle = np.median(times[:, k] / times[:, 0]), np.median(times[:, k]) * 1e3
         print(
-            f"{name:<26}{level.level:>12}{middle:>12.3f}{error:>10.1e}{level.build * 1e3:>12.1f}{to_first:>10.3f}"
+            f"{name:<26}{level.level:>12}{middle:>12.3f}{error:>10.1e}"
+            f"{level.build * 1e3:>12.1f}{to_first:>10.3f}"
         )
     for name, (error, level) in best.items():
         if name not in reached:
             print(
-                f"{name:<26}{level.level:>12}{'not reached':>12}{error:>10.1e}{level.build * 1e3:>12.1f}"
+                f"{name:<26}{level.level:>12}{'not reached':>12}{error:>10.1e}"
+                f"{level.build * 1e3:>12.1f}"
             )
 
     def ratio(one: str, other: str) -> str:
@@ -182,12 +184,13 @@ def compare(case: Case) -> None:
             )
             told += f", MuJoCo {rival * 1e3:.1f} ms"
         print(
-            f"{told}; taylor is optimized after {warming[1]} runs, which takes {warming[2] * 1e3:.0f} ms"
+            f"{told}; taylor is optimized after {warming[1]} runs, which takes "
+            f"{warming[2] * 1e3:.0f} ms"
         )
 
 
 def optimize(run: Callable[[], object]) -> tuple[float, int, float]:
-    """Run Taylor series until their code is optimized: time of a run before, number of runs, time that takes [s]."""
+    """Run Taylor series until optimized: time of a run before [s], runs, time it takes [s]."""
     took = [seconds(run) for _ in range(3)]
     usual = float(np.median(took))
     while took[-1] < max(10 * usual, 0.015) and len(took) < 2000:
@@ -200,7 +203,8 @@ def growth() -> None:
     gc.collect()
     gc.freeze()  # what other engines left behind would be looked through again and again
     print(
-        f"\ngrowth with the length of a chain, 10 s at rtol 1e-10\n{'n':>4}{'default [ms]':>14}{'steps':>8}",
+        f"\ngrowth with the length of a chain, 10 s at rtol 1e-10\n{'n':>4}"
+        f"{'default [ms]':>14}{'steps':>8}",
         end="",
     )
     print(f"{'µs a step':>11}{'fast [ms]':>12}{'steps':>8}{'µs a step':>11}{'build [ms]':>12}")
@@ -310,7 +314,8 @@ def main(wanted: list[str]) -> None:
     unknown = set(wanted) - {case.name for case in cases()} - set(TABLES)
     if unknown:
         sys.exit(
-            f"expected systems or tables ({', '.join([*(c.name for c in cases()), *TABLES])}), got {unknown}"
+            f"expected systems or tables "
+            f"({', '.join([*(c.name for c in cases()), *TABLES])}), got {unknown}"
         )
     begin = perf_counter()
     print(

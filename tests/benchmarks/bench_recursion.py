@@ -1,4 +1,4 @@
-"""What the batched recursion costs for chains of N hinges, beside the jets and Pinocchio. Run by hand.
+"""What the batched recursion costs for N hinges, beside the jets and Pinocchio. By hand.
 
     python tests/benchmarks/bench_recursion.py
 
@@ -98,7 +98,8 @@ def main() -> None:
     columns = ("bias", "mass matrix", "bias, jets", "bias, Pinocchio", "mass matrix, Pinocchio")
     found: dict[str, dict[int, float]] = {name: {} for name in columns}
     print(
-        f"Python {platform.python_version()}, numpy {np.__version__}, Pinocchio {pin.__version__}; µs per state"
+        f"Python {platform.python_version()}, numpy {np.__version__}, Pinocchio "
+        f"{pin.__version__}; µs per state"
     )
     print(f"{'N':>5} " + " ".join(f"{name:>22}" for name in columns), flush=True)
     for n in SIZES:

@@ -1,4 +1,4 @@
-"""What `simulate` costs beside the bare combination it is made of: Pinocchio's aba in SciPy's dop853. Run by hand.
+"""What `simulate` costs beside bare Pinocchio's aba in SciPy's dop853. Run by hand.
 
     python tests/benchmarks/bench_simulate.py
 
@@ -33,7 +33,7 @@ CASES: tuple[tuple[str, dict[str, float], dict[str, float]], ...] = (
 
 
 def bare(mechanism: mq.Mechanism, start: np.ndarray) -> Callable[[], np.ndarray]:
-    """The least that integrates the mechanism in its joints' coordinates: no checks, no samples, no forces."""
+    """Integrate with the least: joint coordinates, no checks, no samples, no forces."""
     model = pin.Model()
     model.gravity.linear = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
     at = {mechanism.ground: 0}
@@ -90,7 +90,8 @@ def seconds(run: Callable[[], object]) -> float:
 
 def main() -> None:
     """Print the table."""
-    versions = f"Python {platform.python_version()}, SciPy {scipy.__version__}, Pinocchio {pin.__version__}"
+    versions = f"Python {platform.python_version()}, SciPy {scipy.__version__}"
+    versions += f", Pinocchio {pin.__version__}"
     print(f"{platform.machine()}, {versions}")
     titles = ("bare", "reference", "simulate", "with set-up")
     print(

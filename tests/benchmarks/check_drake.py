@@ -1,4 +1,4 @@
-"""Load the written URDF files in Drake and compare accelerations; by hand, after `pip install drake`.
+"""Load the written URDF files in Drake and compare accelerations; needs `pip install drake`.
 
     python tests/benchmarks/check_drake.py
 

@@ -61,7 +61,8 @@ def main() -> int:
         counts[result] += 1
     told = ", ".join(f"{counts[result]:,} {result}" for result in ("read", "refused", "failed"))
     print(
-        f"{given.cases:,} cases: {told}; slowest {slowest * 1e3:.0f} ms, {time.perf_counter() - begin:.0f} s in all"
+        f"{given.cases:,} cases: {told}; slowest {slowest * 1e3:.0f} ms, "
+        f"{time.perf_counter() - begin:.0f} s in all"
     )
     return 1 if counts["failed"] else 0
 

@@ -60,7 +60,7 @@ def pinocchio(case: Case) -> Iterator[Level]:
 
 
 def sympy(case: Case) -> Iterator[Level]:
-    """SymPy's Lagrange's method, its equations as `math` code in SciPy's integrators; five rods take SymPy hours."""
+    """SymPy's Lagrange's method as `math` code in SciPy's integrators; five rods take it hours."""
     if case.mechanism.nv > 2:
         return
     import sympy as sp

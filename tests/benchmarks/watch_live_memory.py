@@ -1,4 +1,4 @@
-"""Whether memory stays steady while a live view streams, on the sending side and in the browser. Run by hand.
+"""Whether memory stays steady while a live view streams, here and in the browser. By hand.
 
     python tests/benchmarks/watch_live_memory.py [seconds] [system]
 
@@ -45,7 +45,9 @@ def look(page: Page) -> tuple[float, int, float, int, int]:
     session.detach()
     count = "let n = 0; mecanique.stage.viewer.scene.traverse(() => n++);"
     t, number, nodes, objects = page.evaluate(
-        f"() => {{ {count} return [mecanique.clock.time, mecanique.taken, document.querySelectorAll('*').length, n]; }}"
+        f"() => {{ {count} "
+        "return [mecanique.clock.time, mecanique.taken, "
+        "document.querySelectorAll('*').length, n]; }"
     )
     return float(t), int(number), heap, int(nodes), int(objects)
 
@@ -76,12 +78,15 @@ def main() -> None:
             page.click("#tab-plots")
             # frames are counted where the page takes them
             page.evaluate(
-                """() => { const { clock } = mecanique; const tick = clock.tick.bind(clock); mecanique.taken = 0;
-                clock.tick = now => { const came = tick(now); mecanique.taken += came; return came; }; }"""
+                """() => { const { clock } = mecanique; const tick = clock.tick.bind(clock);
+                mecanique.taken = 0;
+                clock.tick = now => {
+                const came = tick(now); mecanique.taken += came; return came; }; }"""
             )
             start, before = time.monotonic(), 0
             print(
-                f"{'s':>5} {'t':>8} {'frames':>7} {'program MB':>11} {'heap MB':>8} {'nodes':>6} {'objects':>8}"
+                f"{'s':>5} {'t':>8} {'frames':>7} {'program MB':>11} {'heap MB':>8} "
+                f"{'nodes':>6} {'objects':>8}"
             )
             while True:
                 passed = time.monotonic() - start
@@ -103,7 +108,8 @@ def main() -> None:
     same = late[-1][4] == late[0][4] and abs(late[-1][3] - late[0][3]) < 50
     steady = program < MOST_GROWTH and heap < MOST_GROWTH and same and not faults
     print(
-        f"after {late[0][0]:.0f} s: program {program:+.1f} MB, heap {heap:+.2f} MB, errors {len(faults)},"
+        f"after {late[0][0]:.0f} s: program {program:+.1f} MB, heap {heap:+.2f} MB, errors "
+        f"{len(faults)},"
         f" the program ended with {run.returncode}: {'steady' if steady else 'NOT STEADY'}"
     )
 

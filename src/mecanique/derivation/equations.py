@@ -326,8 +326,8 @@ class Equations:
                 with one coordinate [N·m or N]; like them no part of a reaction.
 
         Raises:
-            InputError: if a shape is wrong or a number is not finite, or tau acts elsewhere than in a
-                joint with one coordinate.
+            InputError: if a shape is wrong, a number is not finite, or tau acts elsewhere than in
+                a joint with one coordinate.
             UnknownNameError: if a name in tau is no joint, coordinate or velocity.
             DerivationError: if the method shows no reactions, if a motion meets no inertia, or if
                 there are loops.

@@ -147,7 +147,7 @@ class Closures:
 
     @property
     def units(self) -> Units:
-        """Plain units of rows and velocities; a loop's lengths are one block, its angles another."""
+        """Plain units of rows and velocities; a loop's lengths and angles are a block each."""
         return Units(self.rows, self.columns, 2 * self.owner + (self._component >= 3))
 
     def rounding(self) -> float:
