@@ -127,17 +127,17 @@ def fall_of_parallelograms(count: int, t: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("serial", [True, False])
-@pytest.mark.parametrize("count", [2, 20])
+@pytest.mark.parametrize(("count", "duration"), [(2, 3.0), (20, 1.0)])
 def test_a_row_of_parallelograms_passes_flat_positions_in_any_tree(
-    count: int, serial: bool
+    count: int, duration: float, serial: bool
 ) -> None:
     """Where all lie flat, each could cross over into an antiparallelogram."""
     mechanism = parallelograms(count, serial=serial)
     rates = {
         joint.name: -1.0 if joint.child.startswith("up") else 1.0 for joint in mechanism.joints
     }
-    motion = mq.simulate(mechanism, v=rates, duration=3.0, samples=11)
-    assert motion["A0"][-1] < -2 * np.pi
+    motion = mq.simulate(mechanism, v=rates, duration=duration, samples=11)
+    assert motion["A0"][-1] < -3 * np.pi / 4
     np.testing.assert_allclose(motion["A0"], fall_of_parallelograms(count, motion.t), atol=1e-8)
 
 
