@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -57,3 +59,19 @@ def test_sines_and_cosines_of_arcs_are_roots(arc: str, count: int) -> None:
             for g in series.generators()
             if g.index in ring.atoms
         )
+
+
+@pytest.mark.parametrize("named", [True, False])
+@pytest.mark.parametrize("name", ["sin", "cos"])
+def test_sines_of_twelfths_of_pi_are_roots(name: str, named: bool) -> None:
+    """With π as a constant of its own, or as the float next to it, alone and beside an angle."""
+    ring = Ring()
+    q = ring.coordinate("q")
+    for n in range(-24, 25):
+        part = ring.constant("pi") * n / 12 if named else ring.number(math.pi * n / 12)
+        alone, beside = function(name)(part), function(name)(q + part)
+        exact = getattr(math, name)
+        assert evaluate(alone, {}) == pytest.approx(exact(math.pi * n / 12), abs=1e-14)
+        expected = exact(0.7 + math.pi * n / 12)
+        assert evaluate(beside, {"q": 0.7}) == pytest.approx(expected, abs=1e-14)
+        assert "pi" not in str(alone)

@@ -191,3 +191,20 @@ def test_states_keep_a_little_inside_the_limits_of_a_coordinate() -> None:
     q = random_states(mechanism, 500, 0).q[:, 0]
     assert 1.1 <= q.min() < 1.15
     assert 2.85 < q.max() <= 2.9
+
+
+@pytest.mark.parametrize("limits", [(5.0, np.inf), (-np.inf, -5.0)])
+def test_a_slide_that_starts_far_away_keeps_to_its_one_limit(limits: tuple[float, float]) -> None:
+    """States lie between the limit and its mirror image in the neutral position."""
+    mechanism = slider(coordinates=Coordinates((), limits={"x": limits}))
+    assert abs(mechanism.neutral()[0]) == 6
+    far = abs(random_states(mechanism, 200, 0).q)
+    assert 5 <= far.min() < 5.1
+    assert 6.9 < far.max() <= 7
+
+
+def test_rates_and_accelerations_take_both_signs() -> None:
+    states = random_states(textbook.load("double_pendulum"), 100, 0)
+    for part in (states.v, states.a):
+        assert (part.min(axis=0) < -2).all()
+        assert (part.max(axis=0) > 2).all()

@@ -9,7 +9,17 @@ from sympy import acos, cos, sin
 
 from mecanique import textbook
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model import Coordinates, coordinate, time
+from mecanique.model import (
+    Body,
+    Coordinates,
+    JointDamper,
+    JointSpring,
+    Mechanism,
+    Revolute,
+    box,
+    coordinate,
+    time,
+)
 from mecanique.verification import compare_coordinates
 
 
@@ -41,6 +51,18 @@ def test_a_map_that_depends_on_time() -> None:
     """A free particle seen from a lift that moves steadily: the same equations."""
     particle = textbook.load("free_particle")
     found = compare_coordinates(particle, particle, {"z": coordinate("z") + 3.0 * time()})
+    assert found.agrees, str(found)
+
+
+def test_springs_and_dampers_pull_alike_in_both_coordinates() -> None:
+    forces = (JointSpring("spring", "joint", 3.0), JointDamper("damper", "joint", 0.4))
+    joint = Revolute("joint", "ground", "rod", axis=(0, 1, 0), coordinate="q")
+    rod = Body("rod", box(1.0, (0.1, 0.1, 0.1)))
+    mechanism = Mechanism("sprung", (Body("ground"), rod), (joint,), forces)
+    doubled = replace(
+        mechanism, name="half", coordinates=Coordinates(("x",), {"q": 2 * coordinate("x")})
+    )
+    found = compare_coordinates(mechanism, doubled, {"q": 2 * coordinate("x")}, samples=10)
     assert found.agrees, str(found)
 
 
