@@ -41,6 +41,7 @@ from mecanique.model import (
 )
 from mecanique.model.joints import Joint
 from mecanique.reference import Reference
+from mecanique.reference.engine.tree import Tree
 from mecanique.textbook import load
 
 SAMPLES = [(0.4, 0.0), (2.0, -1.3), (-0.7, 3.1)]
@@ -383,3 +384,17 @@ def test_names_that_the_engine_uses_itself_are_free(name: str) -> None:
     assert reference.acceleration([0.3]) == pytest.approx([-1.5 * 9.81 * sin(0.3)])
     assert reference.poses([0.3])[1, :3, :3] @ [0, 0, -1] == pytest.approx([sin(0.3), 0, -cos(0.3)])
     assert list(reference.reactions([0.3])) == [name]
+
+
+def test_the_mass_a_coordinate_reaches_goes_by_the_square_of_its_gearing() -> None:
+    """Of a slide with x = −3 s, whose mass matrix is 9 m."""
+    slide = Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    mechanism = Mechanism(
+        "geared",
+        (Body("ground"), Body("block", particle(2.0))),
+        (slide,),
+        coordinates=Coordinates(("s",), {"x": -3 * coordinate("s")}),
+    )
+    tree = Tree(mechanism)
+    np.testing.assert_allclose(tree.mass(np.zeros(1), np.zeros(1), 0.0), [[18.0]])
+    np.testing.assert_allclose(tree._reach(), [18.0])
