@@ -4,26 +4,30 @@
 
 Takes NUMBER places of derivation, reference and verification at random and changes one operator
 at each: a sign, + for −, · for /, a product's order, a comparison, an index or a number. Each
-change meets the tests that run its line, fastest first, in a fork of a process that has the
-libraries loaded; nothing is written into the source. A test that fails, or that never ends, has
-caught the change. Text is left alone: strings, error messages, functions that return a string.
+change meets the tests that run its line, fastest first, in a fork of a process that has collected
+all tests; the code of the loaded functions is exchanged, nothing is written into the source. A
+test that fails, or that never ends, has caught the change. Text is left alone: strings, error
+messages, functions that return a string. A part of a run is a fair sample: the order is random.
 """
 
 from __future__ import annotations
 
 import ast
+import gc
 import json
 import os
 import random
 import resource
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
-from importlib.machinery import ModuleSpec, SourceFileLoader
-from importlib.util import spec_from_file_location
+from collections import Counter
+from collections.abc import Callable, Iterator
+from functools import _lru_cache_wrapper, partial
+from importlib import import_module
+from itertools import accumulate, zip_longest
 from pathlib import Path
 from time import process_time
-from types import CodeType
+from types import CodeType, FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
@@ -46,8 +50,10 @@ SUITES = [
     str(ROOT / "tests" / "motion" / "test_motion_linear_letters.py"),
 ]
 """Those of the core, and of motions what tests singular positions and letters."""
+ENOUGH = 30
+"""CPU seconds of tests that a change meets, the fastest first."""
 PATIENCE = 60
-"""CPU seconds that a change may take beyond ten times what its tests take without it."""
+"""CPU seconds that a change may take beyond ten times these."""
 
 PAIRS = (
     (ast.Add, ast.Sub),
@@ -70,6 +76,7 @@ EQUIVALENT: dict[tuple[str, str], str] = {
     ("loads", "-1 → +1"): "the second axis is the last",
     ("newton_euler", "-1 → +1"): "the second axis is the last",
     ("lagrange", "-1 → +1"): "the second axis is the last",
+    ("closed_form", "-1 → +1"): "the second axis is the last",
     ("constraints", "along @ parting → parting @ along"): "an inner product",
     ("jets", "orders - 1 → orders - 0"): "one coefficient more, before a power that vanishes",
     ("chart", "2 * count → 1 * count"): "constant slopes without drift have no second rate either",
@@ -92,46 +99,41 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "links",
         "1e-12 * max(np.abs(inertia).max(), 1e-300) → 2e-12 * max(np.abs(inertia).max(), 1e-300)",
     ): "a tolerance; nothing lies between",
+    (
+        "singular",
+        "min(distance - _FAR, _FAR) / 2 → min(distance - _FAR, _FAR) / 1",
+    ): "a margin of a search to first order, a matter of time",
+    ("singular", "2 * bend → 1 * bend"): "where Newton's method begins; it ends at the same point",
+    (
+        "freedom",
+        "_AWAY * 0.8 ** k / float(np.abs(direction).max()) → "
+        "_AWAY * 0.8 ** k * float(np.abs(direction).max())",
+    ): "how far aside is looked, at random anyway",
+    ("frames", "X[:3, 3] → X[:3, 2]"): "a joint at the origin: what changes nothing is no cause",
+    ("closed", "whole[:, 3:] → whole[:, 2:]"): "a scale, beside a tolerance of rounding",
+    (
+        "facts",
+        "0.1 * (np.max(np.abs(v)) or 1.0) → 0.2 * (np.max(np.abs(v)) or 1.0)",
+    ): "any state nearby gives the size",
     ("facts", "moved[k] += 1e-30j → moved[k] -= 1e-30j"): "a rate that is compared with zero",
+    ("constraints", "row @ second[k, 3:] → second[k, 3:] @ row"): "an inner product",
+    (
+        "links",
+        "axes.T @ inertia @ axes → axes @ (axes.T @ inertia)",
+    ): "the right one is also among the permutations",
+    ("joints", "1e-09 * size → 2e-09 * size"): "a tolerance; nothing lies between",
     ("survey", "perf_counter() - start → perf_counter() + start"): "a duration that is printed",
 }
 """Changes that nothing can catch, by module and what is changed, and why."""
 
 
 class Change(NamedTuple):
-    """One changed operator.
-
-    Args:
-        path: of the module.
-        lines: that hold the changed expression.
-        text: before and after.
-        tree: the module with the change.
-    """
+    """A module with one operator changed."""
 
     path: Path
     lines: range
     text: str
     tree: ast.Module
-
-
-class Record(NamedTuple):
-    """What the tests run, as they are.
-
-    Args:
-        seconds: CPU time of each test.
-        tests: that run a line, by file and line.
-    """
-
-    seconds: dict[str, float]
-    tests: dict[str, dict[int, list[str]]]
-
-    def covering(self, change: Change) -> list[str]:
-        """Return the tests that run what was changed, the fastest first."""
-        of_module = self.tests.get(str(change.path.relative_to(ROOT)), {})
-        found = {test for line in change.lines for test in of_module.get(line, ())}
-        if "" in found:  # it runs at import, for all
-            found = {test for tests in of_module.values() for test in tests}
-        return sorted(found - {""}, key=lambda test: self.seconds[test])
 
 
 class Place(NamedTuple):
@@ -180,13 +182,23 @@ def changed(node: Any) -> None:
         node.op = OPERATORS[type(node.op)]()
 
 
+def modules() -> list[Path]:
+    """Return the modules of the core."""
+    every = [path for room in ROOMS for path in sorted((SOURCE / "mecanique" / room).rglob("*.py"))]
+    return [path for path in every if not any(text in str(path) for text in TEXT)]
+
+
+def name_of(path: Path) -> str:
+    """Return the name by which a module is imported."""
+    parts = path.relative_to(SOURCE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
 def every_place() -> list[tuple[Path, int]]:
     """Return every place that can be changed: a module and its number there."""
-    modules = [
-        path for room in ROOMS for path in sorted((SOURCE / "mecanique" / room).rglob("*.py"))
+    return [
+        (path, k) for path in modules() for k, _ in enumerate(places(ast.parse(path.read_text())))
     ]
-    core = [path for path in modules if not any(text in str(path) for text in TEXT)]
-    return [(path, k) for path in core for k, _ in enumerate(places(ast.parse(path.read_text())))]
 
 
 def change_at(path: Path, number: int) -> Change:
@@ -199,81 +211,102 @@ def change_at(path: Path, number: int) -> Change:
     return Change(path, lines, f"{before} → {ast.unparse(shown)}", tree)
 
 
-class Changed(SourceFileLoader):
-    """Loads a changed module in the place of the one on disk."""
+class Record(NamedTuple):
+    """The CPU time of each test, and the tests that run a line, by file and line."""
 
-    def __init__(self, name: str, change: Change) -> None:
-        super().__init__(name, str(change.path))
-        self._tree = change.tree
+    seconds: dict[str, float]
+    tests: dict[str, dict[int, list[str]]]
 
-    def get_code(self, fullname: str) -> CodeType:
-        """Compile the changed module; nothing is cached."""
-        return compile(self._tree, self.path, "exec", dont_inherit=True)
-
-
-class Finder:
-    """Finds the changed module before the one on disk."""
-
-    def __init__(self, change: Change) -> None:
-        parts = change.path.relative_to(SOURCE).with_suffix("").parts
-        self._name = ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
-        self._change = change
-
-    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
-        """Return where a module comes from, if it is the changed one."""
-        if name != self._name:
-            return None
-        loader = Changed(name, self._change)
-        return spec_from_file_location(name, self._change.path, loader=loader)
+    def covering(self, change: Change) -> list[str]:
+        """Return the tests that run what was changed, the fastest first, until it is enough."""
+        of_module = self.tests.get(str(change.path.relative_to(ROOT)), {})
+        found = {test for line in change.lines for test in of_module.get(line, ())}
+        if "" in found:  # it runs at import, for all
+            found = {test for tests in of_module.values() for test in tests}
+        fastest = sorted(found - {""}, key=lambda test: self.seconds[test])
+        total = accumulate(self.seconds[test] for test in fastest)
+        return [test for test, spent in zip(fastest, total, strict=True) if spent < ENOUGH]
 
 
-class Chosen:
-    """Keeps pytest to some tests, in their order."""
-
-    def __init__(self, tests: list[str]) -> None:
-        self._rank = {test: k for k, test in enumerate(tests)}
-
-    @pytest.hookimpl(trylast=True)
-    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
-        """Leave out and sort."""
-        kept = [item for item in items if item.nodeid in self._rank]
-        items[:] = sorted(kept, key=lambda item: self._rank[item.nodeid])
+def codes(code: CodeType) -> Iterator[CodeType]:
+    """Yield a code and those of all functions inside it."""
+    yield code
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from codes(inner)
 
 
-class Recorder:
-    """Notes what each test runs and how long it takes."""
-
-    def __init__(self, tracer: coverage.Coverage) -> None:
-        self._tracer = tracer
-        self.seconds: dict[str, float] = {}
-
-    @pytest.hookimpl(wrapper=True)
-    def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
-        """Run one test."""
-        self._tracer.switch_context(item.nodeid)
-        start = process_time()
-        result = yield
-        self.seconds[item.nodeid] = process_time() - start
-        return result
+def signature(code: CodeType) -> tuple[object, ...]:
+    """Return what tells a function from all others of its module, changed or not."""
+    return code.co_name, code.co_firstlineno, code.co_varnames, code.co_names
 
 
-def run(arguments: Iterable[str], plugin: object) -> int:
-    """Run pytest silently; return its exit code."""
-    sys.path.insert(0, str(SOURCE))
-    os.chdir(ROOT)
-    with open(os.devnull, "w") as nowhere:
-        os.dup2(nowhere.fileno(), 1)
-        os.dup2(nowhere.fileno(), 2)
-    return int(
-        pytest.main(
-            ["-q", "--assert=plain", "-p", "no:cacheprovider", *arguments], plugins=[plugin]
+def install(change: Change) -> None:
+    """Change a loaded module: the code of its functions, and its constants wherever they went."""
+    code = compile(change.tree, str(change.path), "exec", dont_inherit=True)
+    new = {signature(inner): inner for inner in codes(code)}
+    for found in gc.get_objects():
+        if isinstance(found, FunctionType) and found.__code__.co_filename == code.co_filename:
+            found.__code__ = new.get(signature(found.__code__), found.__code__)
+        elif isinstance(found, _lru_cache_wrapper):
+            found.cache_clear()
+    functions = [n for n in ast.walk(change.tree) if isinstance(n, (ast.FunctionDef, ast.Lambda))]
+    if any(change.lines[0] in range(f.lineno, f.end_lineno or 0) for f in functions):
+        return
+    home = sys.modules[name_of(change.path)]
+    fresh = {**vars(home)}
+    exec(code, fresh)
+    for name, value in list(vars(home).items()):
+        if name.startswith("__") or isinstance(value, (type, FunctionType, ModuleType)):
+            continue
+        for module in list(sys.modules.values()):
+            if module.__dict__.get(name) is value:
+                setattr(module, name, fresh[name])
+
+
+class Mutation:
+    """Takes the place of pytest's loop over the tests."""
+
+    def __init__(self, number: int, seed: int, noted: Path) -> None:
+        self._drawn = random.Random(seed).sample(every_place(), number)
+        self._noted = noted
+        self._out = os.fdopen(os.dup(1), "w")
+
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        """Run all tests once, change, test and print a table."""
+        for path in modules():
+            import_module(name_of(path))  # also what is imported late
+        if not self._noted.exists() and fork(lambda: note(session, self._noted)):
+            raise SystemExit("the tests fail as they are")
+        found = json.loads(self._noted.read_text())
+        names = [*found["seconds"], ""]
+        noted = Record(
+            found["seconds"],
+            {
+                file: {int(line): [names[k] for k in tests] for line, tests in lines.items()}
+                for file, lines in found["tests"].items()
+            },
         )
-    )
+        count: Counter[str] = Counter()
+        for number, (path, place) in enumerate(self._drawn, 1):
+            change = change_at(path, place)
+            tests = noted.covering(change)
+            caught = bool(tests) and fork(partial(meet, session, change, tests)) != 0
+            known = EQUIVALENT.get((path.stem, change.text))
+            outcome = "caught" if caught else "equivalent" if known else "SURVIVED"
+            count[outcome] += 1
+            where = f"{path.relative_to(SOURCE / 'mecanique')}:{change.lines.start}"
+            print(
+                f"{number:4} {outcome:10} {len(tests):4} tests  {where}  {change.text}",
+                file=self._out,
+                flush=True,
+            )
+        print(f"{len(self._drawn)} changes: {dict(count)}", file=self._out, flush=True)
+        return True
 
 
-def fork(work: Any) -> int:
+def fork(work: Callable[[], int]) -> int:
     """Return what a function returns in a fork of this process; negative if that was stopped."""
-    sys.stdout.flush()
     child = os.fork()
     if not child:
         code = 99
@@ -284,60 +317,64 @@ def fork(work: Any) -> int:
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
-def record(into: Path) -> Record:
-    """Run all tests once, or read what an earlier run noted."""
+def run(session: pytest.Session, items: list[pytest.Item]) -> Iterator[pytest.Item]:
+    """Run tests; yield each before it starts. The first that fails is the last."""
+    for item, after in zip_longest(items, items[1:]):
+        yield item
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=after)
+        if session.testsfailed:
+            return
 
-    def work() -> int:
-        tracer = coverage.Coverage(data_file=None, source=[str(SOURCE)], config_file=False)
-        recorder = Recorder(tracer)
-        tracer.start()
-        code = run(SUITES, recorder)
-        tracer.stop()
-        data = tracer.get_data()
-        tests = {
-            str(Path(file).relative_to(ROOT)): data.contexts_by_lineno(file)
-            for file in data.measured_files()
+
+def meet(session: pytest.Session, change: Change, tests: list[str]) -> int:
+    """Return how many tests fail with a change; one is enough."""
+    limit = int(PATIENCE + 10 * ENOUGH)
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
+    install(change)
+    items = {item.nodeid: item for item in session.items}
+    for _ in run(session, [items[test] for test in tests if test in items]):
+        pass
+    return session.testsfailed
+
+
+def note(session: pytest.Session, into: Path) -> int:
+    """Note which tests run a line, and how long each takes; return how many fail."""
+    tracer = coverage.Coverage(data_file=None, source=[str(SOURCE)], config_file=False)
+    tracer.start()
+    seconds: dict[str, float] = {}
+    start, last = process_time(), ""
+    for item in run(session, session.items):
+        seconds[last] = process_time() - start
+        start, last = process_time(), item.nodeid
+        tracer.switch_context(last)
+    seconds[last] = process_time() - start
+    tracer.stop()
+    seconds.pop("", None)
+    data = tracer.get_data()
+    number = {name: k for k, name in enumerate([*seconds, ""])}
+    tests = {
+        str(Path(file).relative_to(ROOT)): {
+            line: [number[test] for test in names]
+            for line, names in data.contexts_by_lineno(file).items()
         }
-        into.write_text(json.dumps({"seconds": recorder.seconds, "tests": tests}))
-        return code
-
-    if not into.exists() and (code := fork(work)):
-        raise SystemExit(f"the tests fail as they are: pytest ends with {code}")
-    found = json.loads(into.read_text())
-    by_line = {f: {int(k): v for k, v in lines.items()} for f, lines in found["tests"].items()}
-    return Record(found["seconds"], by_line)
-
-
-def survives(change: Change, tests: list[str], seconds: float) -> bool:
-    """Return whether all tests pass with a change."""
-
-    def work() -> int:
-        limit = int(PATIENCE + 10 * seconds)
-        resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
-        sys.meta_path.insert(0, Finder(change))
-        files = sorted({str(ROOT / test.split("::")[0]) for test in tests})
-        return run(["-x", *files], Chosen(tests))
-
-    return not tests or fork(work) in (0, 5)
+        for file in data.measured_files()
+    }
+    into.write_text(json.dumps({"seconds": seconds, "tests": tests}))
+    return session.testsfailed
 
 
 def main() -> None:
-    """Change, test and print a table."""
+    """Load all tests; see Mutation."""
     number, seed = (int(x) for x in (sys.argv[1:] + ["300", "1"][len(sys.argv) - 1 :])[:2])
-    noted = record(Path(tempfile.gettempdir()) / "mecanique_tests_by_line.json")
-    caught = equivalent = 0
-    drawn = random.Random(seed).sample(every_place(), number)
-    for k, (path, place) in enumerate(drawn):
-        change = change_at(path, place)
-        tests = noted.covering(change)
-        left = survives(change, tests, sum(noted.seconds[test] for test in tests))
-        known = EQUIVALENT.get((path.stem, change.text))
-        caught, equivalent = caught + (not left), equivalent + (left and known is not None)
-        outcome = "caught" if not left else "equivalent" if known else "SURVIVED"
-        where = f"{path.relative_to(SOURCE / 'mecanique')}:{change.lines.start}"
-        print(f"{k + 1:4} {outcome:10} {len(tests):4} tests  {where}  {change.text}", flush=True)
-    survived = number - caught - equivalent
-    print(f"{number} changes: {caught} caught, {equivalent} equivalent, {survived} survived")
+    noted = Path(tempfile.gettempdir()) / "mecanique_tests_by_line.json"
+    mutation = Mutation(number, seed, noted)
+    sys.path.insert(0, str(SOURCE))
+    os.chdir(ROOT)
+    with open(os.devnull, "w") as nowhere:
+        os.dup2(nowhere.fileno(), 1)
+        os.dup2(nowhere.fileno(), 2)
+    options = ["-q", "-x", "--assert=plain", "-p", "no:cacheprovider"]
+    pytest.main([*options, *SUITES], plugins=[mutation])
 
 
 if __name__ == "__main__":
