@@ -20,6 +20,7 @@ from mecanique.model import (
     box,
     coordinate,
 )
+from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.assembly import held_columns
 from mecanique.reference.reference import Reference
 
@@ -100,3 +101,13 @@ def test_held_coordinates_hold_the_velocities_of_their_own_joint() -> None:
     ):
         held = held_columns(mechanism, names)
         assert {mechanism.velocities[k] for k in np.flatnonzero(held)} == set(velocities)
+
+
+def test_quaternions_of_any_length_are_one_position() -> None:
+    """An integration lets their length drift."""
+    chart = Tree(follower(Spherical("free", "ground", "brick"))).chart
+    q = np.array([0.1, -0.5, 0.7, 0.5])
+    for length in (1.0, 0.5, 3.0):
+        chart.place(length * q, 0.0)
+        at = next(to for to, _ in chart._quaternions)
+        np.testing.assert_allclose(chart.p[at : at + 4], q, rtol=1e-15)
