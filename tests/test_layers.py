@@ -19,7 +19,7 @@ ORDER: dict[str, list[str]] = {
     "": [
         "errors files safe_xml",
         "model",
-        "textbook urdf derivation",
+        "textbook threads urdf derivation",
         "reference",
         "verification",
         "motion",

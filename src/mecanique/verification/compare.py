@@ -10,6 +10,7 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
+from mecanique.threads import one_thread_for_loops
 from mecanique.verification import forms
 from mecanique.verification.against import Other, compare_with
 from mecanique.verification.causes.search import causes_of
@@ -25,6 +26,7 @@ _EXPLAINED = 12
 """The most states at which a disagreement is explained."""
 
 
+@one_thread_for_loops
 def verify(
     mechanism: Mechanism,
     samples: int = 100,

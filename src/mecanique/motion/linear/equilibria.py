@@ -18,6 +18,7 @@ from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.linear.linearize import linearize
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import Values
+from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -50,6 +51,7 @@ class Equilibrium:
         return str(self.linearization)
 
 
+@one_thread_for_loops
 def equilibria(
     mechanism: Mechanism,
     starts: int | Iterable[Values] = 50,

@@ -17,6 +17,7 @@ from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import Values
+from mecanique.threads import one_thread_for_loops
 from mecanique.verification.stencil import differences
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ ACCURATE = 1e-11
 """Relative error that is good enough."""
 
 
+@one_thread_for_loops
 def linearize(
     mechanism: Mechanism,
     at: Values | State | None = None,

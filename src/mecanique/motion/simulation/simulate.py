@@ -30,6 +30,7 @@ from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.limits import limit_events, refuse_limit, report_end
 from mecanique.motion.simulation.methods import METHODS
 from mecanique.motion.simulation.problem import Problem
+from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = ["simulate"]
 
 
+@one_thread_for_loops
 def simulate(
     mechanism: Mechanism,
     *,
