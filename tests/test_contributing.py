@@ -25,7 +25,8 @@ EXAMPLES = {
 """For each recipe, what only the files that it lists name: one of its kind stands for all."""
 
 ELSEWHERE = {
-    "force": {"urdf/read.py"},  # a URDF's own <dynamics damping> is read where the joints are
+    # a joint's own damping is read where URDF's joints are, and varied with them
+    "force": {"urdf/read.py", "model/mechanism.py"},
 }
 
 MOST = {"joint": 9, "force": 8}

@@ -61,11 +61,11 @@ def one_thread_for_loops(function: Callable[P, T]) -> Callable[P, T]:
     """Keep BLAS to one thread in a function, if its first argument is a mechanism with loops."""
 
     @wraps(function)
-    def limited(*args: P.args, **options: P.kwargs) -> T:
+    def call(*args: P.args, **options: P.kwargs) -> T:
         mechanism = args[0] if args else options.get("mechanism")
         if not getattr(mechanism, "loops", ()):  # what is no mechanism, the function refuses
             return function(*args, **options)
         with limit_threads():
             return function(*args, **options)
 
-    return limited
+    return call

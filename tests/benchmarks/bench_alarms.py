@@ -33,11 +33,11 @@ def main(seeds: int = 300, samples: int = 5, first: int = 0) -> int:
             alarms += not verdict.agrees
             for row in verdict.rows:
                 worst = max(worst, row.worst)
-                nearest = max(nearest, row.worst / verdict.allowed(row))
+                nearest = max(nearest, row.worst / verdict.tolerance_of(row))
                 if not verdict.accepts(row):
                     print(
                         f"  seed {seed}: {row.quantity}, {row.sources[0]}: {row.worst:.1e}, "
-                        f"allowed {verdict.allowed(row):.1e}, q = {np.round(row.q, 6)}"
+                        f"allowed {verdict.tolerance_of(row):.1e}, q = {np.round(row.q, 6)}"
                     )
         total += alarms
         seconds = time.perf_counter() - start

@@ -178,7 +178,7 @@ def test_reactions_do_no_virtual_work(name: str) -> None:
 
 def test_what_guides_coordinates_does_no_work_in_all() -> None:
     work = VirtualWork(textbook.load("bars_and_springs_small"))
-    (line,) = work.balances.guided()
+    (line,) = work.balances.sum_guides()
     ring = work.algebra.ring
     assert line.left == (ring["M_A"] + ring["M_D"]) / (4 * ring["l"])
 

@@ -19,7 +19,7 @@ from mecanique.figure.draw import figure_text
 from mecanique.figure.freebody import cut_free
 from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.marks import STYLES, Circle, Stroke, Words, bounds, rich
-from mecanique.figure.paper.signs import dashpot, hatched, label, spring
+from mecanique.figure.paper.signs import dashpot, hatch, label, spring
 from mecanique.figure.paper.svg import svg
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import Setting, setting
@@ -148,7 +148,7 @@ def test_signs_reach_from_end_to_end() -> None:
 
 
 def test_hatching_lies_on_the_right_as_one_goes() -> None:
-    marks = list(hatched(np.array([0.0, 0.0]), np.array([70.0, 0.0])))
+    marks = list(hatch(np.array([0.0, 0.0]), np.array([70.0, 0.0])))
     assert all(mark.points[:, 1].max() > 0 for mark in marks[1:] if isinstance(mark, Stroke))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from mecanique.figure.mechanism import figure
-from mecanique.figure.paper.lettering import FARTHEST, clear_letters, covered, frame
+from mecanique.figure.paper.lettering import FARTHEST, clear_letters, frame, overlap
 from mecanique.figure.paper.marks import Circle, Mark, Stroke, Words
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import setting
@@ -33,7 +33,7 @@ def places(marks: Sequence[Mark]) -> list[tuple[float, float]]:
 def overlaps(marks: Sequence[Mark]) -> float:
     frames = np.array([frame(mark) for mark in marks if isinstance(mark, Words)]).reshape(-1, 4)
     own = np.prod(frames[:, 2:] - frames[:, :2], axis=1)
-    return float((covered(frames, frames) - own).max(initial=0.0))
+    return float((overlap(frames, frames) - own).max(initial=0.0))
 
 
 def test_what_is_clear_stays() -> None:

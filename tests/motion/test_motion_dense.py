@@ -110,7 +110,7 @@ def test_rates_and_velocities_are_inverse_and_agree_with_the_engine(
 ) -> None:
     mechanism, rates = free
     rng = np.random.default_rng(1)
-    q = rates.normalized(rng.normal(size=(5, mechanism.nq)))
+    q = rates.normalize(rng.normal(size=(5, mechanism.nq)))
     v = rng.normal(size=(5, mechanism.nv))
     first = rates.first(q, v)
     np.testing.assert_allclose(first, mq.Reference(mechanism).rates(q, v), atol=1e-14)
@@ -121,14 +121,14 @@ def test_rates_and_velocities_are_inverse_and_agree_with_the_engine(
 def test_second_rates_and_moves_are_derivatives(free: tuple[mq.Mechanism, Rates]) -> None:
     mechanism, rates = free
     rng = np.random.default_rng(2)
-    q = rates.normalized(rng.normal(size=mechanism.nq))
+    q = rates.normalize(rng.normal(size=mechanism.nq))
     v, a = rng.normal(size=(2, mechanism.nv))
     h = 1e-4
-    ahead, behind = rates.moved(q, h * v), rates.moved(q, -h * v)
+    ahead, behind = rates.displace(q, h * v), rates.displace(q, -h * v)
     np.testing.assert_allclose((ahead - behind) / (2 * h), rates.first(q, v), atol=1e-7)
     assert rates.drift(ahead) < 1e-15
     # q̇ along q(t) with v(t) = v + a t
     step = 1e-5
-    q1, q0 = (rates.moved(q, s * step * v + step**2 / 2 * a) for s in (1, -1))
+    q1, q0 = (rates.displace(q, s * step * v + step**2 / 2 * a) for s in (1, -1))
     slope = (rates.first(q1, v + step * a) - rates.first(q0, v - step * a)) / (2 * step)
     np.testing.assert_allclose(slope, rates.second(q, v, a), atol=2e-4)

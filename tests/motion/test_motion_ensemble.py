@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.compile.heyoka import installed
+from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.ensemble.chunks import Part, run_part
 
-needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
+needs_heyoka = pytest.mark.skipif(not is_installed(), reason="heyoka is not installed")
 METHODS = ["batch", "single", pytest.param("taylor", marks=needs_heyoka)]
 
 

@@ -7,7 +7,7 @@ import mecanique as mq
 from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.program import program_of
-from mecanique.motion.compile.python import batched, overwriting, owning, scalar
+from mecanique.motion.compile.python import overwriting, owning, scalar, vectorize
 from mecanique.motion.compile.tape import Tape
 from mecanique.reference import Reference
 from mecanique.verification.states.random import random_states
@@ -27,7 +27,7 @@ def test_the_program_of_every_system_gives_the_rates_of_the_reference(name: str)
         return
     program = program_of(mechanism, {p.symbol for p in mechanism.parameters})
     by_one = scalar(program_of(mechanism))
-    by_many = batched(program, [np.array(mechanism.values[symbol]) for symbol in program.open])
+    by_many = vectorize(program, [np.array(mechanism.values[symbol]) for symbol in program.open])
     reference = Reference(mechanism)
     rhs, states = reference.rhs(), random_states(mechanism, 6, 3)
     out = np.empty(mechanism.nq + mechanism.nv)
@@ -76,7 +76,7 @@ def test_a_tape_shares_what_is_equal_and_folds_what_is_known() -> None:
     # y is the place 1, which is not the number 1
     assert tape.multiply(1.0, x) == x
     assert tape.add(1.0, x) != tape.add(y, x)
-    assert len(tape.needed([tape.add(tape.multiply(x, y), tape.multiply(y, x))])) == 4
+    assert len(tape.find_needed([tape.add(tape.multiply(x, y), tape.multiply(y, x))])) == 4
 
 
 def test_functions_that_overwrite_their_answers_do_not_share_them() -> None:

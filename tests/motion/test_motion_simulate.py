@@ -13,7 +13,7 @@ from scipy.linalg import eigh, expm
 from scipy.special import ellipj, ellipk
 
 import mecanique as mq
-from mecanique.motion.compile.heyoka import installed
+from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.simulation.methods import METHODS
 
 G = 9.81
@@ -183,7 +183,7 @@ def test_progress_is_reported() -> None:
     assert 50 < len(reported) < 120
 
 
-@pytest.mark.parametrize("method", ["dop853", *(["taylor"] if installed() else [])])
+@pytest.mark.parametrize("method", ["dop853", *(["taylor"] if is_installed() else [])])
 @pytest.mark.parametrize("when", [0.5, 1.0])
 def test_what_progress_raises_loses_nothing(method: str, when: float) -> None:
     def stop(fraction: float) -> None:

@@ -8,14 +8,14 @@ from hypothesis import strategies as st
 import mecanique as mq
 from mecanique.motion.compile.half_angles import by_tangents
 from mecanique.motion.compile.program import Program, program_of
-from mecanique.motion.compile.python import batched, scalar
+from mecanique.motion.compile.python import scalar, vectorize
 from mecanique.motion.compile.tape import Tape
 
 NAMES = ("rigid_bar_pendulum", "double_pendulum", "elastic_pendulum", "cart_pole", "heavy_top")
 
 
 def kinds(tape: Tape, outputs: list[float | int]) -> list[str]:
-    return [tape.operations[place][0] for place in tape.needed(outputs)]
+    return [tape.operations[place][0] for place in tape.find_needed(outputs)]
 
 
 def chain(n: int) -> Program:
@@ -41,7 +41,7 @@ def test_arrays_give_what_floats_give(name: str) -> None:
     random = np.random.default_rng(1)
     Y = random.uniform(0.3, 2.5, (len(program.states), 20))
     out = np.empty_like(Y)
-    batched(program)(0.0, Y, out)
+    vectorize(program)(0.0, Y, out)
     expected = np.array([scalar(program)(0.0, y) for y in Y.T]).T
     np.testing.assert_allclose(out, expected, rtol=1e-12, atol=1e-12)
 
@@ -58,7 +58,7 @@ def test_sums_and_differences_follow_the_addition_theorems(x: float, y: float) -
     assert kinds(new, moved).count("tan") == 2
     found = {"a": x, "b": y}
     values: dict[int, float] = {}
-    for place in new.needed(moved):
+    for place in new.find_needed(moved):
         kind, parts, name = new.operations[place]
         numbers = [part if isinstance(part, float) else values[part] for part in parts]
         values[place] = found[name] if kind == "input" else _computed(kind, numbers)
@@ -78,7 +78,7 @@ def _computed(kind: str, numbers: list[float]) -> float:
 def test_at_half_a_turn_the_tangent_has_no_end_and_does_no_harm() -> None:
     program = program_of(mq.textbook.load("cart_pole"))
     Y, out = np.array([[0.0, 0.0], [np.pi, -np.pi], [0.1, 0.1], [0.2, 0.2]]), np.empty((4, 2))
-    batched(program)(0.0, Y, out)
+    vectorize(program)(0.0, Y, out)
     for column in (0, 1):
         np.testing.assert_allclose(
             out[:, column], scalar(program)(0.0, Y[:, column]), rtol=1e-14, atol=1e-14

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import mecanique as mq
-from mecanique.motion.compile.cache import compiled
-from mecanique.motion.compile.heyoka import building, installed
+from mecanique.motion.compile.cache import compile_once
+from mecanique.motion.compile.heyoka import building, is_installed
 
-needs_heyoka = pytest.mark.skipif(not installed(), reason="heyoka is not installed")
+needs_heyoka = pytest.mark.skipif(not is_installed(), reason="heyoka is not installed")
 METHODS = ["closed_form", pytest.param("taylor", marks=needs_heyoka)]
 STARTS: dict[str, dict[str, float]] = {
     "rigid_bar_pendulum": {"q": 2.0},
@@ -134,7 +134,7 @@ def test_refusals(name: str, options: dict[str, Any], message: str) -> None:
 
 
 def test_without_heyoka_the_method_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.compile.heyoka.installed", lambda: False)
+    monkeypatch.setattr("mecanique.motion.compile.heyoka.is_installed", lambda: False)
     with pytest.raises(
         mq.InputError,
         match=r"needs heyoka, which is not installed: pip install 'mecanique\[fast\]'",
@@ -148,7 +148,7 @@ CHAOTIC: dict[str, Any] = {"q": {"q1": 2.0, "q2": 2.4}, "duration": 20.0}
 def test_auto_gives_the_same_numbers_whatever_ran_before() -> None:
     mechanism = mq.textbook.load("double_pendulum")
     first = mq.simulate(mechanism, **CHAOTIC)
-    for method in ("closed_form", *(["taylor"] if installed() else [])):
+    for method in ("closed_form", *(["taylor"] if is_installed() else [])):
         mq.simulate(mechanism, q=CHAOTIC["q"], duration=60.0, method=method)
     for again in (mechanism, mechanism.replace()):
         then = mq.simulate(again, **CHAOTIC)
@@ -166,7 +166,7 @@ def test_series_chosen_by_auto_give_the_same_numbers_too(monkeypatch: pytest.Mon
     assert first.method.startswith("taylor")
     for _ in range(3):
         mq.simulate(mechanism, **CHAOTIC, method="taylor")
-    assert compiled(mechanism).optimized(1e-10)
+    assert compile_once(mechanism).is_optimized(1e-10)
     then = mq.simulate(mechanism, **CHAOTIC)
     assert then.method == first.method
     assert np.array_equal(then.q, first.q)
@@ -174,7 +174,7 @@ def test_series_chosen_by_auto_give_the_same_numbers_too(monkeypatch: pytest.Mon
 
 
 def test_auto_compiles_when_it_pays(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mecanique.motion.simulation.choice.installed", lambda: False)
+    monkeypatch.setattr("mecanique.motion.simulation.choice.is_installed", lambda: False)
     monkeypatch.setattr("mecanique.motion.simulation.choice.PAYOFF", 0.0)
     monkeypatch.setattr("mecanique.motion.simulation.choice.STEPS", 20)
     mechanism = mq.textbook.load("double_pendulum")
@@ -202,15 +202,15 @@ def test_auto_stays_with_the_reference_where_there_is_no_closed_form(
     mechanism = mq.textbook.load("two_blocks")
     motion = mq.simulate(mechanism, q=[0.1, 0.2], duration=2.0)
     assert "closed form" not in motion.method
-    assert not compiled(mechanism).possible
+    assert not compile_once(mechanism).possible
 
 
 def test_what_is_compiled_goes_with_its_mechanism() -> None:
     mechanism = mq.textbook.load("rigid_bar_pendulum")
-    assert compiled(mechanism) is compiled(mechanism)
-    assert compiled(mechanism) is not compiled(mechanism.replace(l=3.0))
+    assert compile_once(mechanism) is compile_once(mechanism)
+    assert compile_once(mechanism) is not compile_once(mechanism.replace(l=3.0))
     reference = mq.Reference(mechanism)
-    rhs, y = compiled(mechanism).rhs(reference), np.array([0.3, 0.1])
+    rhs, y = compile_once(mechanism).rhs(reference), np.array([0.3, 0.1])
     np.testing.assert_allclose(rhs(0.0, y), reference.rhs()(0.0, y))
     assert mq.simulate(mechanism, q=[0.3], duration=0.1, method="closed_form").t[-1] == 0.1
     assert sys.getrefcount(mechanism) < 10
@@ -286,13 +286,13 @@ def test_auto_leaves_events_to_what_watches_for_them() -> None:
 @needs_heyoka
 def test_code_is_optimized_when_that_pays(monkeypatch: pytest.MonkeyPatch) -> None:
     mechanism = mq.textbook.load("double_pendulum")
-    code = compiled(mechanism)
+    code = compile_once(mechanism)
     first = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="taylor")
-    assert not code.optimized(1e-10)
+    assert not code.is_optimized(1e-10)
     monkeypatch.setattr("mecanique.motion.compile.cache.OPTIMIZED", first.statistics.steps)
     then = mq.simulate(mechanism, q={"q1": 0.9}, duration=5.0, method="taylor")
-    assert code.optimized(1e-10)
-    assert not code.optimized(1e-8)
+    assert code.is_optimized(1e-10)
+    assert not code.is_optimized(1e-8)
     np.testing.assert_allclose(then.q, first.q, atol=1e-9)
 
 
@@ -304,7 +304,7 @@ def test_code_is_optimized_within_a_long_motion(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("mecanique.motion.compile.cache.OPTIMIZED", 40)
     monkeypatch.setattr("mecanique.motion.simulation.taylor.AT_ONCE", 30)
     motion = mq.simulate(again, q=[1.0], duration=10.0, method="taylor")
-    assert compiled(again).optimized(1e-10)
+    assert compile_once(again).is_optimized(1e-10)
     assert motion.statistics.steps == pytest.approx(
         expected.statistics.steps, abs=15
     )  # some are cut by looking on

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.verification.difference import relative_difference, scaled
+from mecanique.verification.difference import relative_difference, scale
 
 NUMBERS = st.floats(-1e3, 1e3)
 
@@ -70,11 +70,11 @@ def test_units_of_the_coordinates_do_not_matter(quantity: str) -> None:
         values = random.normal(size=(4, 3))
         others = values / units if quantity == "acceleration" else values * units
     np.testing.assert_allclose(
-        scaled(quantity, values, mass), scaled(quantity, others, other_mass), rtol=1e-12
+        scale(quantity, values, mass), scale(quantity, others, other_mass), rtol=1e-12
     )
 
 
 def test_scaling_by_a_broken_mass_matrix_keeps_the_values() -> None:
     mass = np.array([[[0.0, 0.0], [0.0, np.nan]], [[-1.0, 0.0], [0.0, 4.0]]])
     expected = [[1.0, 2.0], [1.0, 1.0]]
-    np.testing.assert_allclose(scaled("bias", np.array([[1.0, 2.0], [1.0, 2.0]]), mass), expected)
+    np.testing.assert_allclose(scale("bias", np.array([[1.0, 2.0], [1.0, 2.0]]), mass), expected)

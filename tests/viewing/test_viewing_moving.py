@@ -465,7 +465,7 @@ def test_a_stretch_whose_very_end_comes_late_is_whole(monkeypatch: pytest.Monkey
 
     monkeypatch.setattr(mq.motion, "simulate", simulated)
     monkeypatch.setattr(stretches, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    motion = stretches.computed(
+    motion = stretches.compute(
         mechanism=mq.textbook.load("rigid_bar_pendulum"), q=[1.0], duration=0.5
     )
     assert now[0] > stretches.PATIENCE

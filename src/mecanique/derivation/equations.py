@@ -227,7 +227,7 @@ class Equations:
             InputError: if a shape is wrong or a number is not finite.
         """
         states = States.of(self.mechanism, q, None, t)
-        return states.shaped(self.numeric.mass_matrix(states))
+        return states.unbatch(self.numeric.mass_matrix(states))
 
     def bias(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
         """Return the inertia terms without accelerations, and gravity, shape (nv,) or (n, nv).
@@ -241,7 +241,7 @@ class Equations:
             InputError: if a shape is wrong or a number is not finite.
         """
         states = States.of(self.mechanism, q, v, t)
-        return states.shaped(self.numeric.bias(states))
+        return states.unbatch(self.numeric.bias(states))
 
     def forces(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
         """Return the forces of springs, dampers, drives and loads, shape (nv,) or (n, nv).
@@ -255,7 +255,7 @@ class Equations:
             InputError: if a shape is wrong or a number is not finite.
         """
         states = States.of(self.mechanism, q, v, t)
-        return states.shaped(self.numeric.forces(states))
+        return states.unbatch(self.numeric.forces(states))
 
     def acceleration(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
@@ -277,8 +277,8 @@ class Equations:
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if self.mechanism.loops:
-            return states.shaped(self._constrained.motion(states).acceleration)
-        return states.shaped(self.numeric.acceleration(states))
+            return states.unbatch(self._constrained.motion(states).acceleration)
+        return states.unbatch(self.numeric.acceleration(states))
 
     def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
         """Return Lagrange's multipliers λ of the loops, each shape () or (n,).
@@ -302,7 +302,7 @@ class Equations:
             return {}
         found = self._constrained.motion(states).multipliers.T
         return {
-            name: states.shaped(row)
+            name: states.unbatch(row)
             for name, row in zip(self._constrained.names, found, strict=True)
         }
 
@@ -347,7 +347,7 @@ class Equations:
             states.efforts.refuse_without_seat()
         found = self.numeric.reactions(states)
         return {
-            name: Reaction(*(states.shaped(part) for part in both)) for name, both in found.items()
+            name: Reaction(*(states.unbatch(part) for part in both)) for name, both in found.items()
         }
 
     def inverse_dynamics(
@@ -373,7 +373,7 @@ class Equations:
         if len(states) < len(rates):
             states = states.at(np.zeros(len(rates), dtype=int))
         given = np.broadcast_to(rates.v, states.v.shape)
-        return states.shaped(
+        return states.unbatch(
             self.numeric.inverse_dynamics(states, given) - self.numeric.forces(states)
         )
 
@@ -388,7 +388,7 @@ class Equations:
             InputError: if a shape is wrong or a number is not finite.
         """
         states = States.of(self.mechanism, q, None, t)
-        return states.shaped(self.numeric.gravity(states))
+        return states.unbatch(self.numeric.gravity(states))
 
     def momentum(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0
@@ -408,7 +408,7 @@ class Equations:
         """
         states = States.of(self.mechanism, q, v, t)
         linear, angular, about_center = self.numeric.momentum(states)
-        return states.shaped(linear), states.shaped(angular), states.shaped(about_center)
+        return states.unbatch(linear), states.unbatch(angular), states.unbatch(about_center)
 
     def energy(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0
@@ -425,7 +425,7 @@ class Equations:
         """
         states = States.of(self.mechanism, q, v, t)
         T, V = self.numeric.energy(states)
-        return states.shaped(T), states.shaped(V)
+        return states.unbatch(T), states.unbatch(V)
 
 
 def _matrix(rows: Iterable[Sequence[Series]]) -> Matrix:

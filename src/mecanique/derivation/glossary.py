@@ -39,7 +39,7 @@ def meanings(derivation: Derivation) -> tuple[Meaning, ...]:
         derivation: what shows the symbols.
     """
     ring, mechanism = derivation.algebra.ring, derivation.algebra.mechanism
-    used = _kinds_shown(derivation)
+    used = _collect_kinds(derivation)
     found = [*_coordinates(mechanism)]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
@@ -58,7 +58,7 @@ def meanings(derivation: Derivation) -> tuple[Meaning, ...]:
     return tuple(found)
 
 
-def _kinds_shown(derivation: Derivation) -> dict[str, Kind]:
+def _collect_kinds(derivation: Derivation) -> dict[str, Kind]:
     """The kind of every symbol in print, by its name."""
     shown = list(derivation.rows)
     for stage in derivation.stages:

@@ -46,7 +46,7 @@ class Along(Protocol):
     def rate(self) -> Any:
         """Its rate x'."""
 
-    def directed(self, slope: Any | None, size: Any | None) -> Any:
+    def direct(self, slope: Any | None, size: Any | None) -> Any:
         """Return (slope · x + size) e; e is not needed where there is no size."""
 
 
@@ -70,7 +70,7 @@ class Elastic:
     def pull(self, along: Along) -> Any:
         """Return k (x − x₀) e."""
         k = self.stiffness
-        return along.directed(k, -(k * self.rest) if self.rest else None)
+        return along.direct(k, -(k * self.rest) if self.rest else None)
 
 
 @final
@@ -88,7 +88,7 @@ class Viscous:
 
     def pull(self, along: Along) -> Any:
         """Return c x' e."""
-        return along.directed(None, along.rate * self.damping)
+        return along.direct(None, along.rate * self.damping)
 
 
 @final
@@ -105,7 +105,7 @@ class Drive:
 
     def pull(self, along: Along) -> Any:
         """Return −F e."""
-        return along.directed(None, -self.force)
+        return along.direct(None, -self.force)
 
 
 Law: TypeAlias = Elastic | Viscous | Drive

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.figure.paper.marks import Mark, Point, Stroke
-from mecanique.figure.paper.signs import across, dashpot, hatched, label, spiral, spring, unit
+from mecanique.figure.paper.signs import across, dashpot, hatch, label, spiral, spring, unit
 from mecanique.figure.setting import Setting
 from mecanique.figure.supports import stands_on_columns, wall
 from mecanique.model.forces import End, JointLoad, LineLoad
@@ -117,7 +117,7 @@ def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> 
     if joint.parent != setting.mechanism.ground:
         bottom = _surface(setting, joint.parent, parent, up)
     else:
-        yield from hatched(bottom - (half + 26) * along, bottom + (half + 26) * along)
+        yield from hatch(bottom - (half + 26) * along, bottom + (half + 26) * along)
     bend = np.linspace(0.0, 1.0, 25)
     smooth = bend * bend * (3 - 2 * bend)
     for sign in (-1, 1):

@@ -10,7 +10,7 @@ from typing import final
 import numpy as np
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
-from mecanique.figure.paper.signs import across, hatched, pin, unit
+from mecanique.figure.paper.signs import across, hatch, pin, unit
 from mecanique.figure.setting import Setting
 from mecanique.model.forces import loads_in
 from mecanique.model.joints import Prismatic, Revolute, Single, Spherical, Universal
@@ -93,7 +93,7 @@ def _slabs(setting: Setting) -> Iterator[Mark]:
         base = paper.mean(axis=0) + float((spread @ low).max()) * low
         half = float((spread @ along).max())
         a, b = base - half * along, base + half * along
-        yield from hatched(a, b) if float(-across(unit(b - a)) @ low) > 0 else hatched(b, a)
+        yield from hatch(a, b) if float(-across(unit(b - a)) @ low) > 0 else hatch(b, a)
 
 
 @final
@@ -152,7 +152,7 @@ def _draw_line(rails: list[_Rail]) -> Iterator[Mark]:
     along = unit(first.b - first.a)
     ends = [float((end - first.a) @ along) for rail in rails for end in (rail.a, rail.b)]
     a, b = first.a + min(ends) * along, first.a + max(ends) * along
-    yield from hatched(a, b) if float(-across(along) @ first.below) > 0 else hatched(b, a)
+    yield from hatch(a, b) if float(-across(along) @ first.below) > 0 else hatch(b, a)
 
 
 def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
@@ -177,4 +177,4 @@ def wall(at: Point, outward: Point) -> Iterator[Mark]:
     """
     side = across(outward)
     a, b = at - 20 * side, at + 20 * side
-    yield from hatched(a, b) if float(-across(unit(b - a)) @ outward) < 0 else hatched(b, a)
+    yield from hatch(a, b) if float(-across(unit(b - a)) @ outward) < 0 else hatch(b, a)

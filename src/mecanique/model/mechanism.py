@@ -153,9 +153,9 @@ class Mechanism(Description):
             values = np.atleast_2d(q)[:, self.coordinates.index(name)]
             outside = values[~((values > lower) & (values < upper))]
             if len(outside):
-                raise InputError(self.limited(name, f", got {outside[0]:.9g}"))
+                raise InputError(self.explain_limit(name, f", got {outside[0]:.9g}"))
 
-    def limited(self, name: str, what: str = "") -> str:
+    def explain_limit(self, name: str, what: str = "") -> str:
         """Return in a sentence where a coordinate must stay, and what to use instead.
 
         Args:
@@ -205,7 +205,7 @@ class Mechanism(Description):
             if joint.quaternion
         )
 
-    def normalized(self, q: np.ndarray) -> np.ndarray:
+    def normalize(self, q: np.ndarray) -> np.ndarray:
         """Give every quaternion of some positions unit length, in place, and return them.
 
         Args:
@@ -245,7 +245,7 @@ class Mechanism(Description):
         if isinstance(q, Mapping) and q.keys() & self.coordinates.driven.keys():
             q = self._by_leaders(q)
         names = self.coordinates.names
-        found = self.normalized(numbers_of(q, names, "coordinate", default, many=many))
+        found = self.normalize(numbers_of(q, names, "coordinate", default, many=many))
         self.refuse_outside(found)
         return found
 
@@ -427,11 +427,11 @@ class Mechanism(Description):
         return replace(
             self,
             joints=tuple(changed if each is joint else each for each in self.joints),
-            forces=self.forces if damping is None else self._damped(name, damping),
+            forces=self.forces if damping is None else self._damp(name, damping),
             parameters=_with(self.parameters, position, [armature, damping]),
         )
 
-    def _damped(self, joint: str, damping: Scalar) -> tuple[AnyForce, ...]:
+    def _damp(self, joint: str, damping: Scalar) -> tuple[AnyForce, ...]:
         """The forces with one linear damper in a joint, where its first one stands."""
         old = [f for f in self.forces if isinstance(f, JointDamper) and f.joint == joint]
         rest = [force for force in self.forces if force not in old]

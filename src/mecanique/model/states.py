@@ -183,7 +183,7 @@ class States:
             **dict(zip(mechanism.velocities, self.v.T, strict=True)),
         }
 
-    def shaped(self, result: np.ndarray) -> np.ndarray:
+    def unbatch(self, result: np.ndarray) -> np.ndarray:
         """Return a result as it was asked for: without the batch axis for a single state.
 
         Args:

@@ -9,7 +9,7 @@ from mecanique.model.forces import LineLoad
 from mecanique.model.joints import UNITS
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["characteristic_length", "labelled", "per_second", "units", "velocity_scales"]
+__all__ = ["add_unit", "characteristic_length", "per_second", "units", "velocity_scales"]
 
 _NONE = 1e-6
 """Lengths up to this count as none [m]."""
@@ -74,7 +74,7 @@ def per_second(unit: str) -> str:
     return f"{unit[:-2]}/s²" if unit.endswith("/s") else f"{unit}/s"
 
 
-def labelled(name: str, unit: str) -> str:
+def add_unit(name: str, unit: str) -> str:
     """Return a name with its unit in brackets, if there is one."""
     return f"{name} [{unit}]" if unit else name
 

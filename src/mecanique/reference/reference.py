@@ -365,7 +365,7 @@ class Reference:
         if not names:
             return {}
         if self._closed is not None:
-            return self._transmitted(states, self._closed)
+            return self._transmit(states, self._closed)
         parts = self._answer(states, self._tree.reactions)
         return self._wrenches(states, parts)
 
@@ -407,7 +407,9 @@ class Reference:
         self._closed.refuse_open(states.q[0], float(states.t[0]))
         flags = self._closed.undetermined(states.q[0], float(states.t[0]))
         return {
-            name: _named(row) for name, row in zip(self._carriers, flags, strict=True) if row.any()
+            name: _names_of(row)
+            for name, row in zip(self._carriers, flags, strict=True)
+            if row.any()
         }
 
     def poses(self, q: Given, t: float | Array = 0.0) -> Array:
@@ -590,7 +592,7 @@ class Reference:
             for loop in self.mechanism.loops
         ]
 
-    def _transmitted(self, states: States, closed: Closed) -> dict[str, Wrench]:
+    def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:
         flags = np.zeros((len(self._carriers), 6), dtype=bool)
 
         def one(q: Array, v: Array, t: float) -> Array:
@@ -613,7 +615,7 @@ class Reference:
             found[name] = Wrench(
                 parts[..., k, 0, :],
                 parts[..., k, 1, :],
-                () if flags is None else _named(flags[k]),
+                () if flags is None else _names_of(flags[k]),
                 parent=parent,
                 child=child,
                 point=point,
@@ -667,5 +669,5 @@ class Reference:
         return rows[0] if states.single else np.array(rows)
 
 
-def _named(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(name for name, loose in zip(COMPONENTS, flags, strict=True) if loose)

@@ -157,7 +157,7 @@ def _joints(document: Document, report: Report) -> tuple[list[Joint], set[str]]:
     joints: dict[str, Joint] = {}
     for text in document.joints:
         slide = slides.get(text.parent)
-        screw = text.threaded(slide) if slide and carried[text.parent] == 1 else None
+        screw = text.join_screw(slide) if slide and carried[text.parent] == 1 else None
         if screw is not None and text.parent in bare:
             del slides[text.parent]
             joints[text.name] = screw

@@ -31,8 +31,8 @@ from mecanique.urdf.writing.forces import (
     dynamics,
     ends_of_tags,
     forces_and_loops,
+    format_scalars,
     load_lines,
-    shown,
 )
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers, text
 
@@ -156,7 +156,7 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
         yield "loads (not part of URDF):"
     yield from loads
     for signal in mechanism.inputs:
-        given = "a function of t" if callable(signal.signal) else shown(signal.signal)
+        given = "a function of t" if callable(signal.signal) else format_scalars(signal.signal)
         unit = "" if signal.unit == "1" else f" [{signal.unit}]"
         meaning = f": {signal.meaning}" if signal.meaning else ""
         yield f"{signal.symbol} = {given}{unit}{meaning}"

@@ -48,7 +48,7 @@ class ClosedForm:
             t: shape () or (n,) [s].
         """
         size = self._mechanism.nv
-        entries = self._evaluated([m for row in self._derivation.M for m in row], q, None, t)
+        entries = self._evaluate([m for row in self._derivation.M for m in row], q, None, t)
         return entries.reshape(len(entries), size, size)
 
     def bias(self, q: Given, v: Given, t: Any = 0.0) -> Array:
@@ -59,7 +59,7 @@ class ClosedForm:
             v: shape (n, nv).
             t: shape () or (n,) [s].
         """
-        return self._evaluated(self._derivation.h, q, v, t)
+        return self._evaluate(self._derivation.h, q, v, t)
 
     def forces(self, q: Given, v: Given, t: Any = 0.0) -> Array:
         """Return Q, shape (n, nv).
@@ -69,7 +69,7 @@ class ClosedForm:
             v: shape (n, nv).
             t: shape () or (n,) [s].
         """
-        return self._evaluated(self._derivation.Q, q, v, t)
+        return self._evaluate(self._derivation.Q, q, v, t)
 
     def acceleration(self, q: Given, v: Given, t: Any = 0.0) -> Array:
         """Return the solution a of M a + h = Q + Σ λ ∂Φ/∂q and Φ'' = 0, shape (n, nv).
@@ -83,19 +83,19 @@ class ClosedForm:
         """
         mass, rest = self.mass_matrix(q, t), self.forces(q, v, t) - self.bias(q, v, t)
         if self._derivation.ties:
-            return self._held(mass, rest, q, v, t)
+            return self._hold(mass, rest, q, v, t)
         try:
             return np.asarray(np.linalg.solve(mass, rest[..., None])[..., 0])
         except np.linalg.LinAlgError:
             return np.full(rest.shape, np.nan)
 
-    def _held(self, mass: Array, rest: Array, q: Given, v: Given, t: Any) -> Array:
+    def _hold(self, mass: Array, rest: Array, q: Given, v: Given, t: Any) -> Array:
         """Return the accelerations that the loops leave, by the least multipliers."""
         algebra, ties = self._derivation.algebra, self._derivation.ties
         # Φ'' = J a + γ
         second = [tie.demand.ddt().ddt().linear(algebra.accelerations) for tie in ties]
-        J = self._evaluated([entry for row, _ in second for entry in row], q, v, t)
-        gamma = self._evaluated([gamma for _, gamma in second], q, v, t)
+        J = self._evaluate([entry for row, _ in second for entry in row], q, v, t)
+        gamma = self._evaluate([gamma for _, gamma in second], q, v, t)
         J = J.reshape(*gamma.shape, mass.shape[-1])
         angular, length = angles(self._mechanism), characteristic_length(self._mechanism)
         units = np.array(
@@ -116,12 +116,12 @@ class ClosedForm:
             t: shape () or (n,) [s].
         """
         zero = self._derivation.algebra.ring.number(0)
-        T, V = self._evaluated(
+        T, V = self._evaluate(
             [zero if series is None else series for series in self._energies], q, v, t
         ).T
         return T, V
 
-    def _evaluated(self, series: Sequence[Series], q: Given, v: Given, t: Any) -> Array:
+    def _evaluate(self, series: Sequence[Series], q: Given, v: Given, t: Any) -> Array:
         states = States.of(self._mechanism, q, v, t)
         with np.errstate(all="ignore"):
             value = Evaluation(self._derivation.algebra.ring, states.values)

@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["QUANTITIES", "relative_difference", "relative_rounding", "scaled", "scales"]
+__all__ = ["QUANTITIES", "relative_difference", "relative_rounding", "scale", "scales"]
 
 Array = npt.NDArray[np.float64]
 
@@ -55,7 +55,7 @@ def scales(mass: Array) -> Array:
     return np.sqrt(np.where(np.isfinite(diagonal) & (diagonal > 0), diagonal, 1.0))
 
 
-def scaled(quantity: str, values: Array, mass: Array) -> Array:
+def scale(quantity: str, values: Array, mass: Array) -> Array:
     """Return values as vectors whose entries have one unit, shape (n, any).
 
     Args:

@@ -85,18 +85,18 @@ class Functions:
         q, v, a = states.q, states.v, states.a
         found: dict[str, Array] = {}
         if self.mass_matrix:
-            found["mass matrix"] = _called(self.mass_matrix, "mass_matrix", (q,), ((n, n),))
+            found["mass matrix"] = _call(self.mass_matrix, "mass_matrix", (q,), ((n, n),))
         if self.gravity:
-            found["gravity"] = _called(self.gravity, "gravity", (q,), ((n,),))
+            found["gravity"] = _call(self.gravity, "gravity", (q,), ((n,),))
         if self.bias:
-            found["bias"] = _called(self.bias, "bias", (q, v), ((n,),))
+            found["bias"] = _call(self.bias, "bias", (q, v), ((n,),))
         elif self.coriolis:
-            C = _called(self.coriolis, "coriolis", (q, v), ((n, n), (n,)))
+            C = _call(self.coriolis, "coriolis", (q, v), ((n, n), (n,)))
             found["bias"] = (np.einsum("nij,nj->ni", C, v) if C.ndim == 3 else C) + found["gravity"]
         if self.forces:
-            found["forces"] = _called(self.forces, "forces", (q, v), ((n,),))
+            found["forces"] = _call(self.forces, "forces", (q, v), ((n,),))
         if self.inverse_dynamics:
-            found["inverse dynamics"] = _called(
+            found["inverse dynamics"] = _call(
                 self.inverse_dynamics, "inverse_dynamics", (q, v, a), ((n,),)
             )
         return found
@@ -163,7 +163,7 @@ def _number(word: str) -> float:
         return float("nan")
 
 
-def _called(
+def _call(
     function: Callable[..., Any],
     name: str,
     arguments: tuple[Array, ...],

@@ -14,7 +14,7 @@ from mecanique.verification.difference import (
     QUANTITIES,
     relative_difference,
     relative_rounding,
-    scaled,
+    scale,
 )
 from mecanique.verification.verdict import Row
 
@@ -123,7 +123,7 @@ def rows_of(
     rows = []
     for quantity in (name for name in QUANTITIES if name in ours):
         x, y = (
-            scaled(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs)
+            scale(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs)
         )
         least = _least_size(quantity, mass)
         difference, remark = relative_difference(x, y, least), ""

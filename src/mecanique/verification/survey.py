@@ -233,13 +233,13 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
     start = perf_counter()
     size, worst, quantity, refused, excused = 0, math.inf, "", "", 0.0
     try:
-        mechanism = _loaded(name, root)
+        mechanism = _load(name, root)
         from mecanique.verification.compare import compare
 
         verdict = compare(mechanism, samples, seed, quick=bool(root))
         size = mechanism.nv
         if verdict.rows:
-            row = max(verdict.rows, key=lambda row: row.worst / verdict.allowed(row))
+            row = max(verdict.rows, key=lambda row: row.worst / verdict.tolerance_of(row))
             worst, quantity, excused = row.worst, row.quantity, row.rounding
     except MecaniqueError as error:
         refused = _short(str(error))
@@ -251,7 +251,7 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
     return Entry(name, root, size, worst, quantity, refused, seconds, excused)
 
 
-def _loaded(name: str, root: str) -> Mechanism:
+def _load(name: str, root: str) -> Mechanism:
     if not root:
         from mecanique.textbook import load
 

@@ -19,7 +19,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.difference import relative_difference, scaled
+from mecanique.verification.difference import relative_difference, scale
 from mecanique.verification.rows import TOLERANCE, moving_mass
 from mecanique.verification.states.random import random_states
 
@@ -132,7 +132,7 @@ def compare_coordinates(
     worst = {}
     for quantity, values in found.items():
         a, b = (
-            scaled(quantity, part, expected["mass matrix"]) for part in (values, expected[quantity])
+            scale(quantity, part, expected["mass matrix"]) for part in (values, expected[quantity])
         )
         least = 1.0 if quantity == "mass matrix" else mass**0.5
         worst[quantity] = float(relative_difference(a, b, least).max())

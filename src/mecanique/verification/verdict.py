@@ -104,9 +104,9 @@ class Verdict:
         Args:
             row: one of the rows.
         """
-        return row.worst <= self.allowed(row)
+        return row.worst <= self.tolerance_of(row)
 
-    def allowed(self, row: Row) -> float:
+    def tolerance_of(self, row: Row) -> float:
         """Return the relative difference allowed of a row: the tolerance, or what rounding makes.
 
         Args:
@@ -149,7 +149,7 @@ class Verdict:
                     "sources": list(row.sources),
                     "worst": _number(row.worst),
                     "agrees": self.accepts(row),
-                    "tolerance": self.allowed(row),
+                    "tolerance": self.tolerance_of(row),
                     "q": dict(zip(self.coordinates, map(_number, row.q), strict=True)),
                     "v": dict(zip(self.velocities, map(_number, row.v), strict=True)),
                     "t": row.t,

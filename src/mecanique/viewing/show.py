@@ -150,7 +150,7 @@ def view(
     ) as live:
         try:
             print(f"{live.url}\nCtrl-C ends the view.", flush=True)
-            live.made()
+            live.await_page()
             source.presenter.check(live)
             # a page takes its time to load; nothing of the motion is missed
             live.wait()

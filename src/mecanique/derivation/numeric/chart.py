@@ -44,7 +44,7 @@ class Motions:
         """
         return np.asarray(a[:, self.order] if self.G is None else (self.G @ a[..., None])[..., 0])
 
-    def projected(self, tau: np.ndarray) -> np.ndarray:
+    def project(self, tau: np.ndarray) -> np.ndarray:
         """Return Gᵀ τ, shape (n, nv).
 
         Args:

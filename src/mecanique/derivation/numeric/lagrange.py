@@ -52,7 +52,7 @@ class _Along:
     def rate(self) -> np.ndarray:
         return np.asarray(self.x.c[1, 0])
 
-    def directed(self, slope: Any | None, size: Any | None) -> Any:
+    def direct(self, slope: Any | None, size: Any | None) -> Any:
         pull = 0.0 if slope is None else slope * self.x.c[0, 0]
         return pull if size is None else pull + size
 

@@ -52,7 +52,7 @@ class _Span:
     def rate(self) -> np.ndarray:
         return np.asarray(np.sum(self.unit * self.parting, axis=-1, keepdims=True))
 
-    def directed(self, slope: Any | None, size: Any | None) -> Any:
+    def direct(self, slope: Any | None, size: Any | None) -> Any:
         along = 0.0 if slope is None else slope * self.reach
         return along if size is None else along + size * self.unit
 
@@ -69,7 +69,7 @@ class _Travel:
     def square(self) -> Any:
         return self.x * self.x
 
-    def directed(self, slope: Any | None, size: Any | None) -> Any:
+    def direct(self, slope: Any | None, size: Any | None) -> Any:
         along = 0.0 if slope is None else slope * self.x
         return along if size is None else along + size
 

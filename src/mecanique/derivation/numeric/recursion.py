@@ -69,7 +69,7 @@ class Recursion(BatchDynamics):
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
-        return move.projected(self._inverse_dynamics(A, move.u, move.gamma))
+        return move.project(self._inverse_dynamics(A, move.u, move.gamma))
 
     def forces(self, states: States) -> np.ndarray:
         """Return the generalized forces of springs, dampers, drives and loads, shape (n, nv)."""
@@ -78,13 +78,13 @@ class Recursion(BatchDynamics):
         H, Hd = self._poses(A, move.u)
         D = self._loads.on_bodies(H, Hd, states.values, len(states))
         tau = self._collect(A, H, [D.get(place, 0.0) for place in range(len(H))], len(states))
-        return move.projected(tau + self._loads.on_joints(move, states))
+        return move.project(tau + self._loads.on_joints(move, states))
 
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return M a + bias, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
-        return move.projected(self._inverse_dynamics(A, move.u, move.gamma + move.spread(a)))
+        return move.project(self._inverse_dynamics(A, move.u, move.gamma + move.spread(a)))
 
     def gravity(self, states: States) -> np.ndarray:
         """Return the part of the bias that gravity makes, shape (n, nv)."""
@@ -92,7 +92,7 @@ class Recursion(BatchDynamics):
         A = self._local(move, len(states))
         H, _ = self._poses(A, np.zeros_like(move.u))
         D = [np.broadcast_to(-J @ self._gravity.T, (len(states), 4, 4)) for J in self._J]
-        return move.projected(self._collect(A, H, D, len(states)))
+        return move.project(self._collect(A, H, D, len(states)))
 
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the momenta, linear, angular about the origin and about the center of mass."""
@@ -118,7 +118,7 @@ class Recursion(BatchDynamics):
         """Mass moments of each link, ∫ (p, 1)(p, 1)ᵀ dm, each shape (4, 4)."""
         return tuple(self._J)
 
-    def varied(
+    def vary(
         self,
         origins: Mapping[int, np.ndarray] | None = None,
         moments: Mapping[int, np.ndarray] | None = None,

@@ -11,7 +11,7 @@ from typing import final
 from mecanique.derivation.printing.expressions import (
     Expr,
     collect_terms,
-    factored,
+    factor_out,
     letters,
 )
 from mecanique.derivation.printing.layout import FUNCTION_RANK, SUM_RANK, Notation, write
@@ -276,7 +276,7 @@ def _expression(ring: Basis, groups: Sequence[tuple[int, Form]]) -> Expression:
     terms: list[Term] = []
     for key, form in groups:
         if key:
-            terms.append(Term(factored(form), letters(ring, key)))
+            terms.append(Term(factor_out(form), letters(ring, key)))
             continue
         for coefficient in collect_terms(form):
             parts = coefficient.args if coefficient.is_Add else (coefficient,)

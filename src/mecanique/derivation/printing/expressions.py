@@ -1,4 +1,4 @@
-"""Poisson series as factored sympy expressions; sympy factors polynomials, nothing else.
+"""Poisson series as factor_out sympy expressions; sympy factors polynomials, nothing else.
 
 sympy takes half a second to import, so it is imported when the first expression is made.
 """
@@ -19,7 +19,7 @@ from mecanique.derivation.printing.trigforms import (
 from mecanique.derivation.scalars.monomials import exponents, largest_exponent
 from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series
 
-__all__ = ["Expr", "collect_terms", "definition", "factored", "letters", "to_sympy"]
+__all__ = ["Expr", "collect_terms", "definition", "factor_out", "letters", "to_sympy"]
 
 Expr: TypeAlias = Any
 """A sympy expression. Products of a number and a sum stay, where sympy would expand them."""
@@ -28,12 +28,12 @@ _LARGEST = 40  # polynomials with more terms are not worth factoring
 
 
 def to_sympy(series: Series) -> Expr:
-    """Return a series as a sympy expression, factored and with the fewest signs.
+    """Return a series as a sympy expression, factor_out and with the fewest signs.
 
     Args:
         series: the series; velocities and accelerations become symbols q', q''.
     """
-    return factored(shortest(series, products=True))
+    return factor_out(shortest(series, products=True))
 
 
 def letters(ring: Basis, monomial: int) -> Expr:
@@ -46,7 +46,7 @@ def letters(ring: Basis, monomial: int) -> Expr:
     return _product([_letter(ring, i) ** e for i, e in exponents(monomial)])
 
 
-def factored(form: Form) -> Expr:
+def factor_out(form: Form) -> Expr:
     """Return a form as one expression, with everything common to all terms before it.
 
     Args:
@@ -79,7 +79,7 @@ def collect_terms(form: Form) -> list[Expr]:
             break
         inner = {_without(t, factor): form[t] for t in members}
         terms.append(
-            _product([factored(inner), _circular(next(iter(form.values())).ring, (factor,))])
+            _product([factor_out(inner), _circular(next(iter(form.values())).ring, (factor,))])
         )
         form = {t: p for t, p in form.items() if t not in members}
     sums: dict[Series, Form] = {}
@@ -94,7 +94,7 @@ def collect_terms(form: Form) -> list[Expr]:
         if primitive == 1:
             terms += [_unit_term(unit, trig) for trig, unit in members_of.items()]
         else:
-            terms.append(_product([_factored_sum(primitive), factored(members_of)]))
+            terms.append(_product([_factored_sum(primitive), factor_out(members_of)]))
     return terms
 
 
@@ -132,13 +132,13 @@ def _is_negative(polynomial: Series) -> bool:
 
 
 def _factored_sum(polynomial: Series) -> Expr:
-    """A polynomial without monomial content, factored over the rationals."""
+    """A polynomial without monomial content, factor_out over the rationals."""
     from sympy import Add, Poly, Symbol
 
     ring = polynomial.ring
     terms = polynomial.parts[0]
     degrees = [dict(exponents(m)) for m in terms]
-    # a linear sum, or two terms without powers and common letters, cannot be factored
+    # a linear sum, or two terms without powers and common letters, cannot be factor_out
     linear = all(sum(d.values()) <= 1 for d in degrees)
     plain = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
     if not plain and len(terms) <= _LARGEST:

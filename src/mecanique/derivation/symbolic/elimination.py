@@ -95,7 +95,7 @@ def joint_rates(cuts: Cuts) -> tuple[JointRate, ...]:
 def _axial(cuts: Cuts, place: int, body: str) -> JointRate:
     """The rate of a hinge or a slide."""
     algebra, link = cuts.algebra, cuts.kinematics.tree[place]
-    r = algebra.lifted(algebra.values[link.coordinates[0]])
+    r = algebra.lift(algebra.values[link.coordinates[0]])
     axis = [algebra.arithmetic(component, {}) for component in link.axis]
     turn = cuts.kinematics.turn(place)
     inertia = algebra.series(link.armature)

@@ -127,7 +127,7 @@ class Cuts:
         reach = ends[1] - ends[0]
         return reach if start == end else kinematics.between(reach, -1, start)
 
-    def carried(self, vector: Vector, start: str, end: str) -> Vector:
+    def carry(self, vector: Vector, start: str, end: str) -> Vector:
         """Return a vector in the axes of another body's carrier.
 
         Args:
@@ -146,9 +146,7 @@ class Cuts:
             start: name of the body in whose carrier's axes it is.
             end: name of the other body.
         """
-        return Wrench(
-            self.carried(wrench.force, start, end), self.carried(wrench.moment, start, end)
-        )
+        return Wrench(self.carry(wrench.force, start, end), self.carry(wrench.moment, start, end))
 
     def _cut(self, joint: Joint, axes: Axes) -> Cut:
         kinematics, algebra, body = self.kinematics, self.algebra, joint.child
@@ -161,7 +159,7 @@ class Cuts:
         acceleration = kinematics.change(velocity, carrier)
         tumbling = kinematics.change(self._spin_momentum(K, Kd, J), carrier)
         described = algebra.mechanism.body(body)
-        mass = algebra.lifted(J[3][3])
+        mass = algebra.lift(J[3][3])
         point = [algebra.series(c) for c in described.center] if mass else [*zero(ring)]
         fall = kinematics.vector(algebra.mechanism.gravity, "world", body)
         return Cut(
@@ -183,7 +181,7 @@ class Cuts:
 
     def _spin_momentum(self, K: Matrix, Kd: Matrix, J: Matrix) -> Vector:
         """∫ y × y' dm, the skew part of ∫ y y'ᵀ dm = K J K'ᵀ."""
-        lifted = self.algebra.lifted
+        lifted = self.algebra.lift
         KJ = [[combination(row, [J[i][k] for i in range(3)]) for k in range(3)] for row in K]
         outer = [[lifted(combination(row, rate[:3])) for rate in Kd] for row in KJ]
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))

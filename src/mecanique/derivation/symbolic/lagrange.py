@@ -102,7 +102,7 @@ class Lagrange:
             halves = []
             for row in rate:
                 HJ = [combination(row, column) for column in columns]
-                halves.append(self.algebra.lifted(combination(HJ, row)) / 2)
+                halves.append(self.algebra.lift(combination(HJ, row)) / 2)
             energy = tidy(self.algebra.ring.sum(halves))
             terms += len(energy)
             if terms > self.algebra.ring.most_terms:
@@ -120,7 +120,7 @@ class Lagrange:
             if inertia:
                 yield (
                     link.joint,
-                    inertia * algebra.lifted(algebra.values[link.coordinates[0]]).ddt() ** 2 / 2,
+                    inertia * algebra.lift(algebra.values[link.coordinates[0]]).ddt() ** 2 / 2,
                 )
 
     def _weights(self) -> list[Series]:
@@ -132,7 +132,7 @@ class Lagrange:
         for body in self.kinematics.bodies:
             pose, J = self.kinematics.pose(body), self.kinematics.moments(body)
             moment = [combination(row, [J[i][3] for i in range(4)]) for row in pose]
-            terms.append(-algebra.lifted(combination(g, moment)))
+            terms.append(-algebra.lift(combination(g, moment)))
         return terms
 
     def _sum(self, kind: str) -> Series:

@@ -69,7 +69,7 @@ def _demands(kinematics: Kinematics, loop: Loop) -> Iterator[tuple[str, Series, 
         _frame(kinematics, *end)
         for end in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
     )
-    p = [algebra.lifted(b[3]) - algebra.lifted(a[3]) for a, b in zip(A, B, strict=True)]
+    p = [algebra.lift(b[3]) - algebra.lift(a[3]) for a, b in zip(A, B, strict=True)]
     on = f"of {loop.body_a} on {loop.body_b} in the loop {loop.name}"
     if loop.kind == "distance":
         length = algebra.series(loop.length)
@@ -92,13 +92,13 @@ def _demands(kinematics: Kinematics, loop: Loop) -> Iterator[tuple[str, Series, 
         demand = combination([a[k] for a in A], p) if own else p[k]
         yield (
             "xyz"[k],
-            algebra.lifted(demand),
+            algebra.lift(demand),
             f"force {on}, {'xyz'[k]} component in the axes of {axes} [N]",
         )
 
     def turn(i: int, k: int) -> Series:
         """An entry of the rotation of frame b in frame a."""
-        return algebra.lifted(combination([a[i] for a in A], [b[k] for b in B]))
+        return algebra.lift(combination([a[i] for a in A], [b[k] for b in B]))
 
     about = f"moment {on}, about {{}} of its frame in {loop.body_a} [N m]"
     match loop.kind:
@@ -120,6 +120,6 @@ def _frame(kinematics: Kinematics, body: str, frame: Placement) -> Matrix:
 def _plane(kinematics: Kinematics, A: Matrix) -> int | None:
     """The axis of the world to which the plane of a frame stays normal, if there is one."""
     algebra = kinematics.algebra
-    normal = [tidy(algebra.lifted(row[2])) for row in A]
+    normal = [tidy(algebra.lift(row[2])) for row in A]
     still = [k for k, c in enumerate(normal) if (c * c - algebra.ring.number(1)).vanishes()]
     return still[0] if still else None

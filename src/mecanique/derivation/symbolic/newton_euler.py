@@ -137,7 +137,7 @@ class NewtonEuler:
         driven = algebra.mechanism.coordinates.driven
         guided = set(driven)
         for name in driven:
-            guided |= {g.name for g in algebra.lifted(algebra.values[name]).generators()}
+            guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
         return [rate for rate in here if rate.name not in guided]
 
     def _free_body(self, cut: Cut) -> Iterator[Stage]:
@@ -259,16 +259,16 @@ class NewtonEuler:
                 f"The joint coordinates {', '.join(words)} follow the generalized coordinates. "
                 "What guides them does no work in any virtual displacement: the reactions along "
                 "these joints, each times the derivative of its coordinate, add up to zero.",
-                tuple(self.guided()),
+                tuple(self.sum_guides()),
             )
 
-    def guided(self) -> list[Result]:
+    def sum_guides(self) -> list[Result]:
         """Return what the reactions along guided joints add up to: zero for each displacement."""
         algebra, ring = self.algebra, self.algebra.ring
         sums: list[list[Series]] = [[] for _ in algebra.velocities]
         for rate in self.rates:
             reaction = self.symbols[rate.body].part(rate.kind)
-            size = algebra.lifted(combination(rate.axis, reaction))
+            size = algebra.lift(combination(rate.axis, reaction))
             for terms, slope in zip(sums, rate.partials, strict=True):
                 if slope:
                     terms.append(tidy(slope * size))

@@ -81,7 +81,7 @@ class Span:
         """The rate of the distance."""
         return tidy(self.x.ddt())
 
-    def directed(self, slope: Series | None, size: Series | None) -> Vector:
+    def direct(self, slope: Series | None, size: Series | None) -> Vector:
         """Return (slope · x + size) e."""
         pull = zero(self._kinematics.algebra.ring) if slope is None else self.reach * slope
         if size is None:
@@ -126,7 +126,7 @@ class Travel:
             joint: name of the joint.
         """
         name = algebra.mechanism.joint(joint).coordinates[-1]
-        return cls(algebra.lifted(algebra.values[name]))
+        return cls(algebra.lift(algebra.values[name]))
 
     @property
     def square(self) -> Series:
@@ -138,7 +138,7 @@ class Travel:
         """Its rate."""
         return tidy(self.x.ddt())
 
-    def directed(self, slope: Series | None, size: Series | None) -> Series:
+    def direct(self, slope: Series | None, size: Series | None) -> Series:
         """Return slope · x + size."""
         parts = [self.x * slope] if slope is not None else []
         return self.x.ring.sum(parts + ([size] if size is not None else []))

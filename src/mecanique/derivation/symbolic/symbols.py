@@ -98,9 +98,9 @@ class Algebra:
         Args:
             scalar: a number or an expression.
         """
-        return self.lifted(self.arithmetic(scalar, self.values))
+        return self.lift(self.arithmetic(scalar, self.values))
 
-    def lifted(self, value: Any) -> Series:
+    def lift(self, value: Any) -> Series:
         """Return a plain number as a series; a series stays.
 
         Args:

@@ -283,7 +283,7 @@ class VirtualWork:
             "they do work only in the displacement of one against the other, and the joint allows "
             "that only where it transmits nothing."
         )
-        if guided := self.balances.guided():
+        if guided := self.balances.sum_guides():
             sentence += (
                 " What guides the coordinates that follow others does work joint by joint, but "
                 "none in all, as the last lines say."
@@ -303,8 +303,8 @@ class VirtualWork:
         arm = cuts.between_seats(parent, cut.body)
         carrying = self._vary(kinematics.velocity(parent))
         moved = total([carrying, cross(turn, arm)])
-        shift = shift - cuts.carried(moved, parent, cut.body)
-        return shift, rotation - cuts.carried(turn, parent, cut.body)
+        shift = shift - cuts.carry(moved, parent, cut.body)
+        return shift, rotation - cuts.carry(turn, parent, cut.body)
 
 
 def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:

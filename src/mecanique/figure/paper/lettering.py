@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words
 
-__all__ = ["clear_letters", "covered", "frame"]
+__all__ = ["clear_letters", "frame", "overlap"]
 
 FARTHEST = 36.0
 """How far a letter may be moved [pt]."""
@@ -63,7 +63,7 @@ def frame(word: Words) -> Point:
     return np.array([left - AIR, top, left + word.width + AIR, bottom])
 
 
-def covered(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
+def overlap(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
     """Return how much of each box others cover, shape (n,) [pt²].
 
     Args:
@@ -88,7 +88,7 @@ def _best(
     near = (lines.max(axis=1) >= room[:2]).all(axis=1) & (lines.min(axis=1) <= room[2:]).all(axis=1)
     cost = _MOVE * np.hypot(*moves.T) + _measure_crossings(boxes, lines[near], weights[near])
     if len(others):
-        cost += _WORD * covered(boxes, others)
+        cost += _WORD * overlap(boxes, others)
     best: Point = moves[int(np.argmin(np.round(cost, 6)))]
     return best
 

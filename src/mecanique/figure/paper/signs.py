@@ -15,7 +15,7 @@ __all__ = [
     "arrow",
     "dashpot",
     "dimension",
-    "hatched",
+    "hatch",
     "label",
     "pin",
     "spiral",
@@ -180,7 +180,7 @@ def spiral(at: Point, start: float) -> Iterator[Mark]:
     yield Stroke(points, "spring")
 
 
-def hatched(a: Point, b: Point, depth: float = 8.0) -> Iterator[Mark]:
+def hatch(a: Point, b: Point, depth: float = 8.0) -> Iterator[Mark]:
     """Yield a line of ground, hatched on its right as one goes from a to b.
 
     Args:
@@ -212,9 +212,9 @@ def pin(at: Point, towards: Point | None = None) -> Iterator[Mark]:
         yield Stroke(np.array([at, foot + 10 * side, foot - 10 * side]), "pin", closed=True)
         # the ground lies beyond the foot: to the right as one goes from its left end
         yield from (
-            hatched(foot + 18 * side, foot - 18 * side)
+            hatch(foot + 18 * side, foot - 18 * side)
             if _right(down, side)
-            else hatched(foot - 18 * side, foot + 18 * side)
+            else hatch(foot - 18 * side, foot + 18 * side)
         )
     yield Circle(at, 4.2, "pin")
 

@@ -14,14 +14,14 @@ from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.heyoka import building, integrator
 from mecanique.motion.compile.program import Program, program_of
-from mecanique.motion.compile.python import Batched, batched, overwriting, scalar
+from mecanique.motion.compile.python import Batched, overwriting, scalar, vectorize
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Compiled", "compiled"]
+__all__ = ["Compiled", "compile_once"]
 
 OPTIMIZED = 50_000
 """After so many steps of Taylor series, optimizing their code pays for any mechanism."""
@@ -130,9 +130,9 @@ class Compiled:
         """
         if self._taken.get(tolerance, 0) + steps >= OPTIMIZED:
             self._optimized.add(tolerance)
-        return self.optimized(tolerance)
+        return self.is_optimized(tolerance)
 
-    def optimized(self, tolerance: float) -> bool:
+    def is_optimized(self, tolerance: float) -> bool:
         """Whether Taylor integrators of a tolerance are optimized where that may change."""
         return tolerance in self._optimized
 
@@ -148,9 +148,9 @@ class Compiled:
         self._taken[tolerance] = self._taken.get(tolerance, 0) + steps
         self._pools.setdefault((tolerance, optimized), []).append(machine)
 
-    def batched(self, reference: Reference) -> Batched:
+    def vectorize(self, reference: Reference) -> Batched:
         """Return the equations as a function of arrays."""
-        return batched(self.program(reference))
+        return vectorize(self.program(reference))
 
     def seconds_to_derive(self) -> float:
         """Return about how long it takes to derive and compile the equations in Python [s]."""
@@ -164,7 +164,7 @@ class Compiled:
 _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
 
 
-def compiled(mechanism: Mechanism) -> Compiled:
+def compile_once(mechanism: Mechanism) -> Compiled:
     """Return what is compiled for a mechanism; the same object as long as the mechanism is there.
 
     Args:

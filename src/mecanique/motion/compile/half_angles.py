@@ -26,7 +26,7 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
         tape: the program.
         outputs: its outputs.
     """
-    operations, needed = tape.operations, tape.needed(outputs)
+    operations, needed = tape.operations, tape.find_needed(outputs)
     wanted: dict[int, set[str]] = {}
     for place in needed:
         kind, values, _ = operations[place]

@@ -15,7 +15,7 @@ from mecanique.errors import DerivationError, InputError
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.tape import Value
 
-__all__ = ["build_seconds", "building", "installed", "integrator", "lanes", "system"]
+__all__ = ["build_seconds", "building", "integrator", "is_installed", "lanes", "system"]
 
 _FUNCTIONS = {"sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh"}
 
@@ -41,7 +41,7 @@ _IMPORTING = 0.3
 
 
 @cache
-def installed() -> bool:
+def is_installed() -> bool:
     """Return whether heyoka is there."""
     return find_spec("heyoka") is not None
 
@@ -53,7 +53,7 @@ def build_seconds(program: Program, *, optimized: bool = True) -> float:
         program: the equations.
         optimized: whether it is optimized.
     """
-    return building(len(program.tape.needed(program.rates)), optimized=optimized)
+    return building(len(program.tape.find_needed(program.rates)), optimized=optimized)
 
 
 def building(operations: float, *, optimized: bool = True) -> float:
@@ -84,7 +84,7 @@ def integrator(program: Program, tolerance: float, runs: int = 1, *, optimized: 
     """
     heyoka = _heyoka()
     equations = system(program, heyoka)
-    size = len(program.tape.needed(program.rates))
+    size = len(program.tape.find_needed(program.rates))
     options = {"tol": tolerance, "compact_mode": size > _COMPACT[optimized], **_OPTIONS[optimized]}
     if program.open:
         options["pars"] = (
@@ -101,7 +101,7 @@ def lanes() -> int:
 
 
 def _heyoka() -> Any:
-    if not installed():
+    if not is_installed():
         raise InputError(
             "method 'taylor' needs heyoka, which is not installed: pip install 'mecanique[fast]', "
             "or use method 'auto'"
@@ -128,7 +128,7 @@ def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
             "or a record; write it as an expression in t, or use method 'closed_form' or 'auto'"
         )
     operations = program.tape.operations
-    needed = program.tape.needed(program.rates)
+    needed = program.tape.find_needed(program.rates)
     unknown = sorted(
         {operations[place][0] for place in needed} - _FUNCTIONS - {"+", "-", "*", "/", "input"}
     )

@@ -13,7 +13,7 @@ from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.tape import Tape, Value
 from mecanique.motion.record.steps import RightHandSide
 
-__all__ = ["Batched", "batched", "overwriting", "owning", "scalar"]
+__all__ = ["Batched", "overwriting", "owning", "scalar", "vectorize"]
 
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
@@ -80,7 +80,7 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
     return make
 
 
-def batched(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
+def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
     """Return f(t, Y, out) of a program, for many states at once.
 
     Args:
@@ -142,7 +142,7 @@ def _state(program: Program) -> str:
 def _write(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list[str], list[str]]:
     """Assignments and the outputs' expressions; what is used once is written where it is used."""
     names = {name: f"s{k}" for k, name in enumerate(program.states)} | {"t": "t"}
-    needed = tape.needed(outputs)
+    needed = tape.find_needed(outputs)
     uses = dict.fromkeys(needed, 0)
     for value in [*(v for place in needed for v in tape.operations[place][1]), *outputs]:
         if isinstance(value, int):

@@ -131,7 +131,7 @@ class Tape:
             total = self.add(total, term)
         return total
 
-    def needed(self, outputs: Sequence[Value]) -> list[int]:
+    def find_needed(self, outputs: Sequence[Value]) -> list[int]:
         """Return the places of the operations that outputs need, in order."""
         found: set[int] = set()
         todo = [value for value in outputs if isinstance(value, int)]

@@ -18,7 +18,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.heyoka import integrator, lanes
 from mecanique.motion.compile.program import Program, program_of
-from mecanique.motion.compile.python import Batched, batched
+from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.ensemble.dop853 import Block, integrate
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import kinks, longest_step
@@ -96,7 +96,7 @@ def run_part(part: Part) -> Chunk:
         "single": _single,
     }
     states, steps = integrate_all[part.method](part, mechanism)
-    q = Rates.of(mechanism).normalized(states[:, :, :nq])
+    q = Rates.of(mechanism).normalize(states[:, :, :nq])
     return Chunk(part.first, q, states[:, :, nq:], steps)
 
 
@@ -120,8 +120,8 @@ def _batch(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
     values = [part.parameters[symbol] for symbol in program.open]
     rates, nq = Rates.of(mechanism), part.q.shape[1]
 
-    def normalized(states: np.ndarray) -> np.ndarray:
-        states[:nq] = rates.normalized(states[:nq].T).T
+    def normalize(states: np.ndarray) -> np.ndarray:
+        states[:nq] = rates.normalize(states[:nq].T).T
         return states
 
     begin, end = float(part.times[0]), float(part.times[-1])
@@ -130,12 +130,12 @@ def _batch(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
 
     def work(low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
         def make(some: np.ndarray) -> Batched:
-            return batched(program, [value[low + some] for value in values])
+            return vectorize(program, [value[low + some] for value in values])
 
         block = Block(
             make,
             np.ascontiguousarray(start[:, low:high]),
-            normalized if rates.balls else None,
+            normalize if rates.balls else None,
             part.rtol,
             part.atol,
             longest,

@@ -34,7 +34,7 @@ class Block:
     Args:
         make: gives the equations of some of the runs, by their indices.
         start: shape (size, n), states at the first time.
-        normalized: gives states with unit quaternions, or None if there are none.
+        normalize: gives states with unit quaternions, or None if there are none.
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
         max_step: longest step [s].
@@ -43,7 +43,7 @@ class Block:
 
     make: Callable[[np.ndarray], Batched]
     start: np.ndarray
-    normalized: Callable[[np.ndarray], np.ndarray] | None
+    normalize: Callable[[np.ndarray], np.ndarray] | None
     rtol: float
     atol: float
     max_step: float
@@ -149,8 +149,8 @@ class _Runner:
             self.t = mark if last else self.t + h
             self.y, self._trial = trial, self.y
             K[0] = K[-1]
-            if block.normalized is not None:
-                self.y = block.normalized(self.y)
+            if block.normalize is not None:
+                self.y = block.normalize(self.y)
             self.taken += 1
             most = _MOST if self._grows else 1.0
             factor = min(most, 0.9 * self._before**_DAMPING / worst**_EXPONENT) if worst else most

@@ -23,9 +23,9 @@ from mecanique.errors import (
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
-from mecanique.motion.compile.heyoka import build_seconds, installed
+from mecanique.motion.compile.heyoka import build_seconds, is_installed
 from mecanique.motion.compile.program import Program, program_of
-from mecanique.motion.compile.python import batched
+from mecanique.motion.compile.python import vectorize
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import sweep
@@ -246,9 +246,9 @@ def _choose(
         return "single", f"; chosen because {error}"
     if method != "auto":
         return method, ""
-    if not installed():
+    if not is_installed():
         return "batch", "; chosen because heyoka is not installed"
-    work = len(start) * span * len(program.tape.needed(program.rates)) * SECONDS
+    work = len(start) * span * len(program.tape.find_needed(program.rates)) * SECONDS
     if program.signals or work < 2 * build_seconds(program):
         return (
             "batch",
@@ -271,7 +271,7 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
         def accelerations(states: States, own: dict[str, float] = own) -> np.ndarray:
             Y = np.hstack([states.q, states.v]).T
             out = np.empty((mechanism.nq + mechanism.nv, len(states)))
-            rhs = batched(program, [np.array(own[symbol]) for symbol in program.open])
+            rhs = vectorize(program, [np.array(own[symbol]) for symbol in program.open])
             with np.errstate(all="ignore"):
                 for k, t in enumerate(states.t.tolist()):
                     rhs(t, Y[:, k : k + 1], out[:, k : k + 1])

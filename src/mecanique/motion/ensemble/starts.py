@@ -57,5 +57,5 @@ def sweep(
     for values in varied.values():
         for index in {int(np.argmin(values)), int(np.argmax(values))}:
             mechanism.replace(**{other: float(x[index]) for other, x in varied.items()})
-    mechanism.normalized(start[:, : mechanism.nq])
+    mechanism.normalize(start[:, : mechanism.nq])
     return start, varied

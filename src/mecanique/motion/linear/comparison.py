@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.errors import InputError, IntegrationError
 from mecanique.model.expression import finite
 from mecanique.motion.linear.linearization import Linearization
-from mecanique.motion.linear.linearize import undisturbed
+from mecanique.motion.linear.linearize import drop_disturbances
 from mecanique.motion.linear.modes import chosen_mode, linear_solution, slowest, usual_amplitude
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.motion import Motion
@@ -155,7 +155,7 @@ def compare(
     from mecanique.reference import Reference
 
     mode = slowest(linearization) if mode is None else mode
-    linearization = replace(linearization, mechanism=undisturbed(linearization.mechanism))
+    linearization = replace(linearization, mechanism=drop_disturbances(linearization.mechanism))
     reference = Reference(linearization.mechanism)
     usual = usual_amplitude(linearization, mode)
     limit = _limit(_difference(linearization, mode, reference), usual, tolerance)

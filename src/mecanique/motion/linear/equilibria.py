@@ -111,7 +111,7 @@ def _random_starts(mechanism: Mechanism, count: int, seed: int) -> list[np.ndarr
     neutral = mechanism.neutral()
     return [
         neutral,
-        *(rates.normalized(neutral * 0.1 + rng.uniform(-reach, reach)) for _ in range(count)),
+        *(rates.normalize(neutral * 0.1 + rng.uniform(-reach, reach)) for _ in range(count)),
     ]
 
 

@@ -71,7 +71,7 @@ def effort(
 def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | None:
     mechanism, nv = reference.mechanism, reference.mechanism.nv
     rates = Rates.of(mechanism)
-    q = rates.normalized(np.array(start, dtype=float))
+    q = rates.normalize(np.array(start, dtype=float))
 
     def residual(many: np.ndarray) -> np.ndarray:
         still = np.zeros((len(many), nv))
@@ -81,12 +81,12 @@ def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | 
     value = residual(q[None])[0]
     for _ in range(STEPS):
         ahead = np.vstack([np.eye(nv), -np.eye(nv)]) * H
-        rise = residual(rates.moved(np.repeat(q[None], 2 * nv, axis=0), ahead))
+        rise = residual(rates.displace(np.repeat(q[None], 2 * nv, axis=0), ahead))
         slope = ((rise[:nv] - rise[nv:]) / (2 * H)).T
         size = _size(value)
         step = _step(slope, value, longest=1.0)
         for _ in range(HALVINGS):
-            trial = rates.normalized(rates.moved(q, step))
+            trial = rates.normalize(rates.displace(q, step))
             new = residual(trial[None])[0]
             if _size(new) <= size:
                 break
@@ -110,7 +110,7 @@ def _on_loops(
 
     rates = Rates.of(reference.mechanism)
     still = np.zeros(reference.mechanism.nv)
-    q = close_position(closed, rates.normalized(np.array(start, dtype=float)), t)
+    q = close_position(closed, rates.normalize(np.array(start, dtype=float)), t)
     scale, size = 1.0, np.inf
     for _ in range(STEPS):
         free = Independent(closed, q, t)
@@ -131,7 +131,7 @@ def _on_loops(
         step = _step(slope, value, longest=0.5)
         if _size(step) < 1e-12:
             break
-        q = close_position(closed, rates.moved(q, free.tangent @ step), t)
+        q = close_position(closed, rates.displace(q, free.tangent @ step), t)
     return q if size <= 1e-9 * scale + 1e-14 else None
 
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
     from mecanique.reference.loops.independent import Independent
 
-__all__ = ["linearize", "undisturbed"]
+__all__ = ["drop_disturbances", "linearize"]
 
 STEPS = (0.02, 0.004, 0.0008, 0.00016)
 """Steps of the differences, in the unit of each coordinate, tried until one is accurate."""
@@ -70,7 +70,7 @@ def linearize(
     if at is not None and near is not None:
         raise InputError("expected either at or near, got both")
     if at is None:
-        mechanism = undisturbed(mechanism)
+        mechanism = drop_disturbances(mechanism)
         reference = reference if mechanism is described else None
     if reference is None:
         from mecanique.reference import Reference
@@ -127,7 +127,7 @@ def _of_tree(
     rates = Rates.of(reference.mechanism)
 
     def by_position(step: np.ndarray) -> np.ndarray:
-        q = rates.moved(np.repeat(position[None], len(step), axis=0), step)
+        q = rates.displace(np.repeat(position[None], len(step), axis=0), step)
         v, a = (np.repeat(x[None], len(step), axis=0) for x in (velocity, acceleration))
         residual: np.ndarray = reference.inverse_dynamics(q, v, a, t)
         return residual
@@ -174,7 +174,7 @@ def _changes(signal: Input) -> bool:
     return callable(signal.signal) or "t" in symbols_in(signal.signal)
 
 
-def undisturbed(mechanism: Mechanism) -> Mechanism:
+def drop_disturbances(mechanism: Mechanism) -> Mechanism:
     """Return a mechanism whose inputs that change with time are zero."""
     if not any(_changes(signal) for signal in mechanism.inputs):
         return mechanism

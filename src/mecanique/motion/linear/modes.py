@@ -119,7 +119,7 @@ def linear_solution(
     waves = amplitude * np.exp(root * t)[:, None] * shape
     rates = Rates.of(linearization.mechanism)
     at = np.repeat(linearization.q[None], len(t), axis=0)
-    q = rates.normalized(rates.moved(at, waves.real))
+    q = rates.normalize(rates.displace(at, waves.real))
     return q, (root * waves).real, (root**2 * waves).real
 
 

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.units import labelled
+from mecanique.model.units import add_unit
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.simulation.arguments import Values
 
@@ -69,7 +69,7 @@ class Response:
         figure = Figure(layout="constrained")
         above, below = figure.subplots(2, 1, sharex=True)
         for k, (name, unit) in enumerate(zip(self.names, self.units, strict=True)):
-            above.semilogy(self.frequencies, self.amplitude[:, k], label=labelled(name, unit))
+            above.semilogy(self.frequencies, self.amplitude[:, k], label=add_unit(name, unit))
             below.plot(self.frequencies, self.phase[:, k])
         above.set_ylabel("amplitude")
         above.legend()

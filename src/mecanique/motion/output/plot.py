@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.units import labelled, units
+from mecanique.model.units import add_unit, units
 from mecanique.motion.record.motion import Motion
 
 __all__ = ["plot"]
@@ -50,7 +50,7 @@ def _coordinates(motion: Motion, figure: Any, joint: str | None) -> None:
     groups = (m.coordinates.names, m.velocities)
     for axes, names in zip(figure.subplots(2, 1, sharex=True), groups, strict=True):
         for name in names:
-            axes.plot(motion.t, motion[name], label=labelled(name, unit[name]), linewidth=1)
+            axes.plot(motion.t, motion[name], label=add_unit(name, unit[name]), linewidth=1)
         axes.set_ylabel(_together(names, unit))
         axes.legend(loc="upper right", fontsize="small")
         axes.grid(alpha=0.3)
@@ -71,8 +71,8 @@ def _phase(motion: Motion, figure: Any, joint: str | None) -> None:
     for axes, (name, rate) in zip(grid, pairs, strict=False):
         axes.plot(motion[name], motion[rate], linewidth=1)
         axes.plot(motion[name][:1], motion[rate][:1], "o", markersize=4)
-        axes.set_xlabel(labelled(name, unit[name]))
-        axes.set_ylabel(labelled(rate, unit[rate]))
+        axes.set_xlabel(add_unit(name, unit[name]))
+        axes.set_ylabel(add_unit(rate, unit[rate]))
         axes.grid(alpha=0.3)
     for axes in grid[len(pairs) :]:
         axes.set_axis_off()
@@ -128,4 +128,4 @@ def _reactions(motion: Motion, figure: Any, joint: str | None) -> None:
 def _together(names: tuple[str, ...], unit: dict[str, str]) -> str:
     shared = {unit[name] for name in names}
     text = ", ".join(names) if len(names) <= 4 else f"{names[0]} … {names[-1]}"
-    return labelled(text, shared.pop()) if len(shared) == 1 else text
+    return add_unit(text, shared.pop()) if len(shared) == 1 else text

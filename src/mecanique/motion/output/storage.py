@@ -15,7 +15,7 @@ import numpy as np
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import labelled, per_second, units
+from mecanique.model.units import add_unit, per_second, units
 from mecanique.motion.output.provenance import provenance, recover
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
@@ -210,7 +210,7 @@ def _units(motion: Motion) -> dict[str, str]:
 
 def _titles(motion: Motion) -> list[str]:
     known = _units(motion)
-    return ["t [s]", *(labelled(name, known[name]) for name in motion.names)]
+    return ["t [s]", *(add_unit(name, known[name]) for name in motion.names)]
 
 
 def _write(path: Path, write: Callable[[Any], object]) -> None:

@@ -166,7 +166,7 @@ class Curve:
             piece = piece.clip(0, len(self.intervals) - 1)
             value, rate = self._pieces[0].at(piece, times)
             nq = self.q.shape[1]
-            q = self.rates.normalized(value[:, :nq])
+            q = self.rates.normalize(value[:, :nq])
             v = self.rates.velocities(q, rate) if self.smooth else value[:, nq:]
             if self.smooth and self.close:
                 better = np.diff(self._errors_of_v, axis=0)[0, piece] <= 0

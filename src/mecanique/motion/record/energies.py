@@ -150,7 +150,7 @@ def _work(
                 total += side * weight * (energy.kinetic - energy.potential)
         return -total[:, None] / (60 * h)
 
-    def carried(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
+    def carry(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """T₁ + 2 T₀."""
         forward, backward, rest = (
             reference.energy(q, u, t).kinetic for u in (v, -v, np.zeros_like(v))
@@ -160,6 +160,6 @@ def _work(
 
     state = curve(times)
     begin = curve(curve.t[:1])
-    work = work + integral(curve, minus_slope, times)[:, 0] + carried(times, state.q, state.v)
-    result: np.ndarray = work - carried(np.atleast_1d(begin.t), begin.q, begin.v)
+    work = work + integral(curve, minus_slope, times)[:, 0] + carry(times, state.q, state.v)
+    result: np.ndarray = work - carry(np.atleast_1d(begin.t), begin.q, begin.v)
     return result

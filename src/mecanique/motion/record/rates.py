@@ -56,7 +56,7 @@ class Rates:
         """Whether v is q̇."""
         return not self.balls and self.plain[0] == self.plain[1]
 
-    def normalized(self, q: np.ndarray) -> np.ndarray:
+    def normalize(self, q: np.ndarray) -> np.ndarray:
         """Return positions with every quaternion of unit length.
 
         Args:
@@ -100,7 +100,7 @@ class Rates:
         for i, k in self.balls:
             rate[..., i : i + 4] = 0.5 * _times(q[..., i : i + 4], _pure(v[..., k : k + 3]))
         for i, k in self.free:
-            rate[..., i : i + 3] = _turned(q[..., i + 3 : i + 7], v[..., k : k + 3])
+            rate[..., i : i + 3] = _turn(q[..., i + 3 : i + 7], v[..., k : k + 3])
         return rate
 
     def second(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -123,10 +123,10 @@ class Rates:
             )
         for i, k in self.free:
             spin = np.cross(v[..., k + 3 : k + 6], v[..., k : k + 3])
-            rate[..., i : i + 3] = _turned(q[..., i + 3 : i + 7], a[..., k : k + 3] + spin)
+            rate[..., i : i + 3] = _turn(q[..., i + 3 : i + 7], a[..., k : k + 3] + spin)
         return rate
 
-    def moved(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def displace(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
         """Return positions after a small step along velocities: q + step where v is q̇.
 
         Args:
@@ -139,7 +139,7 @@ class Rates:
         moved = q + np.zeros((*step.shape[:-1], 1))
         moved[..., self.plain[0]] += step[..., self.plain[1]]
         for i, k in self.free:
-            moved[..., i : i + 3] += _turned(q[..., i + 3 : i + 7], step[..., k : k + 3])
+            moved[..., i : i + 3] += _turn(q[..., i + 3 : i + 7], step[..., k : k + 3])
         for i, k in self.balls:
             half = step[..., k : k + 3] / 2
             angle = np.linalg.norm(half, axis=-1, keepdims=True)
@@ -163,7 +163,7 @@ class Rates:
                 2 * _times(_conjugate(q[..., i : i + 4]), rate[..., i : i + 4])[..., :3]
             )
         for i, k in self.free:
-            v[..., k : k + 3] = _turned(_conjugate(q[..., i + 3 : i + 7]), rate[..., i : i + 3])
+            v[..., k : k + 3] = _turn(_conjugate(q[..., i + 3 : i + 7]), rate[..., i : i + 3])
         return v
 
 
@@ -183,7 +183,7 @@ def _times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
     )
 
 
-def _turned(Q: np.ndarray, vector: np.ndarray) -> np.ndarray:
+def _turn(Q: np.ndarray, vector: np.ndarray) -> np.ndarray:
     """Turn a vector by a unit quaternion: from the child's axes to the joint's."""
     cross = 2 * np.cross(Q[..., :3], vector)
     turned: np.ndarray = vector + Q[..., 3:] * cross + np.cross(Q[..., :3], cross)

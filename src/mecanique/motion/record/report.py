@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from mecanique.model.units import labelled, units
+from mecanique.model.units import add_unit, units
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
@@ -37,7 +37,7 @@ def summary(motion: Motion) -> str:
     for name in names[:MAX_LISTED]:
         values = motion[name]
         lines.append(
-            f"{labelled(name, unit[name]):>14}: {values.min():.6g} … {values.max():.6g}, "
+            f"{add_unit(name, unit[name]):>14}: {values.min():.6g} … {values.max():.6g}, "
             f"at the end {values[-1]:.9g}"
         )
     if len(names) > MAX_LISTED:

@@ -115,7 +115,7 @@ class Steps:
             close: whether rounding matters between the steps.
         """
         y, dy = np.array(self.y), np.array(self.dy)
-        q = rates.normalized(y[:, :nq])
+        q = rates.normalize(y[:, :nq])
         return Curve(
             np.array(self.t), q, y[:, nq:], dy[:, nq:], np.array(self.breaks), rates, smooth, close
         )

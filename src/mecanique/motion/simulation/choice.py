@@ -7,7 +7,7 @@ from typing import final
 
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.heyoka import installed
+from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.record.steps import RightHandSide
 from mecanique.motion.simulation.methods import METHODS
 from mecanique.motion.simulation.problem import Integration, Problem
@@ -136,7 +136,7 @@ def next_choice(problem: Problem, choice: Choice, integration: Integration) -> C
         reason = f"stiff equations, found by dop853 at t = {integration.t:.4g} s"
         return replace(choice, method="radau", reason=reason)
     if kind == "reconsider":
-        return _reconsidered(problem, choice, integration.t)
+        return _reconsider(problem, choice, integration.t)
     return None
 
 
@@ -177,7 +177,7 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
     return _can_take_series(problem) and left > PAYOFF * code.seconds_to_build()
 
 
-def _reconsidered(problem: Problem, choice: Choice, t: float) -> Choice:
+def _reconsider(problem: Problem, choice: Choice, t: float) -> Choice:
     """Tighten the steps if there are many, and compile if that pays."""
     steps, left, code = _steps_in_all(problem, t), _seconds_left(problem, t), problem.code
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
@@ -215,7 +215,7 @@ def _has_series(problem: Problem) -> bool:
 
 
 def _can_take_series(problem: Problem) -> bool:
-    return _has_series(problem) and installed()
+    return _has_series(problem) and is_installed()
 
 
 def _can_take_closed_form(problem: Problem, choice: Choice) -> bool:

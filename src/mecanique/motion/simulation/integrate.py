@@ -145,7 +145,7 @@ def _course(
     if not problem.events and problem.loops is None and times.tolist() == [steps.t[0], last]:
         # the ends are steps: the curve between them can wait until it is asked for
         ends = np.array([steps.y[0], steps.y[-1]])
-        return Course(State(times, rates.normalized(ends[:, :nq]), ends[:, nq:]), path)
+        return Course(State(times, rates.normalize(ends[:, :nq]), ends[:, nq:]), path)
     curve = path()
     samples = curve(times)
     if problem.loops is not None:
@@ -175,13 +175,13 @@ def _refine(
     position, velocity = curve.errors()
     first = rates.first(curve.q, curve.v)
 
-    def allowed(x: np.ndarray, rate: np.ndarray) -> np.ndarray:
+    def allow(x: np.ndarray, rate: np.ndarray) -> np.ndarray:
         # times of steps are rounded, and no step more makes that better
         relative = np.abs(x[left]) * rtol + np.abs(rate[left]) * 100 * rounding
         bound: np.ndarray = atol + relative.max(axis=1)
         return bound
 
-    excess = np.maximum(position / allowed(curve.q, first), velocity / allowed(curve.v, curve.a))
+    excess = np.maximum(position / allow(curve.q, first), velocity / allow(curve.v, curve.a))
     length = curve.t[left + 1] - curve.t[left]
     coarse = left[(excess > 1) & (length > MIN_LENGTH * float(np.median(length)))]
     t = (curve.t[coarse] + curve.t[coarse + 1]) / 2

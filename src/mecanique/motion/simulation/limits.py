@@ -78,7 +78,9 @@ def refuse_limit(motion: Motion) -> None:
     for name in mechanism.limits:
         if last is not None and last.name == f"end of chart {name}":
             value = float(last.q[mechanism.coordinates.index(name)])
-            message = mechanism.limited(name, f", but comes to {value:.6g} at t = {last.t:.6g} s")
+            message = mechanism.explain_limit(
+                name, f", but comes to {value:.6g} at t = {last.t:.6g} s"
+            )
             raise IntegrationError(
                 f"{message}; the motion until then is in the error's .motion",
                 time=last.t,

@@ -204,14 +204,14 @@ def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
     at_start = True
     halted: Outcome | None = None
 
-    def accepted(t: float, y: np.ndarray) -> Literal[-1, 0]:
+    def accept(t: float, y: np.ndarray) -> Literal[-1, 0]:
         nonlocal at_start, halted
         if at_start:  # which is already among the steps
             at_start = False
             return 0
         # the last evaluation was at the step's end
         add(t, y, guard.last.copy() if reused else guard.last)
-        if task.restarts and stability.lost(t - times[-2]) and len(times) > MIN_STEPS:
+        if task.restarts and stability.is_stiff(t - times[-2]) and len(times) > MIN_STEPS:
             halted = Outcome("stiff")
         else:
             halted = _look_safely(look)
@@ -238,7 +238,7 @@ def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
             max_step=0.0 if np.isinf(task.max_step) else task.max_step,
             beta=DAMPING,
         )
-        solver.set_solout(accepted)
+        solver.set_solout(accept)
         try:
             yield run
         finally:
@@ -273,14 +273,14 @@ class _Stability:
     def noting(self, rhs: RightHandSide) -> RightHandSide:
         """Return the same equations, whose last two evaluations are kept."""
 
-        def noted(t: float, y: np.ndarray) -> np.ndarray:
+        def note(t: float, y: np.ndarray) -> np.ndarray:
             rate = rhs(t, y)
             self._evaluations = [self._evaluations[1], (y.copy(), rate.copy())]
             return rate
 
-        return noted
+        return note
 
-    def lost(self, length: float) -> bool:
+    def is_stiff(self, length: float) -> bool:
         """Return whether the equations are stiff, after a step of a length [s]."""
         (y, rate), (last, last_rate) = self._evaluations
         apart = float(np.linalg.norm(last - y)) if len(y) == len(last) else 0.0
@@ -309,13 +309,13 @@ def _implicit(
     places = np.arange(1, degree + 1) / degree
 
     @contextmanager
-    def opened(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
+    def open_run(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
         from scipy import integrate
 
         types = {"LSODA": integrate.LSODA, "Radau": integrate.Radau, "BDF": integrate.BDF}
         steps.spread = True
 
-        def failed() -> Outcome:
+        def fail() -> Outcome:
             fault = guard.fault
             return Outcome("step too small") if fault is None else Outcome("fault", fault)
 
@@ -335,9 +335,9 @@ def _implicit(
                     try:
                         solver.step()
                     except (ValueError, ArithmeticError, np.linalg.LinAlgError):
-                        return failed()  # a state that is not finite
+                        return fail()  # a state that is not finite
                     if guard.fault is not None or solver.status == "failed":
-                        return failed()
+                        return fail()
                     before, now = float(solver.t_old or 0.0), float(solver.t)
                     times = before + places * (now - before)
                     times[-1] = now
@@ -348,7 +348,7 @@ def _implicit(
                     if (halted := _look_safely(look)) is not None:
                         return halted
                     if guard.fault is not None:
-                        return failed()
+                        return fail()
                     if solver.status == "finished":
                         return Outcome("end")
             return Outcome("too many steps")
@@ -359,7 +359,7 @@ def _implicit(
             finally:
                 steps.evaluations += guard.evaluations
 
-    return opened
+    return open_run
 
 
 METHODS: dict[str, Method] = {

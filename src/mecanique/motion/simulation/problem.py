@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.cache import Compiled, compiled
+from mecanique.motion.compile.cache import Compiled, compile_once
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.events import Event, Occurrence
 from mecanique.motion.record.loops import ClosedLoops
@@ -59,7 +59,7 @@ class Problem:
     @property
     def code(self) -> Compiled:
         """What is compiled for the mechanism."""
-        return compiled(self.mechanism)
+        return compile_once(self.mechanism)
 
 
 @final

@@ -104,7 +104,7 @@ def _course(problem: Problem, states: list[np.ndarray], last: float, optimized: 
     """The samples that were read off, and the curve that is made when it is asked for."""
     y = np.concatenate(states) if states else np.empty((0, len(problem.start)))
     nq = problem.mechanism.nq
-    samples = State(problem.times[: len(y)], problem.code.rates.normalized(y[:, :nq]), y[:, nq:])
+    samples = State(problem.times[: len(y)], problem.code.rates.normalize(y[:, :nq]), y[:, nq:])
     return Course(samples, partial(_curve, problem, last, optimized))
 
 
@@ -136,13 +136,13 @@ def _series(problem: Problem, machine: Any, last: float) -> list[Any]:
 def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
     """The curve through enough states that it is as accurate as the series."""
     nq, rtol, code = problem.mechanism.nq, problem.rtol, problem.code
-    rates, rhs = code.rates, code.batched(problem.reference)
+    rates, rhs = code.rates, code.vectorize(problem.reference)
     machine = code.borrow(problem.reference, rtol, optimized=optimized)
     series = _series(problem, machine, last)
     code.give_back(rtol, machine, optimized=optimized)
 
     def through(t: np.ndarray, y: np.ndarray) -> Curve:
-        q, v = rates.normalized(y[:, :nq]), y[:, nq:]
+        q, v = rates.normalize(y[:, :nq]), y[:, nq:]
         rate = np.empty(y.T.shape)
         # t may be an array, because every operation on it is elementwise
         rhs(t, np.hstack([q, v]).T, rate)

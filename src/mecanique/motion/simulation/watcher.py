@@ -219,7 +219,7 @@ class Watcher:
         """
         if self._loops is not None:
             return self._loops.close(t, y)
-        return np.concatenate([self._rates.normalized(y[: self._nq]), y[self._nq :]])
+        return np.concatenate([self._rates.normalize(y[: self._nq]), y[self._nq :]])
 
     def _measure(self, t: float, y: np.ndarray) -> list[float]:
         q, v = y[: self._nq], y[self._nq :]

@@ -168,7 +168,7 @@ class Wrench:
             force=(turn @ self.force[..., None])[..., 0],
             moment=(turn @ self.moment[..., None])[..., 0],
             axes=name,
-            undetermined=_mixed(self.undetermined, turn),
+            undetermined=_mix(self.undetermined, turn),
         )
 
     def about(self, point: Sequence[float] | Array, body: str = "world") -> Wrench:
@@ -255,7 +255,7 @@ def local_point(xyz: Sequence[float] | Array) -> Array:
     return local
 
 
-def _mixed(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
+def _mix(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
     """The components in turned axes that undetermined ones have a share in."""
     share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > 1e-9
     found = []

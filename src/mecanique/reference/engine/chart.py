@@ -208,7 +208,7 @@ class Chart:
             out[za] = w * oz + x * oy - y * ox
             out[wa] = -x * ox - y * oy - z * oz
         for at_q, at_v in self._twists:
-            out[list(at_q[:3])] = _turned(
+            out[list(at_q[:3])] = _turn(
                 [float(q[k]) for k in at_q[3:]], [float(v[k]) for k in at_v[:3]]
             )
 
@@ -287,11 +287,11 @@ def _rates(mechanism: Mechanism) -> dict[str, Any]:
         )
         rates.update(zip(joint.quaternion, (half * part for part in turning), strict=True))
         if linear:
-            rates.update(zip(joint.linear_coordinates, _turned(quaternion, linear), strict=True))
+            rates.update(zip(joint.linear_coordinates, _turn(quaternion, linear), strict=True))
     return rates
 
 
-def _turned(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, Any]:
+def _turn(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, Any]:
     """Rotate a vector by a quaternion of any length: from the turned axes to the original ones."""
     x, y, z, w = quaternion
     a, b, c = vector

@@ -172,7 +172,7 @@ class Loads:
         self._names = [force.name for force in mechanism.forces]
         scalars: list[Scalar] = []
 
-        def stated(given: Sequence[Scalar] | None) -> int | None:
+        def note(given: Sequence[Scalar] | None) -> int | None:
             """Note expressions; return where the first one stands."""
             if given is None:
                 return None
@@ -188,7 +188,7 @@ class Loads:
                     constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
                     row = engine.seats[force.joint][-1].at_v
                     at = index[mechanism.joint(force.joint).coordinates[0]]
-                    drive = stated(None if law.drive is None else (law.drive,))
+                    drive = note(None if law.drive is None else (law.drive,))
                     self._terms.append(_Term(force.name, row, at, *constants, drive))
                 case BodyLoad():
                     wrench = force.wrench
@@ -197,7 +197,7 @@ class Loads:
                         holder = engine.holders[wrench.axes]
                         turned = self._axes[holder.joint], holder.placement.rotation.copy()
                     site = self._seat(engine, wrench.body, _numbers(mechanism, wrench.point))
-                    parts = stated(wrench.force), stated(wrench.torque)
+                    parts = note(wrench.force), note(wrench.torque)
                     self._loads.append(_Load(force.name, site, turned, *parts))
         self._varies = bool(scalars)
         symbols = (*(signal.symbol for signal in mechanism.inputs), *mechanism.values)
@@ -233,7 +233,7 @@ class Loads:
             v: shape (nv,).
             t: time [s].
         """
-        numbers = self._stated(q, v, t)
+        numbers = self._evaluate(q, v, t)
         if self.act_in_joints:
             forces = self.in_joints
             forces[:] = self._driving
@@ -267,7 +267,7 @@ class Loads:
             v: shape (nv,).
             t: time [s].
         """
-        numbers = self._stated(q, v, t)
+        numbers = self._evaluate(q, v, t)
         found: dict[str, Sequence[Action]] = {line.name: _pulls(line) for line in self._lines}
         for load in self._loads:
             found[load.name] = [_push(load, numbers)._replace(point=load.site.position())]
@@ -334,7 +334,7 @@ class Loads:
                     "move the mechanism a little, or its ends"
                 )
 
-    def _stated(self, q: Array, v: Array, t: float) -> tuple[float, ...]:
+    def _evaluate(self, q: Array, v: Array, t: float) -> tuple[float, ...]:
         """What the expressions of loads and drives are now."""
         if not self._varies:
             return ()

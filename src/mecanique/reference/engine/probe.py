@@ -30,7 +30,7 @@ def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array,
         q = random.uniform(-1, 1, mechanism.nq) * reach
         for _, at in mechanism.quaternions:
             q[at] = random.normal(size=4)
-        yield mechanism.normalized(q), random.normal(size=mechanism.nv), float(random.uniform(0, 1))
+        yield mechanism.normalize(q), random.normal(size=mechanism.nv), float(random.uniform(0, 1))
 
 
 def massless_mode(mass: Array, reach: Array) -> Array | None:

@@ -42,7 +42,7 @@ class Reactions:
             for joint in mechanism.joints
         ]
         self._carried = {
-            joint.name: _welded(mechanism, joint.child)
+            joint.name: _weld(mechanism, joint.child)
             for joint in mechanism.joints
             if isinstance(joint, Fixed)
         }
@@ -100,7 +100,7 @@ class Reactions:
         return total
 
 
-def _welded(mechanism: Mechanism, body: str) -> frozenset[str]:
+def _weld(mechanism: Mechanism, body: str) -> frozenset[str]:
     """The body and all that fixed joints hang on it."""
     bodies = {body}
     for joint in mechanism.tree:

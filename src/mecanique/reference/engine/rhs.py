@@ -54,7 +54,7 @@ def fast_rhs(
             rhs = _linear(engine, chart, loads, mechanism.nv)
         return rhs if overwriting else lambda t, y: rhs(t, y).copy()
     accelerations = (
-        _recursive(engine, chart, loads) if recursive else _solved(mechanism, engine, chart, loads)
+        _recursive(engine, chart, loads) if recursive else _solve(mechanism, engine, chart, loads)
     )
     nq, size, empty = mechanism.nq, mechanism.nq + mechanism.nv, np.empty
     if chart.velocities_are_rates:
@@ -189,7 +189,7 @@ def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
         return own
     forth, back = chart.G.dot, np.linalg.inv(chart.G).dot
 
-    def turned(q: Array, v: Array, t: float) -> Array:
+    def turn(q: Array, v: Array, t: float) -> Array:
         values = place(q, t)
         u = forth(v)
         if on_bodies:
@@ -203,10 +203,10 @@ def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
         )
         return result
 
-    return turned
+    return turn
 
 
-def _solved(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
+def _solve(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
     import pinocchio as pin
     from scipy.linalg.lapack import dposv
 
@@ -232,7 +232,7 @@ def _solved(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) ->
     if not mechanism.nv:
         return lambda q, v, t: unknown
 
-    def solved(q: Array, v: Array, t: float) -> Array:
+    def solve(q: Array, v: Array, t: float) -> Array:
         values = place(q, t)
         u = at(q, v, t)
         if on_bodies:
@@ -252,4 +252,4 @@ def _solved(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) ->
         return unknown if fault else result
 
     update = loads.update
-    return solved
+    return solve

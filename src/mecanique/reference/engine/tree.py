@@ -123,16 +123,14 @@ class Tree:
         engine, chart = self.engine, self.chart
         chart.place(q, t)
         u = chart.at(q, v, t)
-        return self._reduced(self._pin.rnea(engine.model, engine.data, chart.p, u, chart.gamma))
+        return self._reduce(self._pin.rnea(engine.model, engine.data, chart.p, u, chart.gamma))
 
     def gravity(self, q: Array, v: Array, t: float) -> Array:
         """Return ∂V/∂q of gravity, shape (nv,); v does not matter."""
         engine, chart = self.engine, self.chart
         chart.place(q, t)
         chart.at(q, v, t)
-        return self._reduced(
-            self._pin.computeGeneralizedGravity(engine.model, engine.data, chart.p)
-        )
+        return self._reduce(self._pin.computeGeneralizedGravity(engine.model, engine.data, chart.p))
 
     def forces(self, q: Array, v: Array, t: float) -> Array:
         """Return the generalized forces of springs, dampers, drives and loads, shape (nv,)."""
@@ -147,7 +145,7 @@ class Tree:
             total -= self._pin.rnea(
                 engine.weightless, engine.data, self.chart.p, rest, rest, loads.external.forces
             )
-        return self._reduced(total)
+        return self._reduce(total)
 
     def inverse_dynamics(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return M a + bias − forces, shape (nv,)."""
@@ -314,7 +312,7 @@ class Tree:
             overwriting=overwriting,
         )
 
-    def _reduced(self, forces: Array) -> Array:
+    def _reduce(self, forces: Array) -> Array:
         chart = self.chart
         return np.array(forces) if chart.identical else np.asarray(chart.G.T @ forces)
 

@@ -208,7 +208,7 @@ def close_position(closed: Closed, q: Array, t: float, held: Array | None = None
         if widest <= EXACT or not np.isfinite(gaps).all():
             break
         near = widest < _NEAR
-        J = closures.scaled(q, still, t).jacobian * free
+        J = closures.scale(q, still, t).jacobian * free
         step = free * _damped_step(J, gaps, None if near else damping)
         trial = displace(closed, q, closures.columns * step)
         gaps_after = _gaps(closed, trial, t)
@@ -276,7 +276,7 @@ def close_velocity(
         held: shape (nv,), which velocities stay as they are; if they cannot, the others and they
             give way together.
     """
-    _, jacobian, rates = closed.closures.scaled(q, v, t)
+    _, jacobian, rates = closed.closures.scale(q, v, t)
     enough = ASSEMBLED * max(1.0, float(np.abs(v).max(initial=0)))
     if held is not None:
         free = np.where(held, 0.0, 1.0)
@@ -339,7 +339,7 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
     """
     from scipy.linalg import qr
 
-    J = closed.closures.scaled(q, np.zeros(closed.mechanism.nv), t).jacobian
+    J = closed.closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
     _, R, order = qr(J, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
     rank = int((pivots > PIVOT * max(float(pivots.max(initial=0.0)), TINY)).sum())

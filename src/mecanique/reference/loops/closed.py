@@ -109,7 +109,7 @@ class Closed:
             ClosureError: if a free direction carries no mass.
             EngineError: if a force has no direction.
         """
-        return self._checked(q, v, t).acceleration
+        return self._solve_closed(q, v, t).acceleration
 
     def refuse_open(self, q: Array, t: float) -> None:
         """Raise if the loops are not closed: the equations mean nothing there.
@@ -129,7 +129,7 @@ class Closed:
 
     def reactions(self, q: Array, v: Array, t: float) -> Forces:
         """Return what parents do to their children, and in each loop body a to body b."""
-        motion = self._checked(q, v, t)
+        motion = self._solve_closed(q, v, t)
         tree = self._tree
         loads = tree.loads
         values, u, rate = tree.move(q, v, t, motion.acceleration)
@@ -150,7 +150,7 @@ class Closed:
         tree = self._tree
         count = len(self.mechanism.joints) + len(self.mechanism.loops)
         zero = np.zeros(self.mechanism.nv)
-        left = split(self.closures.scaled(q, zero, t).jacobian, least=LEAST).loose
+        left = split(self.closures.scale(q, zero, t).jacobian, least=LEAST).loose
         loose = np.zeros((count, 6), dtype=bool)
         for combination in left.T:
             tree.move(q, zero, t, zero)
@@ -164,7 +164,7 @@ class Closed:
 
     def drift(self, q: Array, v: Array, t: float) -> Array:
         """Return the largest gap and the largest rate of a gap, scaled, shape (2,)."""
-        here = self.closures.scaled(q, v, t)
+        here = self.closures.scale(q, v, t)
         return np.array([np.abs(part).max(initial=0.0) for part in (here.gaps, here.rates)])
 
     def rates(self, q: Array, v: Array) -> Array:
@@ -181,7 +181,7 @@ class Closed:
         chart, root = self._tree.chart, self._root.now()
         return root if chart.identical else root @ chart.G
 
-    def _checked(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
+    def _solve_closed(self, q: Array, v: Array, t: float) -> ConstrainedMotion:
         self._tree.move(q, v, t)
         self._tree.loads.check()
         self.refuse_open(q, t)

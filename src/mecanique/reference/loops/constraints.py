@@ -156,7 +156,7 @@ class Closures:
         extent = max(float(np.abs(pose.translation).max()) for pose in data.oMi)
         return ROUNDING * (1 + extent / self.length)
 
-    def scaled(self, q: Array, v: Array, t: float) -> ScaledClosure:
+    def scale(self, q: Array, v: Array, t: float) -> ScaledClosure:
         """Return the constraints in a state, scaled by `rows` and `columns`.
 
         Args:
@@ -220,7 +220,7 @@ class Closures:
         J[:, 3:] = inverse @ columns[3:]
         J *= self._between[:, None, :]
         phi = self._residual(here) if residual else np.zeros(len(self.owner))
-        return self._selected(phi, here, J, six[:, 0], six[:, 1])
+        return self._select(phi, here, J, six[:, 0], six[:, 1])
 
     def residual(self, q: Array, t: float) -> Array:
         """Return Φ, shape (m,).
@@ -286,7 +286,7 @@ class Closures:
             found[i] = math.atan2(R[1, 0], R[0, 0])
         return found
 
-    def _selected(
+    def _select(
         self, phi: Array, here: tuple[Array, Array], J: Array, rate: Array, second: Array
     ) -> Closure:
         """Choose the rows from the six of each loop; distances and turns in a plane mix them."""

@@ -119,9 +119,9 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
         seed: of the random positions around it.
     """
     mechanism = closed.mechanism
-    here = _scaled(closed, q, t)
+    here = _scale(closed, q, t)
     rank_here = _split(here).rank
-    around = [_scaled(closed, other, t) for other in _around(closed, q, here, t, seed)]
+    around = [_scale(closed, other, t) for other in _around(closed, q, here, t, seed)]
     # a Jacobian of full rank anywhere on the way decides; nowhere near, the position is all there
     # is
     best = max([here, *around], key=lambda J: _split(J).rank)
@@ -156,7 +156,7 @@ def limit_rank(closed: Closed, q: Array, t: float) -> None:
     Raises:
         InputError: if the mechanism is locked there without being held.
     """
-    here = _scaled(closed, q, t)
+    here = _scale(closed, q, t)
     rank = _split(here).rank
     if rank == min(here.shape):
         closed.most = rank
@@ -184,8 +184,8 @@ def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:
     return len(heavy), particles
 
 
-def _scaled(closed: Closed, q: Array, t: float) -> Array:
-    return closed.closures.scaled(q, np.zeros(closed.mechanism.nv), t).jacobian
+def _scale(closed: Closed, q: Array, t: float) -> Array:
+    return closed.closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
 
 
 def _split(J: Array) -> Split:

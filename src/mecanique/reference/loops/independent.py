@@ -35,7 +35,7 @@ class Independent:
 
         self._closed, self._q, self._t = closed, q, t
         closures = closed.closures
-        free = split(closures.scaled(q, np.zeros(closed.mechanism.nv), t).jacobian).null
+        free = split(closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian).null
         # the velocities that move the others best are the independent ones; in their order
         _, _, order = qr(free.T, pivoting=True)
         free = closures.columns[:, None] * free

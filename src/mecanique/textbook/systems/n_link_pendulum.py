@@ -68,7 +68,7 @@ def angles(s: Values) -> tuple[Number, Number]:
     return np.array([s[f"q{i}"] for i in links]), np.array([s[f"q{i}'"] for i in links])
 
 
-def carried(s: Values) -> Number:
+def count_carried(s: Values) -> Number:
     """Return how many particles rods i and j both carry, n + 1 - max(i, j), shape (n, n)."""
     i = np.arange(1, s.n + 1)
     return s.n + 1 - np.maximum.outer(i, i)
@@ -77,7 +77,7 @@ def carried(s: Values) -> Number:
 def mass_matrix(s: Values) -> Number:
     """Return M, entry by entry m l² (n + 1 - max(i, j)) cos(qi - qj)."""
     q, _ = angles(s)
-    return s.m * s.l**2 * carried(s) * np.cos(np.subtract.outer(q, q))
+    return s.m * s.l**2 * count_carried(s) * np.cos(np.subtract.outer(q, q))
 
 
 def acceleration(s: Values) -> Number:
@@ -86,16 +86,16 @@ def acceleration(s: Values) -> Number:
     M q'' + m l² Σ_j (n + 1 - max(i, j)) sin(qi - qj) qj'² + (n + 1 - i) m g l sin(qi) = 0.
     """
     q, v = angles(s)
-    turning = s.m * s.l**2 * (carried(s) * np.sin(np.subtract.outer(q, q))) @ v**2
+    turning = s.m * s.l**2 * (count_carried(s) * np.sin(np.subtract.outer(q, q))) @ v**2
     return np.linalg.solve(
-        mass_matrix(s), -turning - s.m * s.g * s.l * np.diag(carried(s)) * np.sin(q)
+        mass_matrix(s), -turning - s.m * s.g * s.l * np.diag(count_carried(s)) * np.sin(q)
     )
 
 
 def energy(s: Values) -> Number:
     """Return T + V, with V zero where all particles are at the height of the pin."""
     q, v = angles(s)
-    return v @ mass_matrix(s) @ v / 2 - s.m * s.g * s.l * np.diag(carried(s)) @ np.cos(q)
+    return v @ mass_matrix(s) @ v / 2 - s.m * s.g * s.l * np.diag(count_carried(s)) @ np.cos(q)
 
 
 def frequencies(s: Values) -> Number:

@@ -90,7 +90,7 @@ def amplitudes(s: Values) -> tuple[float, float]:
     return s.k2 * s.F0 / (d1 * d2 - s.k2**2), d1 * s.F0 / (d1 * d2 - s.k2**2)
 
 
-def forced(s: Values) -> dict[str, float]:
+def respond(s: Values) -> dict[str, float]:
     """Return the forced motion."""
     Q1, Q2 = amplitudes(s)
     return {"q1": Q1 * np.cos(s.W * s.t), "q2": Q2 * np.cos(s.W * s.t)}
@@ -124,7 +124,7 @@ SYSTEM = System(
             "the forced motion is (Q1, Q2) cos(W t), Q1 = k2 F0 / D, "
             "Q2 = (k1 + k2 - m1 W²) F0 / D, D = det(K - W² M)",
             lambda s: dict(zip(("q1", "q2"), amplitudes(s), strict=True)),
-            forced,
+            respond,
             until=lambda s: 3.0,
             given={"W": 5.0},
         ),

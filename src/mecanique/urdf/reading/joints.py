@@ -102,7 +102,7 @@ class JointText:
         """Whether it moves."""
         return self.kind in MOVING
 
-    def threaded(self, slide: JointText) -> Helical | None:
+    def join_screw(self, slide: JointText) -> Helical | None:
         """Return the screw that this hinge and the slide before it are; None if they are none."""
         mimic, unit = slide.mimic, Placement()
         fits = (

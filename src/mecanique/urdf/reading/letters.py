@@ -80,21 +80,21 @@ def with_letters(mechanism: Mechanism, wanted: str | Collection[str]) -> Mechani
         if symbol in names or (letter.kind in names and letter.parameter.value)
     }
 
-    def named(values: Vector, *keys: tuple[str, str, str]) -> list[Scalar]:
+    def put_letters(values: Vector, *keys: tuple[str, str, str]) -> list[Scalar]:
         return [chosen.get(key, x) for key, x in zip(keys, values, strict=True)]
 
     bodies: list[Body] = []
     for body in mechanism.bodies:
         of = [("body", body.name, what) for what in ("m", "cx", "cy", "cz", *_INERTIA)]
         if chosen.keys() & set(of):
-            mass, *rest = named((body.mass, *body.center, *body.inertia), *of)
+            mass, *rest = put_letters((body.mass, *body.center, *body.inertia), *of)
             body = body.replace(mass=mass, center=rest[:3], inertia=rest[3:])
         bodies.append(body)
     joints = []
     for joint in mechanism.joints:
         of = [("joint", joint.name, axis) for axis in "xyz"]
         if chosen.keys() & set(of):
-            x, y, z = named(joint.origin.xyz, *of)
+            x, y, z = put_letters(joint.origin.xyz, *of)
             joint = replace(joint, origin=replace(joint.origin, xyz=(x, y, z)))
         joints.append(joint)
     return replace(

@@ -24,7 +24,7 @@ from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
 from mecanique.urdf.reading.loops import loop_nodes
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
-__all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "load_lines", "shown"]
+__all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "format_scalars", "load_lines"]
 
 
 def ends_of_tags(mechanism: Mechanism) -> set[str]:
@@ -99,16 +99,17 @@ def load_lines(mechanism: Mechanism) -> Iterator[str]:
             wrench = force.wrench
             body, axes = wrench.body, f"axes of {wrench.axes}"
             if wrench.force is not None:
-                at = f"{body} at ({shown(*wrench.point)})"
-                yield f"{force.name}: force ({shown(*wrench.force)}) N on {at}, {axes}"
+                at = f"{body} at ({format_scalars(*wrench.point)})"
+                yield f"{force.name}: force ({format_scalars(*wrench.force)}) N on {at}, {axes}"
             if wrench.torque is not None:
-                yield f"{force.name}: torque ({shown(*wrench.torque)}) N·m on {body}, {axes}"
+                torque = format_scalars(*wrench.torque)
+                yield f"{force.name}: torque ({torque}) N·m on {body}, {axes}"
         elif isinstance(force, JointLoad) and force.kind == "load":
-            drive = shown(force.coefficient)
+            drive = format_scalars(force.coefficient)
             yield f"{force.name}: {drive} on the child of joint {force.joint}"
 
 
-def shown(*scalars: Scalar) -> str:
+def format_scalars(*scalars: Scalar) -> str:
     """Return scalars as text, numbers so that they are read back exactly.
 
     Args:

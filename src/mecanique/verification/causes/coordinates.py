@@ -72,31 +72,31 @@ def map_changes(evidence: Evidence) -> Iterator[Change]:
     names = tuple(mechanism.coordinates)
     for name in driven:
         still = Coordinates(names, {**driven, name: 0.0})
-        yield from _rebuilt(
+        yield from _rebuild(
             evidence, "mimic", name, f"{name!r} does not follow (mimic ignored)", coordinates=still
         )
     if len(driven) > 1:
         still = Coordinates(names, dict.fromkeys(driven, 0.0))
-        yield from _rebuilt(
+        yield from _rebuild(
             evidence, "mimic", "", "no joint follows another (mimic ignored)", coordinates=still
         )
     for joint in mechanism.joints:
-        if isinstance(joint, Single) and joint.coordinate in _mapped(evidence):
+        if isinstance(joint, Single) and joint.coordinate in _names_in_map(evidence):
             x, y, z = joint.axis
             joints = tuple(
                 replace(j, axis=(-x, -y, -z)) if j is joint else j for j in mechanism.joints
             )
-            yield from _rebuilt(
-                evidence, "axis sign", f"joint {joint.name!r}", _reversed(joint.name), joints=joints
+            yield from _rebuild(
+                evidence, "axis sign", f"joint {joint.name!r}", _reverse(joint.name), joints=joints
             )
     for name, scalar in driven.items():
         back = Coordinates(names, {**driven, name: -scalar})
-        yield from _rebuilt(
+        yield from _rebuild(
             evidence, "mimic", name, f"{name!r} follows the other way", coordinates=back
         )
 
 
-def _rebuilt(
+def _rebuild(
     evidence: Evidence, kind: str, where: str, text: str, **fields: object
 ) -> Iterator[Change]:
     try:
@@ -109,13 +109,13 @@ def _rebuilt(
         return
 
 
-def _mapped(evidence: Evidence) -> set[str]:
+def _names_in_map(evidence: Evidence) -> set[str]:
     """Coordinates on either side of the coordinate map."""
     driven = evidence.mechanism.coordinates.driven
     return set(driven).union(*map(symbols_in, driven.values()))
 
 
-def _reversed(name: str) -> str:
+def _reverse(name: str) -> str:
     return f"axis of joint {name!r} of the other sign"
 
 
@@ -131,7 +131,7 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
     }
     of_joint = {j.coordinate: j for j in mechanism.joints if isinstance(j, Single)}
 
-    def scaled(names: list[str], q: float, v: float, tau: float) -> tuple[Array, Array, Array]:
+    def scale(names: list[str], q: float, v: float, tau: float) -> tuple[Array, Array, Array]:
         factors = ones_q.copy(), ones_v.copy(), ones_v.copy()
         for name in names:
             at_q, at_v = singles[name]
@@ -139,19 +139,19 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
         return factors
 
     signed = [name for name in singles if name in of_joint]
-    for name in (name for name in signed if name not in _mapped(evidence)):
+    for name in (name for name in signed if name not in _names_in_map(evidence)):
         joint = of_joint[name]
         yield _Reading(
             "axis sign",
             f"joint {joint.name!r}",
-            _reversed(joint.name),
+            _reverse(joint.name),
             same_q,
             same_v,
-            *scaled([name], -1, -1, -1),
+            *scale([name], -1, -1, -1),
         )
     if len(signed) > 1:
         text = "the axes of all joints of the other sign"
-        yield _Reading("axis sign", "", text, same_q, same_v, *scaled(signed, -1, -1, -1))
+        yield _Reading("axis sign", "", text, same_q, same_v, *scale(signed, -1, -1, -1))
     angles = [name for name in signed if of_joint[name].turns]
     groups = [([name], f"coordinate {name!r}") for name in angles]
     groups += [(angles, "")] if len(angles) > 1 else []
@@ -162,10 +162,10 @@ def _readings(evidence: Evidence) -> Iterator[_Reading]:
             (1 / _DEGREE, "in degrees taken for radians"),
         ):
             yield _Reading(
-                "degree", where, f"{what} {said}", same_q, same_v, *scaled(names, q, 1, 1)
+                "degree", where, f"{what} {said}", same_q, same_v, *scale(names, q, 1, 1)
             )
             text = f"{what} {said}, its rates as well"
-            yield _Reading("degree", where, text, same_q, same_v, *scaled(names, q, q, 1))
+            yield _Reading("degree", where, text, same_q, same_v, *scale(names, q, q, 1))
     for text, order in _orders(list(singles)):
         q, v = same_q.copy(), same_v.copy()
         for name, other in zip(singles, order, strict=True):

@@ -162,7 +162,7 @@ class Evidence:
         states = States(mechanism, inputs.q, inputs.v, inputs.t, inputs.a)
         pull = (self.gravity if gravity is None else gravity) * inputs.heavy[:, None]
         tau = (
-            recursion.varied(gravity=pull).inverse_dynamics(states, inputs.a)
+            recursion.vary(gravity=pull).inverse_dynamics(states, inputs.a)
             * inputs.inertia[:, None]
         )
         if inputs.loads.any() and mechanism.forces:

@@ -55,7 +55,7 @@ def _variants(evidence: Evidence) -> Iterator[_Variant]:
         if len(origins) > 1:
             yield _Variant(kind, "", f"{text} of every joint", origins)
     for factor, said in ((1e3, "times 1000"), (1e-3, "divided by 1000")):
-        origins = {k: _scaled(X, factor) for k, X in enumerate(recursion.origins)}
+        origins = {k: _scale(X, factor) for k, X in enumerate(recursion.origins)}
         scale = np.diag([factor, factor, factor, 1.0])
         moments = {k: scale @ J @ scale for k, J in enumerate(recursion.moments)}
         yield _Variant(
@@ -65,7 +65,7 @@ def _variants(evidence: Evidence) -> Iterator[_Variant]:
             origins,
             moments,
         )
-        moments = {k: _moved(J, factor) for k, J in enumerate(recursion.moments)}
+        moments = {k: _shift(J, factor) for k, J in enumerate(recursion.moments)}
         yield _Variant(
             "length unit", "", f"every length {said}, of joints and centers", origins, moments
         )
@@ -73,28 +73,28 @@ def _variants(evidence: Evidence) -> Iterator[_Variant]:
 
 def _origins(X: Array, rpy: list[float]) -> Iterator[tuple[str, str, Array]]:
     if X[:3, 3].any():
-        yield "length unit", "position times 1000 (millimeters for meters)", _scaled(X, 1e3)
-        yield "length unit", "position divided by 1000 (meters for millimeters)", _scaled(X, 1e-3)
+        yield "length unit", "position times 1000 (millimeters for meters)", _scale(X, 1e3)
+        yield "length unit", "position divided by 1000 (meters for millimeters)", _scale(X, 1e-3)
     if any(rpy):
         small, large = ([angle * factor for angle in rpy] for factor in (_DEGREE, 1 / _DEGREE))
-        yield "degree", "roll, pitch and yaw taken for degrees", _turned(X, small)
-        yield "degree", "roll, pitch and yaw in degrees taken for radians", _turned(X, large)
-        yield "frame", "roll, pitch and yaw left out", _turned(X, [0.0, 0.0, 0.0])
+        yield "degree", "roll, pitch and yaw taken for degrees", _turn(X, small)
+        yield "degree", "roll, pitch and yaw in degrees taken for radians", _turn(X, large)
+        yield "frame", "roll, pitch and yaw left out", _turn(X, [0.0, 0.0, 0.0])
 
 
-def _scaled(X: Array, factor: float) -> Array:
+def _scale(X: Array, factor: float) -> Array:
     other: Array = X.copy()
     other[:3, 3] *= factor
     return other
 
 
-def _turned(X: Array, rpy: list[float]) -> Array:
+def _turn(X: Array, rpy: list[float]) -> Array:
     other: Array = X.copy()
     other[:3, :3] = np.array(rotation(tuple(rpy)), dtype=float)
     return other
 
 
-def _moved(J: Array, factor: float) -> Array:
+def _shift(J: Array, factor: float) -> Array:
     """Moments with the center of mass moved, and the inertia about it kept."""
     other: Array = J.copy()
     other[:3, 3] *= factor
@@ -119,5 +119,5 @@ def _answers(evidence: Evidence, variants: list[_Variant], rows: npt.NDArray[np.
                 for k in touched
             }
         )
-    answers = evidence.answers(recursion.varied(changed[0], changed[1]), inputs)
+    answers = evidence.answers(recursion.vary(changed[0], changed[1]), inputs)
     return answers.reshape(len(variants), n, -1)

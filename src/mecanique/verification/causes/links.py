@@ -49,7 +49,7 @@ def link_changes(evidence: Evidence) -> Iterator[Change]:
     if not inputs.inertia.any():
         return
     states = States(evidence.mechanism, inputs.q, inputs.v, inputs.t, inputs.a)
-    pulled = recursion.varied(gravity=evidence.gravity * inputs.heavy[:, None])
+    pulled = recursion.vary(gravity=evidence.gravity * inputs.heavy[:, None])
     Y = pulled.regressor(states, inputs.a) * inputs.inertia[:, None, None, None, None]
     neutral = States.of(evidence.mechanism, None)
     standing = [pose[0] for pose in recursion.poses(neutral)]

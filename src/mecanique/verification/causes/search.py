@@ -52,7 +52,7 @@ def causes_of(
     )
     if evidence is None or not REMOVED / 10 < evidence.before < np.inf:
         return ()
-    return _ranked(evidence, _changes(evidence))
+    return _rank(evidence, _changes(evidence))
 
 
 def _changes(evidence: Evidence) -> list[Change]:
@@ -68,7 +68,7 @@ def _changes(evidence: Evidence) -> list[Change]:
         return [change for maker in makers for change in maker(evidence)]
 
 
-def _ranked(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
+def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     before = evidence.before
     after = np.array([float(evidence.residual(change.answers)) for change in changes])
     worth = np.flatnonzero(after <= _WORTH * before)

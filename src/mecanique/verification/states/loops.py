@@ -56,7 +56,7 @@ def closed_states(
                 position, velocity = project(closed, start, v[k], float(t[k]))
         except (ClosureError, ArithmeticError, ValueError):
             continue
-        J = closed.closures.scaled(position, velocity, float(t[k])).jacobian
+        J = closed.closures.scale(position, velocity, float(t[k])).jacobian
         sizes = np.linalg.svd(J, compute_uv=False)
         acting = sizes[sizes > _RANK * sizes.max(initial=0.0)]
         least.append(float(acting.min(initial=1.0)))

@@ -60,7 +60,7 @@ def random_states(
     random = np.random.default_rng(seed)
     lot, found = max(samples, _LOT), list[States]()
     for _ in range(_ROUNDS):
-        candidates = _drawn(mechanism, lot, random)
+        candidates = _draw(mechanism, lot, random)
         if mechanism.loops:
             q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
             candidates = replace(candidates.at(at), q=q, v=v)
@@ -80,7 +80,7 @@ def random_states(
     )
 
 
-def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
+def _draw(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
     length = characteristic_length(mechanism)
     angular = angles(mechanism)
     reach = np.array(
@@ -106,7 +106,7 @@ def _drawn(mechanism: Mechanism, samples: int, random: np.random.Generator) -> S
     q = random.uniform(low, high, (samples, mechanism.nq))
     for _, at in mechanism.quaternions:
         q[:, at] = random.normal(size=(samples, 4))
-    mechanism.normalized(q)
+    mechanism.normalize(q)
     fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
     v = random.uniform(-fast, fast, (samples, mechanism.nv))
     t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)

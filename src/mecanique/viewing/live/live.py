@@ -66,7 +66,7 @@ class LiveView:
         self._alarm()
         self.send(scene.frame(0))
         if not at_once:
-            self.made()
+            self.await_page()
         if open_browser:
             webbrowser.open(self.url)
 
@@ -159,7 +159,7 @@ class LiveView:
         self._server.publish(frame.t, row(frame, self._scene))
         self._latest = frame
 
-    def made(self) -> None:
+    def await_page(self) -> None:
         """Wait till the page is made; a view without one is closed.
 
         Raises:

@@ -15,7 +15,7 @@ from mecanique.motion.simulation.arguments import Values
 from mecanique.viewing.live.checking import pending
 from mecanique.viewing.live.live import Changes, LiveView
 from mecanique.viewing.live.presenter import Presenter
-from mecanique.viewing.live.stretches import FIRST, STRETCH, Stretches, computed, density
+from mecanique.viewing.live.stretches import FIRST, STRETCH, Stretches, compute, density
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Frame, Scene
 from mecanique.viewing.scene.texts import document_of
@@ -85,7 +85,7 @@ class Moving:
     def _start(self, mechanism: Mechanism, q: Values | None, v: Values | None) -> Motion:
         length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
         fps = density(self._speed)
-        return computed(
+        return compute(
             mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
         )
 

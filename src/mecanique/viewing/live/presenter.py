@@ -8,7 +8,7 @@ from typing import final
 from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.live.checking import Checking
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.stretches import fitted, names_of
+from mecanique.viewing.live.stretches import fit, names_of
 from mecanique.viewing.scene.scene import Scene
 
 __all__ = ["Presenter"]
@@ -28,7 +28,7 @@ class Presenter:
         self._names = names_of(complete)
         self._parameters = _values(mechanism)
         self._checking: Checking | None = None
-        self.first = fitted(complete, self._names)
+        self.first = fit(complete, self._names)
 
     def check(self, live: LiveView) -> None:
         """Derive and compare what moves, unless that has been begun.
@@ -57,7 +57,7 @@ class Presenter:
             if self._checking:
                 self._checking.cancel()
             self._checking = None
-            shown = fitted(complete, self._names)
+            shown = fit(complete, self._names)
             live.show(shown)
         else:
             shown = self.go_on(live, complete)
@@ -72,7 +72,7 @@ class Presenter:
             complete: the complete scene of the stretch.
         """
         names = self._names | names_of(complete)
-        shown = fitted(complete, names)
+        shown = fit(complete, names)
         if names != self._names:
             # a force that acts for the first time has no place in the scene yet
             self._names, before = names, live.scene

@@ -18,7 +18,7 @@ from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import ledger_of
 
-__all__ = ["FIRST", "STRETCH", "Stretches", "computed", "density", "fitted", "names_of"]
+__all__ = ["FIRST", "STRETCH", "Stretches", "compute", "density", "fit", "names_of"]
 
 STRETCH = 0.5
 """How much of the motion is computed at a time, at the speed it is shown at [s of wall time]."""
@@ -55,7 +55,7 @@ def names_of(scene: Scene) -> frozenset[str]:
     )
 
 
-def fitted(scene: Scene, names: frozenset[str]) -> Scene:
+def fit(scene: Scene, names: frozenset[str]) -> Scene:
     """Return a complete scene with those arrows and reactions only.
 
     Args:
@@ -80,7 +80,7 @@ def density(speed: float) -> float:
     return 60 / min(speed, 4.0)
 
 
-def computed(check: Callable[[], None] | None = None, **arguments: Any) -> Motion:
+def compute(check: Callable[[], None] | None = None, **arguments: Any) -> Motion:
     """Return a stretch of a motion; as much of it as can be computed in a bearable time.
 
     Args:
@@ -157,7 +157,7 @@ class Stretches:
                 last = self._motion
                 t0 = float(last.t[-1])
                 speed = self._speed()
-                self._motion = computed(
+                self._motion = compute(
                     self._check,
                     mechanism=last.mechanism,
                     q=last.q[-1],
