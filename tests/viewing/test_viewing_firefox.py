@@ -50,7 +50,7 @@ def test_requests_and_complaints_would_be_noticed(fox: Firefox, tmp_path: Path) 
         f"<body class=ready><p id=notice hidden></p><img src='{image}'><script>nothing()</script>"
     )
     fox.open(bad.as_uri())
-    assert fox.requests() == [image]
+    assert set(fox.requests()) == {image}  # a refused one may be tried again
     assert fox.complaints() == ["ReferenceError: nothing is not defined"]
 
 
