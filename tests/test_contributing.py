@@ -26,7 +26,7 @@ EXAMPLES = {
 
 ELSEWHERE = {
     # a joint's own damping is read where URDF's joints are, and varied with them
-    "force": {"urdf/read.py", "model/mechanism.py"},
+    "force": {"urdf/read.py", "model/mechanism/variants.py"},
 }
 
 MOST = {"joint": 9, "force": 8}

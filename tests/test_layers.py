@@ -31,13 +31,13 @@ ORDER: dict[str, list[str]] = {
     "model": [
         "expression",
         "coordinates parameters placement values velocity_constraints",
-        "forces joints loops visuals",
-        "shapes",
-        "bodies",
-        "validation",
+        "bodies forces joints loops",
         "mechanism",
         "states units",
+        "dynamics",
     ],
+    "model.bodies": ["visuals", "shapes", "body"],
+    "model.mechanism": ["description", "state_space validation variants", "mechanism"],
     "textbook": ["facts", "system", "systems", "catalogue", "register"],
     "urdf": [
         "dialect element limits names robots",
@@ -60,7 +60,13 @@ ORDER: dict[str, list[str]] = {
         "methods",
         "agreement small_motions",
     ],
-    "reference": ["engine", "loops", "reference"],
+    "reference": [
+        "engine",
+        "loops",
+        "answering",
+        "kinematics loop_constraints wrenches",
+        "reference",
+    ],
     "verification": [
         "difference states stencil",
         "causes",

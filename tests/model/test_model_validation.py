@@ -37,7 +37,7 @@ from mecanique.model import (
     time,
     velocity,
 )
-from mecanique.model.validation import inertia_fault
+from mecanique.model.mechanism.validation import inertia_fault
 
 GROUND, BLOCK = Body("ground"), Body("block", box(1.0, (1, 1, 1)))
 SLIDE = Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")

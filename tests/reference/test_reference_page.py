@@ -31,8 +31,8 @@ def signature(name: str) -> str:
 
 def page() -> str:
     """The page as it should be: a line for each answer, by name."""
-    names = sorted(name for name in vars(Reference) if not name.startswith("_"))
-    names.remove("closed")
+    found = {name for part in Reference.__mro__[:-1] for name in vars(part)}
+    names = sorted(name for name in found - {"closed"} if not name.startswith("_"))
     lines = []
     for name in names:
         doc = inspect.getdoc(inspect.getattr_static(Reference, name)) or ""

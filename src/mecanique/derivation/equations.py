@@ -19,7 +19,8 @@ from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Stage
-from mecanique.errors import DerivationError, InputError
+from mecanique.errors import DerivationError
+from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
 
@@ -31,7 +32,7 @@ __all__ = ["Equations"]
 
 @final
 @dataclass(frozen=True, repr=False)
-class Equations:
+class Equations(Dynamics):
     """Derived equations of motion M(q, t) a + bias(q, v, t) = forces(q, v, t).
 
     What is computed is there for any mechanism; of one with loops, M, bias and forces are those of
@@ -216,69 +217,14 @@ class Equations:
         name = self.mechanism.name
         return f"The equations of {name!r} are computed, not written out: {self.why_not}."
 
-    def mass_matrix(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the mass matrix M, shape (nv, nv) or (n, nv, nv).
-
-        Args:
-            q: shape (nq,) or (n, nq), or values by coordinate name.
-            t: shape () or (n,) [s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
-        """
-        states = States.of(self.mechanism, q, None, t)
-        return states.unbatch(self.numeric.mass_matrix(states))
-
-    def bias(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the inertia terms without accelerations, and gravity, shape (nv,) or (n, nv).
-
-        Args:
-            q: shape (nq,) or (n, nq), or values by coordinate name.
-            v: shape (nv,) or (n, nv), or values by velocity name.
-            t: shape () or (n,) [s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
-        """
-        states = States.of(self.mechanism, q, v, t)
-        return states.unbatch(self.numeric.bias(states))
-
-    def forces(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the forces of springs, dampers, drives and loads, shape (nv,) or (n, nv).
-
-        Args:
-            q: shape (nq,) or (n, nq), or values by coordinate name.
-            v: shape (nv,) or (n, nv), or values by velocity name.
-            t: shape () or (n,) [s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
-        """
-        states = States.of(self.mechanism, q, v, t)
-        return states.unbatch(self.numeric.forces(states))
-
-    def acceleration(
-        self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
-    ) -> np.ndarray:
-        """Return the accelerations a, shape (nv,) or (n, nv).
-
-        Args:
-            q: shape (nq,) or (n, nq), or values by coordinate name.
-            v: shape (nv,) or (n, nv), or values by velocity name.
-            t: shape () or (n,) [s].
-            tau: what drives besides the mechanism's own forces [N·m or N]: generalized forces,
-                shape (nv,) or (n, nv), or values by name of a joint with one coordinate (on the
-                child, and the opposite on the parent), of a coordinate or of a velocity.
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
-            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
-            DerivationError: if a motion meets no inertia.
-        """
-        states = States.of(self.mechanism, q, v, t, tau=tau)
-        if self.mechanism.loops:
+    def _compute(self, quantity: Quantity, states: States) -> np.ndarray:
+        if quantity == "acceleration" and self.mechanism.loops:
             return states.unbatch(self._constrained.motion(states).acceleration)
-        return states.unbatch(self.numeric.acceleration(states))
+        if quantity == "inverse_dynamics":
+            needed = self.numeric.inverse_dynamics(states, states.a)
+            return states.unbatch(needed - self.numeric.forces(states))
+        found: np.ndarray = getattr(self.numeric, quantity)(states)
+        return states.unbatch(found)
 
     def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
         """Return Lagrange's multipliers λ of the loops, each shape () or (n,).
@@ -349,46 +295,6 @@ class Equations:
         return {
             name: Reaction(*(states.unbatch(part) for part in both)) for name, both in found.items()
         }
-
-    def inverse_dynamics(
-        self, q: Given, v: Given, a: Given, t: float | np.ndarray = 0.0
-    ) -> np.ndarray:
-        """Return the forces to add for accelerations a: M a + bias − forces, shape (nv,).
-
-        Args:
-            q: shape (nq,) or (n, nq), or values by coordinate name.
-            v: shape (nv,) or (n, nv), or values by velocity name.
-            a: shape (nv,) or (n, nv), or values by velocity name.
-            t: shape () or (n,) [s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
-        """
-        states = States.of(self.mechanism, q, v, t)
-        rates = States.of(self.mechanism, None, a)
-        if len(states) != len(rates) and 1 not in (len(states), len(rates)):
-            raise InputError(
-                f"expected as many accelerations as states, got {len(rates)} and {len(states)}"
-            )
-        if len(states) < len(rates):
-            states = states.at(np.zeros(len(rates), dtype=int))
-        given = np.broadcast_to(rates.v, states.v.shape)
-        return states.unbatch(
-            self.numeric.inverse_dynamics(states, given) - self.numeric.forces(states)
-        )
-
-    def gravity(self, q: Given, t: float | np.ndarray = 0.0) -> np.ndarray:
-        """Return the part of the bias that gravity makes, ∂V/∂q of gravity, shape (nv,) or (n, nv).
-
-        Args:
-            q: shape (nq,) or (n, nq), or values by coordinate name.
-            t: shape () or (n,) [s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
-        """
-        states = States.of(self.mechanism, q, None, t)
-        return states.unbatch(self.numeric.gravity(states))
 
     def momentum(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0

@@ -12,8 +12,8 @@ from mecanique.figure.paper.signs import across, arrow, dimension, label, unit
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import Solid, radius_of
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.visuals import Cylinder
 from mecanique.model.joints import Prismatic
-from mecanique.model.visuals import Cylinder
 
 __all__ = ["lengths", "masses"]
 

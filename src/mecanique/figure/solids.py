@@ -12,8 +12,8 @@ import numpy as np
 from mecanique.figure.camera import Camera, Floats
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, unit
+from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.visuals import Box, Cylinder, Sphere, Visual
 
 __all__ = ["Solid", "hull", "outline", "radius_of", "solids", "unit3"]
 

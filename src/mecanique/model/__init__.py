@@ -1,6 +1,23 @@
 """What a mechanism is: parameters, shapes, bodies, joints, forces, coordinates. Frozen data."""
 
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.shapes import (
+    Shape,
+    ball,
+    bar,
+    box,
+    cloud,
+    cone,
+    cylinder,
+    disk,
+    massless,
+    particle,
+    plate,
+    ring,
+    rod,
+    shell,
+)
+from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate, time, velocity
 from mecanique.model.forces import (
@@ -29,24 +46,7 @@ from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input, Parameter, Record
 from mecanique.model.placement import Placement
-from mecanique.model.shapes import (
-    Shape,
-    ball,
-    bar,
-    box,
-    cloud,
-    cone,
-    cylinder,
-    disk,
-    massless,
-    particle,
-    plate,
-    ring,
-    rod,
-    shell,
-)
 from mecanique.model.velocity_constraints import VelocityConstraint
-from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
 
 __all__ = [
     "AnyForce",

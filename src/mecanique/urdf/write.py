@@ -10,11 +10,11 @@ from typing import Literal
 from mecanique.errors import UrdfError
 from mecanique.files import write_whole
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
 from mecanique.model.expression import plain, symbols_in
 from mecanique.model.joints import Helical, Joint, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
-from mecanique.model.visuals import Box, Cylinder, Mesh, Rgba, Sphere, Visual
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,

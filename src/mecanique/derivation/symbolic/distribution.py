@@ -13,8 +13,8 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Vector, along, lift
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.shapes import Shape
-from mecanique.model.visuals import Cylinder
+from mecanique.model.bodies.shapes import Shape
+from mecanique.model.bodies.visuals import Cylinder
 
 __all__ = ["Distribution", "distribution_of"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.placement import Placement
-from mecanique.model.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.links import Link
@@ -133,7 +133,7 @@ def _volume(visual: Visual) -> float:
 
 
 def _inertia(visual: Visual, mass: float) -> list[float]:
-    """Moments of the homogeneous shape about its own center (table of `mecanique.model.shapes`)."""
+    """Moments of the homogeneous shape about its own center (as in `model.bodies.shapes`)."""
     match visual.geometry:
         case Box((a, b, c)):
             return [mass * s / 12 for s in (b * b + c * c, a * a + c * c, a * a + b * b)]

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.shapes import Inertia, Shape
+from mecanique.model.bodies.visuals import Visual
+from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement
-from mecanique.model.shapes import Inertia, Shape
-from mecanique.model.validation import inertia_fault
-from mecanique.model.visuals import Visual
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import name_of, number, placement, single

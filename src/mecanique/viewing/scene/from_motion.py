@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Planar, Prismatic, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.units import per_second, units
-from mecanique.model.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.document import Document

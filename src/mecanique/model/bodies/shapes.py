@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, final
 
 from mecanique.errors import InputError
+from mecanique.model.bodies.visuals import Box, Cylinder, Rgba, Sphere, Visual
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Matrix3, Placement, rotate, vector
-from mecanique.model.visuals import Box, Cylinder, Rgba, Sphere, Visual
 
 __all__ = [
     "Inertia",

@@ -5,57 +5,17 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
-from functools import cached_property
 
 import numpy as np
 
 from mecanique.errors import MecaniqueError
-from mecanique.model.bodies import Body
-from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
-from mecanique.model.forces import AnyForce, JointLoad
-from mecanique.model.joints import Joint, Planar, Single
-from mecanique.model.loops import Loop
-from mecanique.model.parameters import Input, Parameter
-from mecanique.model.velocity_constraints import VelocityConstraint, is_integrable
+from mecanique.model.forces import JointLoad
+from mecanique.model.joints import Planar, Single
+from mecanique.model.mechanism.description import Description
+from mecanique.model.velocity_constraints import is_integrable
 
-__all__ = ["Description", "faults", "inertia_fault"]
-
-
-@dataclass(frozen=True)
-class Description:
-    """The parts of a `Mechanism`, whose documentation says what they are."""
-
-    name: str
-    bodies: tuple[Body, ...]
-    joints: tuple[Joint, ...]
-    forces: tuple[AnyForce, ...] = ()
-    loops: tuple[Loop, ...] = ()
-    parameters: tuple[Parameter, ...] = ()
-    inputs: tuple[Input, ...] = ()
-    coordinates: Coordinates = field(default=Coordinates(()))
-    gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
-    ground: str = "ground"
-    velocity_constraints: tuple[VelocityConstraint, ...] = ()
-
-    @cached_property
-    def values(self) -> dict[str, float]:
-        """Value of each parameter, by symbol."""
-        return {parameter.symbol: parameter.value for parameter in self.parameters}
-
-    @cached_property
-    def velocities(self) -> tuple[str, ...]:
-        """Names of the velocities v: q' for a coordinate q, components for a quaternion."""
-        quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
-        inside = {name for joint in quasi.values() for name in joint.coordinates}
-        names: list[str] = []
-        for coordinate in self.coordinates:
-            if coordinate in quasi:
-                names.extend(quasi[coordinate].velocities)
-            elif coordinate not in inside:
-                names.append(f"{coordinate}'")
-        return tuple(names)
+__all__ = ["faults", "inertia_fault"]
 
 
 def faults(mechanism: Description) -> list[str]:

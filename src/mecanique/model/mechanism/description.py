@@ -1,0 +1,112 @@
+"""The parts of a mechanism, as they were given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TypeVar
+
+from mecanique.errors import UnknownNameError
+from mecanique.model.bodies import Body
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import Scalar, evaluate
+from mecanique.model.forces import AnyForce
+from mecanique.model.joints import Joint
+from mecanique.model.loops import Loop
+from mecanique.model.parameters import Input, Parameter
+from mecanique.model.velocity_constraints import VelocityConstraint
+
+__all__ = ["Description"]
+
+
+@dataclass(frozen=True)
+class Description:
+    """The parts of a `Mechanism`, whose documentation says what they are, found by name."""
+
+    name: str
+    bodies: tuple[Body, ...]
+    joints: tuple[Joint, ...]
+    forces: tuple[AnyForce, ...] = ()
+    loops: tuple[Loop, ...] = ()
+    parameters: tuple[Parameter, ...] = ()
+    inputs: tuple[Input, ...] = ()
+    coordinates: Coordinates = field(default=Coordinates(()))
+    gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
+    ground: str = "ground"
+    velocity_constraints: tuple[VelocityConstraint, ...] = ()
+
+    @cached_property
+    def values(self) -> dict[str, float]:
+        """Value of each parameter, by symbol."""
+        return {parameter.symbol: parameter.value for parameter in self.parameters}
+
+    @cached_property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the velocities v: q' for a coordinate q, components for a quaternion."""
+        quasi = {joint.coordinates[0]: joint for joint in self.joints if joint.quaternion}
+        inside = {name for joint in quasi.values() for name in joint.coordinates}
+        names: list[str] = []
+        for coordinate in self.coordinates:
+            if coordinate in quasi:
+                names.extend(quasi[coordinate].velocities)
+            elif coordinate not in inside:
+                names.append(f"{coordinate}'")
+        return tuple(names)
+
+    @property
+    def nq(self) -> int:
+        """Number of generalized coordinates."""
+        return len(self.coordinates)
+
+    @property
+    def nv(self) -> int:
+        """Number of generalized velocities."""
+        return len(self.velocities)
+
+    @cached_property
+    def tree(self) -> tuple[Joint, ...]:
+        """The joints, each after the one that carries its parent."""
+        children: dict[str, list[Joint]] = {}
+        for joint in self.joints:
+            children.setdefault(joint.parent, []).append(joint)
+        depth = {self.ground: 0}
+        waiting = [self.ground]
+        while waiting:
+            parent = waiting.pop()
+            for joint in children.get(parent, ()):
+                depth[joint.child] = depth[parent] + 1
+                waiting.append(joint.child)
+        return tuple(sorted(self.joints, key=lambda joint: depth[joint.child]))
+
+    def body(self, name: str) -> Body:
+        """Return a body by name.
+
+        Raises:
+            UnknownNameError: if there is none.
+        """
+        return _lookup("body", name, {body.name: body for body in self.bodies})
+
+    def joint(self, name: str) -> Joint:
+        """Return a joint by name.
+
+        Raises:
+            UnknownNameError: if there is none.
+        """
+        return _lookup("joint", name, {joint.name: joint for joint in self.joints})
+
+    def evaluate(self, scalar: Scalar) -> float:
+        """Return the number of a scalar in the parameters alone.
+
+        Args:
+            scalar: a number or an expression in the parameters.
+        """
+        return float(evaluate(scalar, self.values))
+
+
+_T = TypeVar("_T")
+
+
+def _lookup(kind: str, name: str, known: dict[str, _T]) -> _T:
+    if name not in known:
+        raise UnknownNameError(kind, name, known)
+    return known[name]

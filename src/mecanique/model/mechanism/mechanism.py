@@ -1,0 +1,84 @@
+"""A mechanism: bodies, joints, forces and coordinates, frozen and sound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any, final
+
+from mecanique.errors import MechanismError
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import Scalar, coordinate, symbols_in
+from mecanique.model.mechanism.state_space import StateSpace
+from mecanique.model.mechanism.validation import faults
+from mecanique.model.mechanism.variants import Variants
+from mecanique.model.placement import vector
+
+__all__ = ["Mechanism"]
+
+
+@final
+@dataclass(frozen=True)
+class Mechanism(StateSpace, Variants):
+    """A mechanism described once; what can be built is sound.
+
+    Args:
+        name: its name, as robot name in URDF.
+        bodies: all bodies, the ground included.
+        joints: a tree from the ground to every other body.
+        forces: springs, dampers and loads.
+        loops: closures between bodies of the tree.
+        parameters: every parameter the expressions use.
+        inputs: every named signal the expressions use.
+        coordinates: generalized coordinates and their map; the joints' own by default.
+        gravity: shape (3,), acceleration of free fall in world axes [m/s²].
+        ground: name of the body that is fixed in the inertial frame; its frame is the world's.
+        velocity_constraints: rolling, skates and the like; a mechanism that has some is refused,
+            with the reason.
+
+    Raises:
+        MechanismError: with every fault found.
+    """
+
+    def __post_init__(self) -> None:
+        for name in (
+            "bodies",
+            "joints",
+            "forces",
+            "loops",
+            "parameters",
+            "inputs",
+            "velocity_constraints",
+        ):
+            object.__setattr__(self, name, tuple(getattr(self, name)))
+        object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))
+        driven = self._collect_driven()
+        free = [name for joint in self.joints for name in joint.coordinates if name not in driven]
+        names = (
+            *self.coordinates.names,
+            *(name for name in free if name not in self.coordinates.names),
+        )
+        object.__setattr__(
+            self, "coordinates", Coordinates(names, tuple(driven.items()), self.coordinates.limits)
+        )
+        found = faults(self)
+        if found:
+            raise MechanismError(self.name, found)
+
+    def _collect_driven(self) -> dict[str, Scalar]:
+        """The coordinate map, and what follows within joints: of what is driven there, too."""
+        driven = dict(self.coordinates.driven)
+        for joint in self.joints:
+            for name, law in joint.followers.items():
+                leaders = symbols_in(law) & driven.keys()
+                driven[name] = law.subs({coordinate(k): driven[k] for k in leaders})
+        return driven
+
+    def __repr__(self) -> str:
+        names = [*self.coordinates[:12], *(["…"] if self.nq > 12 else [])]
+        return (
+            f"<Mechanism {self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
+            f"{len(self.forces)} forces, q = ({', '.join(names)})>"
+        )
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {f.name: getattr(self, f.name) for f in fields(self)}

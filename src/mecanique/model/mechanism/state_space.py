@@ -1,0 +1,200 @@
+"""Where a mechanism can be: the limits of its coordinates, unit quaternions, numbers by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.model.expression import coordinate, symbols_in
+from mecanique.model.mechanism.description import Description
+from mecanique.model.values import Given, numbers_of
+
+__all__ = ["StateSpace"]
+
+_SHORTEST, _LONGEST = 1e-9, 1e9
+"""Lengths between which four numbers count as a quaternion to be normalized."""
+
+
+@dataclass(frozen=True)
+class StateSpace(Description):
+    """The positions, velocities and accelerations that a mechanism can be given."""
+
+    @cached_property
+    def limits(self) -> dict[str, tuple[float, float]]:
+        """The open interval of each coordinate that is limited, by name."""
+        return {
+            name: (self.evaluate(lower), self.evaluate(upper))
+            for name, (lower, upper) in self.coordinates.intervals.items()
+        }
+
+    def refuse_outside(self, q: np.ndarray) -> None:
+        """Raise if a coordinate is not within its limits.
+
+        Args:
+            q: shape (nq,) or (n, nq).
+
+        Raises:
+            InputError: naming the coordinate, its limits and what it was.
+        """
+        for name, (lower, upper) in self.limits.items():
+            values = np.atleast_2d(q)[:, self.coordinates.index(name)]
+            outside = values[~((values > lower) & (values < upper))]
+            if len(outside):
+                raise InputError(self.explain_limit(name, f", got {outside[0]:.9g}"))
+
+    def explain_limit(self, name: str, what: str = "") -> str:
+        """Return in a sentence where a coordinate must stay, and what to use instead.
+
+        Args:
+            name: of a limited coordinate.
+            what: what happened to it, after a comma.
+        """
+        stated = ", ".join(map(str, self.coordinates.intervals[name]))
+        numbers = ", ".join(f"{bound:g}" for bound in self.limits[name])
+        interval = f"({stated})" if stated == numbers else f"({stated}) = ({numbers})"
+        others = [
+            other for other, map_ in self.coordinates.driven.items() if name in symbols_in(map_)
+        ]
+        instead = f", e.g. {' or '.join(others)}" if others else ""
+        return (
+            f"{name} must stay within {interval}{what}: the chart {name} of {self.name!r} ends "
+            f"there; use another coordinate{instead}"
+        )
+
+    def neutral(self) -> np.ndarray:
+        """Return the position with every coordinate zero and every quaternion one, shape (nq,).
+
+        A coordinate whose limits leave out zero is in the middle of them, or 1 away from the finite
+        one.
+        """
+        ones = {joint.quaternion[-1] for joint in self.joints if joint.quaternion}
+        middle = {name: _middle(*bounds) for name, bounds in self.limits.items()}
+        return np.array(
+            [1.0 if name in ones else middle.get(name, 0.0) for name in self.coordinates]
+        )
+
+    @cached_property
+    def quaternions(self) -> tuple[tuple[str, list[int]], ...]:
+        """Name of each joint with a unit quaternion, and where the quaternion stands in q."""
+        return tuple(
+            (joint.name, [self.coordinates.index(name) for name in joint.quaternion])
+            for joint in self.joints
+            if joint.quaternion
+        )
+
+    def normalize(self, q: np.ndarray) -> np.ndarray:
+        """Give every quaternion of some positions unit length, in place, and return them.
+
+        Args:
+            q: shape (nq,) or (n, nq).
+
+        Raises:
+            InputError: if a quaternion has no length.
+        """
+        for name, at in self.quaternions:
+            length = np.linalg.norm(q[..., at], axis=-1, keepdims=True)
+            sound = (length > _SHORTEST) & (length < _LONGEST)
+            if not sound.all():
+                wrong = q[..., at][~sound[..., 0]][0]
+                raise InputError(
+                    f"expected a unit quaternion for joint {name!r}, got {wrong.tolist()}"
+                )
+            q[..., at] /= length
+        return q
+
+    def position(self, q: Given, *, many: bool = False) -> np.ndarray:
+        """Return positions as an array, shape (nq,).
+
+        Args:
+            q: shape (nq,), or values by coordinate name (those left out are zero, a quaternion's w
+                one), or None. A joint coordinate that follows one of them in proportion, with an
+                offset or none, may stand for it.
+            many: whether several positions may be given, shape (n, nq), or by name shape (n,); the
+                answer then has that shape.
+
+        Raises:
+            InputError: if the shape is wrong, a number is not finite or beyond its coordinate's
+                limits, or a quaternion has no length.
+            UnknownNameError: if a name is no coordinate.
+        """
+        by_name = q is None or isinstance(q, Mapping)
+        default = self.neutral() if by_name else np.zeros(self.nq)
+        if isinstance(q, Mapping) and q.keys() & self.coordinates.driven.keys():
+            q = self._by_leaders(q)
+        names = self.coordinates.names
+        found = self.normalize(numbers_of(q, names, "coordinate", default, many=many))
+        self.refuse_outside(found)
+        return found
+
+    def velocity(self, v: Given, *, many: bool = False) -> np.ndarray:
+        """Return velocities as an array, shape (nv,).
+
+        Args:
+            v: shape (nv,), or values by velocity name, q or q' (those left out are zero), or None.
+            many: whether several velocities may be given, shape (n, nv), or by name shape (n,); the
+                answer then has that shape.
+
+        Raises:
+            InputError: if the shape is wrong or a number is not finite.
+            UnknownNameError: if a name is no velocity.
+        """
+        zero = np.zeros(self.nv)
+        return numbers_of(v, self.velocities, "velocity", zero, self._rates, many=many)
+
+    def acceleration(self, a: Given, *, many: bool = False) -> np.ndarray:
+        """Return accelerations as an array, shape (nv,).
+
+        Args:
+            a: shape (nv,), or values by name of the coordinate, of the velocity or of its rate
+                (those left out are zero), or None.
+            many: whether several accelerations may be given, shape (n, nv), or by name shape (n,);
+                the answer then has that shape.
+
+        Raises:
+            InputError: if the shape is wrong or a number is not finite.
+            UnknownNameError: if a name is no acceleration.
+        """
+        zero = np.zeros(self.nv)
+        return numbers_of(a, self.velocities, "acceleration", zero, self._changes, many=many)
+
+    def _by_leaders(self, q: Mapping[str, Any]) -> dict[str, Any]:
+        """Replace the joint coordinates that follow the map by what they follow."""
+        found = {name: value for name, value in q.items() if name not in self.coordinates.driven}
+        for name in q.keys() - found.keys():
+            law = self.coordinates.driven[name]
+            leaders = symbols_in(law) - self.values.keys()
+            leader = min(leaders, default="")
+            slope = law.diff(coordinate(leader)) if leader in self.coordinates else 0
+            if len(leaders) != 1 or not slope or symbols_in(slope) - self.values.keys():
+                raise InputError(
+                    f"{name} follows the coordinate map, {name} = {law}, and does not determine "
+                    f"the coordinates in it by itself; give {', '.join(self.coordinates)}"
+                )
+            if leader in found:
+                raise InputError(f"{name} = {law} follows {leader}, which is given, too")
+            rest = self.evaluate(law.subs({coordinate(leader): 0}))
+            found[leader] = (np.asarray(q[name], dtype=float) - rest) / self.evaluate(slope)
+        return found
+
+    @cached_property
+    def _rates(self) -> dict[str, str]:
+        """The velocity that each coordinate's name stands for."""
+        return {name.removesuffix("'"): name for name in self.velocities}
+
+    @cached_property
+    def _changes(self) -> dict[str, str]:
+        """The velocity whose change is meant by the name of a coordinate or of an acceleration."""
+        return {**self._rates, **{f"{name}'": name for name in self.velocities}}
+
+
+def _middle(lower: float, upper: float) -> float:
+    if lower < 0 < upper:
+        return 0.0
+    if np.isfinite(lower) and np.isfinite(upper):
+        return (lower + upper) / 2
+    return lower + 1 if np.isfinite(lower) else upper - 1

@@ -1,0 +1,61 @@
+"""How a Reference answers: the mechanism inside Pinocchio, asked in one state or many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from mecanique.errors import EngineError, MecaniqueError
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.tree import Tree
+from mecanique.reference.loops.closed import Closed
+
+__all__ = ["Answering"]
+
+
+class Answering:
+    """Base of a `Reference`: a tree inside Pinocchio, and the loops that hold it together.
+
+    Args:
+        mechanism: what to load.
+
+    Raises:
+        EngineError: if it is too large for Pinocchio, or is not read as it is written.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._tree = Tree(mechanism)
+        self._closed = Closed(self._tree) if mechanism.loops else None
+
+    def _answer(
+        self, states: States, one: Callable[..., Array], *, accelerations: bool = False
+    ) -> Array:
+        """Return what one(q, v, t), or one(q, v, t, a), answers in each state; all of it finite."""
+        rows = []
+        each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
+        try:
+            for k, (q, v, a, t) in enumerate(each):
+                reason = ""
+                try:
+                    if states.efforts is not None:
+                        self._tree.drive(states.efforts, k, q, v, t)
+                    row = np.asarray(one(q, v, t, a) if accelerations else one(q, v, t))
+                except MecaniqueError:
+                    raise
+                except (ArithmeticError, ValueError) as error:
+                    # a map or a force that is not defined here, e.g. the root of a negative number
+                    row, reason = np.array(np.nan), f" ({error})"
+                if not np.isfinite(row).all():
+                    raise EngineError(
+                        f"mechanism {self.mechanism.name!r} has no finite answer at "
+                        f"q = {q.tolist()}, v = {v.tolist()}, t = {t:g}{reason}"
+                    )
+                rows.append(row)
+        finally:
+            if states.efforts is not None:
+                self._tree.loads.drive(0.0)
+        return rows[0] if states.single else np.array(rows)

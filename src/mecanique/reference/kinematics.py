@@ -1,0 +1,174 @@
+"""How a mechanism moves: poses, velocities, points and Jacobians of its bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.model.states import Given, States
+from mecanique.reference.answering import Answering
+from mecanique.reference.engine.answers import Array, PointMotion, Twist, local_point
+
+__all__ = ["Kinematics"]
+
+
+class Kinematics(Answering):
+    """What a `Reference` answers about the motion of bodies and points."""
+
+    def poses(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the poses of all bodies in the world, in their order, shape (nb, 4, 4).
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._answer(States.of(self.mechanism, q, t=t), self._tree.poses)
+
+    def pose(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the pose of one body in the world, shape (4, 4).
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        place = self.mechanism.bodies.index(self.mechanism.body(body))
+        pose: Array = self.poses(q, t)[..., place, :, :]
+        return pose
+
+    def velocity(self, body: str, q: Given, v: Given, t: float | Array = 0.0) -> Twist:
+        """Return the velocity of a body's origin and its angular velocity, world axes.
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        states = States.of(self.mechanism, q, v, t)
+        return Twist(*np.moveaxis(self._answer(states, partial(self._tree.twist, name)), -2, 0))
+
+    def point(
+        self,
+        body: str,
+        xyz: Sequence[float] | Array = (0.0, 0.0, 0.0),
+        q: Given = None,
+        v: Given = None,
+        a: Given = None,
+        t: float | Array = 0.0,
+    ) -> PointMotion:
+        """Return how a point of a body moves, world axes.
+
+        Args:
+            body: name of the body.
+            xyz: shape (3,), the point in the body's frame [m].
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        local = local_point(xyz)
+        parts = self._answer(
+            States.of(self.mechanism, q, v, t, a),
+            partial(self._tree.point, name, local),
+            accelerations=True,
+        )
+        return PointMotion(*np.moveaxis(parts, -2, 0))
+
+    def jacobian(self, body: str, q: Given, t: float | Array = 0.0) -> Array:
+        """Return how each v moves a body: velocity of its origin, angular velocity, world axes.
+
+        Args:
+            body: name of the body.
+            q: shape (nq,).
+            t: time [s].
+
+        Returns:
+            Shape (6, nv): what v adds; of a prescribed motion, the part that time makes is left
+            out.
+
+        Raises:
+            UnknownNameError: if there is no such body.
+        """
+        name = self.mechanism.body(body).name
+        one = partial(self._tree.jacobian, name)
+        return self._answer(States.of(self.mechanism, q, t=t), one)
+
+    def followers(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> dict[str, Array]:
+        """Return the joint coordinates that follow the coordinate map, mimic joints included.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Returns:
+            By name r, its rate by r', its second rate by r''; each shape () or (n,).
+        """
+        driven = self.mechanism.coordinates.driven
+        states = States.of(self.mechanism, q, v, t, a)
+        parts = self._answer(states, self._tree.followers, accelerations=True)
+        return {
+            f"{name}{marks}": parts[..., order, k]
+            for order, marks in enumerate(("", "'", "''"))
+            for k, name in enumerate(driven)
+        }
+
+    def rates(self, q: Given, v: Given) -> Array:
+        """Return the rates q' of the coordinates, shape (nq,).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+        """
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            out: Array = np.empty(self.mechanism.nq)
+            self._tree.chart.rates(q, v, out)
+            return out
+
+        return self._answer(States.of(self.mechanism, q, v), one)
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the bodies that can move, all those that the ground does not hold [kg]."""
+        return self._tree.moving_mass
+
+    def center_of_mass(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> PointMotion:
+        """Return how the center of mass of the bodies that can move does so, world axes.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+
+        Raises:
+            EngineError: if they have no mass.
+        """
+        if not self._tree.moving_mass:
+            raise EngineError(
+                f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
+            )
+        states = States.of(self.mechanism, q, v, t, a)
+        parts = self._answer(states, self._tree.center, accelerations=True)
+        return PointMotion(*np.moveaxis(parts, -2, 0))

@@ -1,0 +1,169 @@
+"""What loops ask of a motion, and what is left free: Φ(q, t) = 0, J v + ∂Φ/∂t = 0, J a + γ = 0."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.model.joints import Single
+from mecanique.model.states import Given, States
+from mecanique.reference.answering import Answering
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.driving import driving_forces, free_motions
+from mecanique.reference.loops.nullspace import solve
+
+__all__ = ["LoopConstraints"]
+
+
+class LoopConstraints(Answering):
+    """What a `Reference` answers about loops; of a tree, that there are none."""
+
+    @property
+    def closed(self) -> Closed | None:
+        """The loops and the motion they leave free; None for a tree."""
+        return self._closed
+
+    @property
+    def constraint_names(self) -> tuple[str, ...]:
+        """Name of each row of the constraints, "loop: motion it closes"; empty for a tree."""
+        return () if self._closed is None else self._closed.closures.names
+
+    def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return how far the loops are open, Φ, shape (m,) [m or rad], by `constraint_names`.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, t=t), "residual")
+
+    def constraint_jacobian(self, q: Given, t: float | Array = 0.0) -> Array:
+        """Return the constraints' Jacobian J, shape (m, nv): Φ' = J v, and what time adds.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, t=t), "jacobian")
+
+    def constraint_bias(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return the part of the constraints' second rate without a, γ: J a + γ = 0, shape (m,).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        return self._constraints(States.of(self.mechanism, q, v, t), "gamma")
+
+    def _constraints(self, states: States, what: str) -> Array:
+        closed = self._closed
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            if closed is None:
+                return np.zeros((0, self.mechanism.nv) if what == "jacobian" else 0)
+            found: Array = getattr(closed.closures.at(q, v, t), what)
+            return found
+
+        return self._answer(states, one)
+
+    def drift(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Array:
+        """Return how far positions and velocities are off the loops, shape (2,); zero for a tree.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Returns:
+            The largest gap in characteristic lengths or radians, and the largest rate of a gap in
+            the same per second.
+        """
+        states = States.of(self.mechanism, q, v, t)
+        if self._closed is None:
+            return np.zeros(2) if states.single else np.zeros((len(states), 2))
+        return self._answer(states, self._closed.drift)
+
+    def independent_mass_matrix(self, q: Given, t: float = 0.0) -> tuple[tuple[str, ...], Array]:
+        """Return names of independent velocities, and the mass matrix Tᵀ M T they see, (n, n).
+
+        Args:
+            q: shape (nq,), one position, the loops closed.
+            t: time [s].
+
+        Raises:
+            EngineError: if a loop is open.
+        """
+        states = States.of(self.mechanism, q, t=t)
+        M = self._answer(states, self._tree.mass).reshape(self.mechanism.nv, -1)
+        if self._closed is None:
+            return self.mechanism.velocities, M
+        chosen, T = free_motions(self._closed, states.q[0], float(states.t[0]))
+        return tuple(self.mechanism.velocities[k] for k in chosen), T.T @ M @ T
+
+    def driving_forces(
+        self,
+        drives: Sequence[str],
+        q: Given,
+        v: Given = None,
+        a: Given = None,
+        t: float | Array = 0.0,
+    ) -> dict[str, Array]:
+        """Return what drives in chosen joints must do for given accelerations, by joint.
+
+        With v and a left out, the forces and torques that hold the mechanism; loops are taken into
+        account. If more joints drive than motions are free, the least forces, by sum of squares.
+
+        Args:
+            drives: names of joints with one coordinate.
+            q: shape (nq,), the loops closed.
+            v: shape (nv,), as the loops allow.
+            a: shape (nv,), as the loops allow.
+            t: time [s].
+
+        Returns:
+            Each shape () or (n,) [N·m or N], on the child, and the opposite on the parent.
+
+        Raises:
+            UnknownNameError: if there is no such joint.
+            InputError: if a joint has not one coordinate.
+            EngineError: if a loop is open.
+            ClosureError: if the loops do not allow v or a, or the drives cannot make them.
+        """
+        joints = [self.mechanism.joint(name) for name in drives]
+        for joint in joints:
+            if not isinstance(joint, Single):
+                raise InputError(
+                    f"expected joints with one coordinate to drive, got {joint.name!r}, "
+                    f"a {type(joint).__name__}"
+                )
+        rates = [joint.velocities[-1] for joint in joints]
+        states = States.of(self.mechanism, q, v, t, a)
+        one = partial(driving_forces, self._tree, self._closed, rates)
+        found = self._answer(states, one, accelerations=True)
+        return {name: found[..., k] for k, name in enumerate(drives)}
+
+    def response(self, q: Given, t: float, impulse: Given) -> Array:
+        """Return the change of velocities by an impulse while loops stay closed, shape (nv,).
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+            impulse: shape (nv,).
+
+        Raises:
+            ClosureError: if a motion that the loops leave free carries no mass.
+        """
+        states = States.of(self.mechanism, q, t=t)
+        M, push = self._answer(states, self._tree.mass), np.asarray(impulse, dtype=float)
+        if self._closed is None:
+            change: Array = np.linalg.solve(M, push)
+            return change
+        closures = self._closed.closures
+        J = closures.at(np.asarray(q, dtype=float), np.zeros(len(push)), t).jacobian
+        metric = self._closed.measure(J)
+        return solve(metric, -push, J, np.zeros(len(J)), most=self._closed.most).acceleration

@@ -1,0 +1,160 @@
+"""What bodies do to one another: reactions of joints and loops, and applied forces."""
+
+from __future__ import annotations
+
+from functools import cached_property, partial
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.model.states import Given, States
+from mecanique.reference.answering import Answering
+from mecanique.reference.engine.answers import AppliedForce, Array, Places, Wrench
+from mecanique.reference.loops.closed import COMPONENTS, Closed
+
+__all__ = ["Wrenches"]
+
+
+class Wrenches(Answering):
+    """What a `Reference` answers about forces and moments between bodies."""
+
+    def reactions(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Wrench]:
+        """Return what each parent does to its child, by joint: at the child's origin, world axes.
+
+        Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is
+        what the joint itself transmits: nothing along or about a free axis. Of a joint that follows
+        the coordinate map, the force along its axis is what keeps it on the map. In a joint with an
+        armature, −armature · r'' along or about its axis is what turns the rotor.
+
+        After the joints come the loops by their names (after a joint of the same name, with "loop "
+        before it): what body a does to body b, at the origin of the loop's frame on body b. What
+        redundant constraints leave undetermined is the least that will do, and named in
+        `undetermined`.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            tau: what drives besides the mechanism's own forces, as in `acceleration`, in joints
+                with one coordinate [N·m or N]; like them no part of a reaction.
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+            ClosureError: if a motion that the loops leave free moves no mass.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
+            InputError: if tau acts elsewhere than in a joint with one coordinate.
+        """
+        names = self._carriers
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        if states.efforts is not None:
+            states.efforts.refuse_without_seat()
+        if not names:
+            return {}
+        if self._closed is not None:
+            return self._transmit(states, self._closed)
+        parts = self._answer(states, self._tree.reactions)
+        return self._wrenches(states, parts)
+
+    def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
+        """Return the components of reactions that redundancy leaves undetermined, by name.
+
+        Joints and loops of which everything is determined are left out.
+
+        Args:
+            q: shape (nq,), one position.
+            t: time [s].
+
+        Raises:
+            EngineError: if a loop is open.
+        """
+        states = States.of(self.mechanism, q, t=t)
+        if self._closed is None:
+            return {}
+        self._closed.refuse_open(states.q[0], float(states.t[0]))
+        flags = self._closed.undetermined(states.q[0], float(states.t[0]))
+        return {
+            name: _names_of(row)
+            for name, row in zip(self._carriers, flags, strict=True)
+            if row.any()
+        }
+
+    def applied(
+        self, q: Given, v: Given = None, t: float | Array = 0.0
+    ) -> tuple[AppliedForce, ...]:
+        """Return what springs, dampers, drives and loads do to the bodies, force by force.
+
+        A force between two bodies comes twice: on body a or the child, then on body b or the
+        parent. A spring or damper whose ends meet does nothing.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        effects = self._tree.loads.effects
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.applied)
+        return tuple(
+            AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
+            for k, effect in enumerate(effects)
+        )
+
+    @cached_property
+    def _carriers(self) -> list[str]:
+        joints = [joint.name for joint in self.mechanism.joints]
+        return joints + [
+            f"loop {loop.name}" if loop.name in joints else loop.name
+            for loop in self.mechanism.loops
+        ]
+
+    @cached_property
+    def _seats(self) -> list[tuple[str, str, tuple[float, float, float]]]:
+        """Which body acts on which, and at which point of the latter: of each joint and loop."""
+        m = self.mechanism
+        seats = [(joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
+        for loop in m.loops:
+            x, y, z = (m.evaluate(c) for c in loop.frame_b.xyz)
+            seats.append((loop.body_a, loop.body_b, (x, y, z)))
+        return seats
+
+    def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:
+        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            found = closed.reactions(q, v, t)
+            np.logical_or(flags, found.undetermined, out=flags)
+            return found.wrenches
+
+        parts = self._answer(states, one)
+        return self._wrenches(states, parts, flags)
+
+    def _wrenches(
+        self, states: States, parts: Array, flags: npt.NDArray[np.bool_] | None = None
+    ) -> dict[str, Wrench]:
+        """Name what joints and loops transmit, shape (…, n, 2, 3), and say where it acts."""
+        places = Places(partial(self._poses_by_name, states))
+        found = {}
+        for k, (name, (parent, child, point)) in enumerate(
+            zip(self._carriers, self._seats, strict=True)
+        ):
+            found[name] = Wrench(
+                parts[..., k, 0, :],
+                parts[..., k, 1, :],
+                () if flags is None else _names_of(flags[k]),
+                parent=parent,
+                child=child,
+                point=point,
+                body=child,
+                places=places,
+            )
+        return found
+
+    def _poses_by_name(self, states: States) -> dict[str, Array]:
+        poses = np.moveaxis(self._answer(states, self._tree.poses), -3, 0)
+        names = (body.name for body in self.mechanism.bodies)
+        return dict(zip(names, poses, strict=True))
+
+
+def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
+    return tuple(name for name, loose in zip(COMPONENTS, flags, strict=True) if loose)
