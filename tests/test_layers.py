@@ -22,6 +22,7 @@ ORDER: dict[str, list[str]] = {
         "textbook threads urdf derivation",
         "reference",
         "verification",
+        "generation",
         "motion",
         "textbook.register figure",
         "viewing",
@@ -77,6 +78,8 @@ ORDER: dict[str, list[str]] = {
         "compare",
         "survey",
     ],
+    "generation": ["program"],
+    "generation.program": ["tape", "half_angles lowering traced"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [
         "paper posture",

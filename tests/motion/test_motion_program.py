@@ -1,14 +1,16 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import mecanique as mq
+from mecanique.generation.program.tape import Tape
 from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
 from mecanique.motion.compile.program import program_of
 from mecanique.motion.compile.python import overwriting, owning, scalar, vectorize
-from mecanique.motion.compile.tape import Tape
 from mecanique.reference import Reference
 from mecanique.verification.states.random import random_states
 
@@ -91,3 +93,19 @@ def test_functions_that_overwrite_their_answers_do_not_share_them() -> None:
     assert first.tolist() == second.tolist()
     rhs = owning(make())
     assert rhs(0.0, y) is not rhs(0.0, y)
+
+
+def test_an_input_may_hold_any_power_and_the_angle_of_a_vector() -> None:
+    from sympy import Rational, atan2, exp
+
+    t = mq.time()
+    cart = mq.textbook.load("cart_pole")
+    for signal in ((1 + t * t) ** Rational(1, 3), atan2(t, 1 + t), mq.time() * exp(-t) ** 2.5):
+        (driven,) = [mq.Input(i.symbol, signal, i.unit) for i in cart.inputs]
+        mechanism = replace(cart, inputs=(driven,))
+        y = np.array([0.1, 0.4, -0.3, 0.2])
+        expected = Reference(mechanism).rhs()(0.7, y)
+        np.testing.assert_allclose(scalar(program_of(mechanism))(0.7, y), expected, rtol=1e-12)
+        out = np.empty(4)
+        vectorize(program_of(mechanism))(0.7, y, out)
+        np.testing.assert_allclose(out, expected, rtol=1e-12)

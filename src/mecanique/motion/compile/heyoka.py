@@ -12,8 +12,8 @@ from importlib.util import find_spec
 from typing import Any
 
 from mecanique.errors import DerivationError, InputError
+from mecanique.generation.program.tape import Value
 from mecanique.motion.compile.program import Program
-from mecanique.motion.compile.tape import Value
 
 __all__ = ["build_seconds", "building", "integrator", "is_installed", "lanes", "system"]
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from mecanique.derivation import derive
 from mecanique.errors import DerivationError
-from mecanique.model.expression import evaluate
+from mecanique.generation.program.lowering import Lowering
+from mecanique.generation.program.tape import Tape, Value
+from mecanique.generation.program.traced import arithmetic_on, trace, value_of
 from mecanique.model.mechanism import Mechanism
-from mecanique.motion.compile.lowering import Lowering
-from mecanique.motion.compile.tape import Tape, Value
 
 __all__ = ["MOST_VELOCITIES", "Program", "program_of"]
 
@@ -45,39 +45,6 @@ class Program:
     def states(self) -> tuple[str, ...]:
         """Names of the state's parts: coordinates, then velocities."""
         return (*self.mechanism.coordinates.names, *self.mechanism.velocities)
-
-
-@final
-class _Traced:
-    """A scalar that writes on a tape what is done with it."""
-
-    def __init__(self, tape: Tape, value: Value) -> None:
-        self.tape = tape
-        self.value = value
-
-    def __add__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.add(self.value, self._lift(other)))
-
-    __radd__ = __add__
-
-    def __mul__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.multiply(self.value, self._lift(other)))
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.divide(self.value, self._lift(other)))
-
-    def __rtruediv__(self, other: Any) -> _Traced:
-        return _Traced(self.tape, self.tape.divide(self._lift(other), self.value))
-
-    def __pow__(self, other: Any) -> _Traced:
-        if isinstance(other, int):
-            return _Traced(self.tape, self.tape.power(self.value, other))
-        raise DerivationError("an input holds a power that is no whole number")
-
-    def _lift(self, other: Any) -> Value:
-        return other.value if isinstance(other, _Traced) else float(other)
 
 
 def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
@@ -120,11 +87,8 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
             signals.append(signal.symbol)
             values[signal.symbol] = tape.input(signal.symbol)
         else:
-            traced = {name: _Traced(tape, value) for name, value in values.items()}
-            outcome = evaluate(signal.signal, traced, function=_function)
-            values[signal.symbol] = (
-                outcome.value if isinstance(outcome, _Traced) else float(outcome)
-            )
+            traced = {name: trace(tape, value) for name, value in values.items()}
+            values[signal.symbol] = value_of(arithmetic_on(tape)(signal.signal, traced))
     lowered = Lowering(ring, tape, values)
     M = [[lowered(entry) for entry in row] for row in derivation.M]
     rest = [
@@ -134,15 +98,6 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
     accelerations = _solve(tape, M, rest)
     rates = [lowered(ring.rates[ring.index(name)]) for name in mechanism.coordinates]
     return Program(mechanism, tape, (*rates, *accelerations), kept, tuple(signals))
-
-
-def _function(name: str) -> Callable[[Any], Any]:
-    def apply(argument: Any) -> Any:
-        if isinstance(argument, _Traced):
-            return _Traced(argument.tape, argument.tape.call(name, argument.value))
-        return Tape().call(name, float(argument))
-
-    return apply
 
 
 def _solve(tape: Tape, M: list[list[Value]], rest: list[Value]) -> list[Value]:

@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from mecanique.motion.compile.half_angles import by_tangents
+from mecanique.generation.program.half_angles import by_tangents
+from mecanique.generation.program.tape import Tape, Value
 from mecanique.motion.compile.program import Program
-from mecanique.motion.compile.tape import Tape, Value
 from mecanique.motion.record.steps import RightHandSide
 
 __all__ = ["Batched", "overwriting", "owning", "scalar", "vectorize"]
@@ -18,7 +18,14 @@ __all__ = ["Batched", "overwriting", "owning", "scalar", "vectorize"]
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
 
-_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "Abs": "abs"}
+_NUMPY = {
+    "asin": "arcsin",
+    "acos": "arccos",
+    "atan": "arctan",
+    "atan2": "arctan2",
+    "pow": "power",
+    "Abs": "abs",
+}
 _DEEPEST = 40
 
 
@@ -51,7 +58,7 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
     """
     functions = {
         name: getattr(math, name)
-        for name in ("sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan")
+        for name in ("sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "atan2", "pow")
     }
     functions |= {
         "tanh": math.tanh,
@@ -119,6 +126,8 @@ _FUNCTIONS = (
     "asin",
     "acos",
     "atan",
+    "atan2",
+    "pow",
     "tanh",
     "Abs",
     "sign",
@@ -161,7 +170,9 @@ def _write(tape: Tape, outputs: Sequence[Value], program: Program) -> tuple[list
             texts[place] = names.get(name) or _name(name)
             continue
         words = [text(value) for value in values]
-        expression = f"({words[0]} {kind} {words[1]})" if kind in "+-*/" else f"{kind}({words[0]})"
+        expression = (
+            f"({words[0]} {kind} {words[1]})" if kind in "+-*/" else f"{kind}({', '.join(words)})"
+        )
         if uses[place] > 1 or depth[place] > _DEEPEST:
             lines.append(f"x{place} = {expression}")
             texts[place], depth[place] = f"x{place}", 0

@@ -19,7 +19,7 @@ Value: TypeAlias = "float | int"
 Operation: TypeAlias = "tuple[str, tuple[Value, ...], str]"
 """The operation ("+", "-", "*", "/", a function or "input"), its operands, an input's name."""
 
-_NUMBERS: dict[str, Callable[[float], float]] = {
+_NUMBERS: dict[str, Callable[..., float]] = {
     "sin": math.sin,
     "cos": math.cos,
     "tan": math.tan,
@@ -32,6 +32,8 @@ _NUMBERS: dict[str, Callable[[float], float]] = {
     "tanh": math.tanh,
     "Abs": abs,
     "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+    "atan2": math.atan2,
+    "pow": math.pow,
 }
 
 
@@ -115,14 +117,18 @@ class Tape:
                 square = self.multiply(square, square)
         return result
 
-    def call(self, function: str, a: Value) -> Value:
+    def call(self, function: str, a: Value, *more: Value) -> Value:
         """Return a function, by its sympy name."""
-        if isinstance(a, float):
-            return _NUMBERS[function](a)
-        if function in ("sin", "cos") and (negative := self._negate(a)) is not None:
+        if isinstance(a, float) and all(isinstance(b, float) for b in more):
+            return _NUMBERS[function](a, *more)
+        if (
+            function in ("sin", "cos")
+            and isinstance(a, int)
+            and (negative := self._negate(a)) is not None
+        ):
             value = self.call(function, negative)
             return self.multiply(-1.0, value) if function == "sin" else value
-        return self._place(function, (a,))
+        return self._place(function, (a, *more))
 
     def sum(self, terms: Iterable[Value]) -> Value:
         """Return the sum of several values, from the first on."""

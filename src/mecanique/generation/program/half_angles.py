@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mecanique.motion.compile.tape import Tape, Value
+from mecanique.generation.program.tape import Tape, Value
 
 __all__ = ["by_tangents"]
 
@@ -90,5 +90,5 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
         elif kind in _BOTH and isinstance(values[0], int):
             places[place] = circular(kind, values[0])
         else:
-            places[place] = new.call(kind, move(values[0]))
+            places[place] = new.call(kind, *map(move, values))
     return new, [move(value) for value in outputs]

@@ -15,7 +15,7 @@ from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.errors import DerivationError
-from mecanique.motion.compile.tape import Tape, Value
+from mecanique.generation.program.tape import Tape, Value
 
 __all__ = ["Lowering"]
 

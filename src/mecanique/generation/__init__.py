@@ -1,0 +1,1 @@
+"""Equations as code: one straight-line program, written in many languages, run and compared."""

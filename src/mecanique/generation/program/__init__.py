@@ -1,0 +1,1 @@
+"""The straight-line program, which every language and every integrator is written from."""

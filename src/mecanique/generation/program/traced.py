@@ -1,0 +1,93 @@
+"""Scalars that write on a tape what is done with them: expressions and poses become programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, final
+
+from mecanique.derivation.tree.poses import Arithmetic
+from mecanique.generation.program.tape import Tape, Value
+
+__all__ = ["Traced", "arithmetic_on", "trace", "value_of"]
+
+
+@final
+class Traced:
+    """The place of an operation on a tape, with arithmetic; what becomes a number is a float.
+
+    Args:
+        tape: the tape.
+        place: of the operation.
+    """
+
+    __slots__ = ("place", "tape")
+    __array_ufunc__ = None  # numpy's numbers leave arithmetic with these to them
+
+    def __init__(self, tape: Tape, place: int) -> None:
+        self.tape = tape
+        self.place = place
+
+    def __add__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.add(self.place, value_of(other)))
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.subtract(self.place, value_of(other)))
+
+    def __rsub__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.subtract(value_of(other), self.place))
+
+    def __mul__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.multiply(self.place, value_of(other)))
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.divide(self.place, value_of(other)))
+
+    def __rtruediv__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.divide(value_of(other), self.place))
+
+    def __neg__(self) -> Any:
+        return trace(self.tape, self.tape.multiply(-1.0, self.place))
+
+    def __pow__(self, other: Any) -> Any:
+        if isinstance(other, int):
+            return trace(self.tape, self.tape.power(self.place, other))
+        return trace(self.tape, self.tape.call("pow", self.place, value_of(other)))
+
+    def __rpow__(self, other: Any) -> Any:
+        return trace(self.tape, self.tape.call("pow", value_of(other), self.place))
+
+
+def trace(tape: Tape, value: Value) -> Any:
+    """Return a value of a tape as a scalar: a number stays a float.
+
+    Args:
+        tape: the tape.
+        value: a number, or the place of an operation.
+    """
+    return Traced(tape, value) if isinstance(value, int) else value
+
+
+def value_of(scalar: Any) -> Value:
+    """Return a scalar as a value of its tape.
+
+    Args:
+        scalar: a traced one, or a number.
+    """
+    return scalar.place if isinstance(scalar, Traced) else float(scalar)
+
+
+def arithmetic_on(tape: Tape) -> Arithmetic:
+    """Return the arithmetic of poses and expressions on a tape.
+
+    Args:
+        tape: what is written on.
+    """
+
+    def function(name: str) -> Callable[..., Any]:
+        return lambda *a: trace(tape, tape.call(name, *map(value_of, a)))
+
+    return Arithmetic(function)
