@@ -16,7 +16,7 @@ from mecanique.viewing.page.page import MODULES, join_scripts
 ASSETS = Path(__file__).parents[2] / "src" / "mecanique" / "viewing" / "page" / "assets"
 TESTS = Path(__file__).parent / "javascript"
 
-IMPORT = re.compile(r"^import \{([^}]*)\} from \"\./(\w+)\.js\";$", re.MULTILINE)
+IMPORT = re.compile(r"^import \{([^}]*)\} from \"(\.[\w./]+)\.js\";$", re.MULTILINE)
 EXPORT = re.compile(r"^export (?:async )?(?:function|class|const) (\w+)", re.MULTILINE)
 DECLARED = re.compile(r"^(?:export )?(?:async )?(?:function|class|const|let) (\w+)", re.MULTILINE)
 
@@ -44,7 +44,13 @@ def test_the_unit_tests_of_the_scripts_pass(node: str) -> None:
 
 
 def test_every_script_of_the_page_is_in_it() -> None:
-    assert {path.stem for path in ASSETS.glob("*.js")} - {"gallery"} == set(MODULES)
+    found = {path.relative_to(ASSETS).with_suffix("").as_posix() for path in ASSETS.rglob("*.js")}
+    assert found - {"gallery"} == set(MODULES)
+
+
+def test_no_folder_holds_more_than_a_dozen_assets() -> None:
+    count = Counter(path.parent.name for path in ASSETS.rglob("*") if path.is_file())
+    assert max(count.values()) <= 12, count
 
 
 @pytest.mark.parametrize("name", MODULES)
@@ -54,7 +60,8 @@ def test_a_script_imports_what_is_there_under_its_own_name(name: str) -> None:
     assert len(found) == len(lines)
     for names, source in found:
         wanted = {each.strip() for each in names.split(",")} - {""}
-        assert wanted <= set(EXPORT.findall(text(source))), (name, source)
+        there = (ASSETS / f"{name}.js").parent / f"{source}.js"
+        assert wanted <= set(EXPORT.findall(there.read_text(encoding="utf-8"))), (name, source)
 
 
 def test_no_two_scripts_declare_the_same_name() -> None:

@@ -3,9 +3,9 @@ import { test } from "node:test";
 
 import { assets } from "./pages.js";
 
-const { History } = await import(new URL("history.js", assets));
-const { Player } = await import(new URL("player.js", assets));
-const { Gauge } = await import(new URL("gauge.js", assets));
+const { History } = await import(new URL("clock/history.js", assets));
+const { Player } = await import(new URL("clock/player.js", assets));
+const { Gauge } = await import(new URL("picture/gauge.js", assets));
 
 test("a history finds the instant before a time, and the part of the way to the next", () => {
   const history = new History(1);

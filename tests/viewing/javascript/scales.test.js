@@ -4,9 +4,9 @@ import { test } from "node:test";
 import { assets } from "./pages.js";
 
 const { isNothing, powerOfTen, rangeOf, ticks, ticksAlong } = await import(
-  new URL("scales.js", assets)
+  new URL("data/scales.js", assets)
 );
-const { measure } = await import(new URL("numbers.js", assets));
+const { measure } = await import(new URL("data/numbers.js", assets));
 
 test("powers of ten are written with superscripts", () => {
   assert.equal(powerOfTen(-12), "10⁻¹²");

@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { assets } from "./pages.js";
 
-const { balance, totalWork } = await import(new URL("balance.js", assets));
+const { balance, totalWork } = await import(new URL("panels/balance.js", assets));
 
 // A uniform rod (2 kg, 1 m) pinned at its upper end, let go when level: α = 3 g / 2 l at first.
 const G = 9.81;

@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { assertNear, assets, packIntegers, scene } from "./pages.js";
 
 const { gunzip, layoutOf, openParcel, readIntegers, Table, turn } = await import(
-  new URL("unpack.js", assets)
+  new URL("data/unpack.js", assets)
 );
 
 test("integers come back, also large and negative ones", () => {

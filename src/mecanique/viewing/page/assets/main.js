@@ -1,6 +1,6 @@
 // Opens the parcel, builds the picture and what steers it, and starts the loop.
 
-import { wireLive } from "./connection.js";
+import { wireLive } from "./clock/connection.js";
 import {
   wireCameras,
   wireForces,
@@ -8,17 +8,17 @@ import {
   wirePrint,
   wireShow,
   wireTooltip,
-} from "./controls.js";
-import { LiveClock } from "./live.js";
-import { Loop } from "./loop.js";
-import { Picture } from "./picture.js";
-import { findPlace } from "./place.js";
-import { listenToKeys, Player, Transport } from "./player.js";
-import { Plots, quantities } from "./plots.js";
-import { Recording, Stream } from "./sources.js";
-import { ForceTable, LedgerTable } from "./tables.js";
-import { wireSave, wireTabs } from "./tabs.js";
-import { bytesOf, gunzip, layoutOf, openParcel, Table } from "./unpack.js";
+} from "./panels/controls.js";
+import { LiveClock } from "./clock/live.js";
+import { Loop } from "./clock/loop.js";
+import { Picture } from "./picture/picture.js";
+import { findPlace } from "./panels/place.js";
+import { listenToKeys, Player, Transport } from "./clock/player.js";
+import { Plots, quantities } from "./panels/plots.js";
+import { Recording, Stream } from "./clock/sources.js";
+import { ForceTable, LedgerTable } from "./panels/tables.js";
+import { wireSave, wireTabs } from "./panels/tabs.js";
+import { bytesOf, gunzip, layoutOf, openParcel, Table } from "./data/unpack.js";
 
 async function loadViewer() {
   const script = document.createElement("script");

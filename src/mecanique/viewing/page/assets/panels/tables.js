@@ -1,8 +1,8 @@
 // Numbers at the present instant: the ledger of virtual work, and all forces on one body.
 
-import { colorOf } from "./arrows.js";
+import { colorOf } from "../picture/arrows.js";
 import { balance, totalWork } from "./balance.js";
-import { measure } from "./numbers.js";
+import { measure } from "../data/numbers.js";
 
 function cell(row, text = "", className = "") {
   const made = row.insertCell();

@@ -1,6 +1,6 @@
 // The buttons over the picture: cameras, what is shown, which forces, one body alone.
 
-import { KINDS, colorOf } from "./arrows.js";
+import { KINDS, colorOf } from "../picture/arrows.js";
 
 function checkbox(text, checked, onchange, parent) {
   const label = document.createElement("label");

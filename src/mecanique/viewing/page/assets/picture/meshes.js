@@ -1,6 +1,6 @@
 // Robots' meshes: points and triangles as the maker packed them, and the normals they have.
 
-import { readIntegers } from "./unpack.js";
+import { readIntegers } from "../data/unpack.js";
 
 const CREASE = Math.cos(Math.PI / 6); // faces that meet at less are seen as one smooth surface
 

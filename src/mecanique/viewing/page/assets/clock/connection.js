@@ -1,7 +1,7 @@
 // What the page of a live view does when the server reports, and when it is gone.
 
-import { wireNotes } from "./notes.js";
-import { wireSliders } from "./sliders.js";
+import { wireNotes } from "../panels/notes.js";
+import { wireSliders } from "../panels/sliders.js";
 
 export function wireLive(live, picture, transport) {
   const notice = document.getElementById("notice");

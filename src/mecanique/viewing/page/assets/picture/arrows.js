@@ -1,7 +1,7 @@
 // Forces as straight arrows, moments as bent ones: which are shown, how long, and their tooltips.
 
 import { Gauge } from "./gauge.js";
-import { measure } from "./numbers.js";
+import { measure } from "../data/numbers.js";
 
 export const KINDS = {
   weight: { label: "Weight", color: 0x0072b2 },

@@ -1,6 +1,6 @@
 // The sums below the tables: virtual work by coordinate, forces and moments on a body cut free.
 
-import { measure } from "./numbers.js";
+import { measure } from "../data/numbers.js";
 
 // A sum smaller than this part of its terms is what rounding of the key frames leaves.
 const NOISE = { work: 2e-5, force: 1e-4 };

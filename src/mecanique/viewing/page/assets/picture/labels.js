@@ -1,7 +1,7 @@
 // Names and values written over the picture, each at a point that moves.
 
-import { turn } from "./unpack.js";
-import { measure } from "./numbers.js";
+import { turn } from "../data/unpack.js";
+import { measure } from "../data/numbers.js";
 
 export class Labels {
   constructor(stage, layer, scene, arrows) {

@@ -1,6 +1,6 @@
 // How long forces are drawn: those that are shown share one linear scale, or each kind has its own.
 
-import { measure } from "./numbers.js";
+import { measure } from "../data/numbers.js";
 
 const LONGEST = { N: 0.28, "N·m": 0.1 }; // of the scene: a force's length, a moment's radius
 const USUAL = 0.9; // of the time a force is no larger than it usually is

@@ -1,8 +1,8 @@
 // The clock of a live view: frames from the server, and what the page asks of it.
 
 import { History } from "./history.js";
-import { keepPlace } from "./place.js";
-import { setSliders } from "./sliders.js";
+import { keepPlace } from "../panels/place.js";
+import { setSliders } from "../panels/sliders.js";
 
 // The kind of message that is a command of meshcat's; any other is a frame.
 const COMMAND = 2;

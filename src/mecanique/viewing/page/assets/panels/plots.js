@@ -1,7 +1,7 @@
 // Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, CSV.
 
-import { measure } from "./numbers.js";
-import { isNothing, rangeOf, ticks, ticksAlong } from "./scales.js";
+import { measure } from "../data/numbers.js";
+import { isNothing, rangeOf, ticks, ticksAlong } from "../data/scales.js";
 import { save } from "./tabs.js";
 
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
