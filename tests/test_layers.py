@@ -31,7 +31,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "model": [
         "expression",
-        "coordinates parameters placement values velocity_constraints",
+        "coordinates parameters placement quaternions values velocity_constraints",
         "bodies forces joints loops",
         "mechanism",
         "states units",

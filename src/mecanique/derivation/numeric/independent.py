@@ -31,8 +31,8 @@ from mecanique.derivation.tree.poses import (
     joint_values,
     moments,
     poses,
-    quaternion_rotation,
 )
+from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
 from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
@@ -231,19 +231,14 @@ class Reduced:
 
 def _turn(start: list[np.ndarray], x: list[Jet]) -> list[Any]:
     """Displace the coordinates of a joint that turns by a quaternion."""
-    *origin, px, py, pz, pw = start
+    origin, p = start[:-4], start[-4:]
     gx, gy, gz = (g * 0.5 for g in x[-3:])
     size = (1 + gx * gx + gy * gy + gz * gz).sqrt()
-    quaternion = [
-        (gx * pw + gz * py - gy * pz + px) / size,
-        (gy * pw + gx * pz - gz * px + py) / size,
-        (gz * pw + gy * px - gx * py + pz) / size,
-        (pw - gx * px - gy * py - gz * pz) / size,
-    ]
+    quaternion = [part / size for part in quaternion_product(p, (gx, gy, gz, 1.0))]
     if not origin:
         return quaternion
-    turn = quaternion_rotation(px, py, pz, pw)
-    moved = [combination(row, x[:3]) + p for row, p in zip(turn, origin, strict=True)]
+    turn = quaternion_rotation(*p)
+    moved = [combination(row, x[:3]) + at for row, at in zip(turn, origin, strict=True)]
     return [*moved, *quaternion]
 
 

@@ -14,8 +14,8 @@ from mecanique.derivation.tree.poses import (
     Arithmetic,
     combination,
     joint_values,
-    quaternion_rotation,
 )
+from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
@@ -147,16 +147,9 @@ class Algebra:
         """Coordinates and velocities of a quaternion's joint; the quaternion p has p' = ½ p ⊗ ω."""
         ring = self.ring
         moved, velocities = ring.quasi_coordinates(joint.coordinates, joint.velocities)
-        x, y, z, w = moved[-4:]
-        a, b, c = velocities[-3:]
-        rates = [
-            (w * a + y * c - z * b) / 2,
-            (w * b + z * a - x * c) / 2,
-            (w * c + x * b - y * a) / 2,
-            -(x * a + y * b + z * c) / 2,
-        ]
+        rates = [part / 2 for part in quaternion_product(moved[-4:], velocities[-3:])]
         if joint.linear_velocities:
-            turn = quaternion_rotation(x, y, z, w)
+            turn = quaternion_rotation(*moved[-4:])
             rates = [combination(row, velocities[:3]) for row in turn] + rates
         for coordinate, rate in zip(moved, rates, strict=True):
             ring.rates[ring.index(coordinate)] = rate

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias, final
 import numpy as np
 
 from mecanique.derivation.tree.links import Link
+from mecanique.derivation.tree.quaternions import quaternion_rotation
 from mecanique.model.bodies import Body
 from mecanique.model.expression import Scalar, evaluate, plain
 from mecanique.model.mechanism import Mechanism
@@ -30,7 +31,6 @@ __all__ = [
     "placement_matrix",
     "poses",
     "product",
-    "quaternion_rotation",
     "stack",
     "times_point",
 ]
@@ -183,22 +183,6 @@ def moments(body: Body, values: Mapping[str, Any], arithmetic: Arithmetic) -> Ma
             total[i][3] = total[3][i] = _plus(total[i][3], first[i])
         total[3][3] = _plus(total[3][3], mass)
     return total
-
-
-def quaternion_rotation(x: Any, y: Any, z: Any, w: Any) -> tuple[tuple[Any, Any, Any], ...]:
-    """Return the rotation of a unit quaternion, three rows of three scalars.
-
-    Args:
-        x: first component.
-        y: second component.
-        z: third component.
-        w: scalar component.
-    """
-    return (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
-        (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
-        (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
-    )
 
 
 def product(a: Matrix, b: Matrix) -> Matrix:

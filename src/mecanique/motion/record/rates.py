@@ -12,6 +12,7 @@ from typing import final
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.quaternions import conjugate, multiply, pure, turn
 
 __all__ = ["Rates"]
 
@@ -98,9 +99,9 @@ class Rates:
         rate = np.zeros_like(q)
         rate[..., self.plain[0]] = v[..., self.plain[1]]
         for i, k in self.balls:
-            rate[..., i : i + 4] = 0.5 * _times(q[..., i : i + 4], _pure(v[..., k : k + 3]))
+            rate[..., i : i + 4] = 0.5 * multiply(q[..., i : i + 4], pure(v[..., k : k + 3]))
         for i, k in self.free:
-            rate[..., i : i + 3] = _turn(q[..., i + 3 : i + 7], v[..., k : k + 3])
+            rate[..., i : i + 3] = turn(q[..., i + 3 : i + 7], v[..., k : k + 3])
         return rate
 
     def second(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -116,14 +117,14 @@ class Rates:
         rate = np.zeros_like(q)
         rate[..., self.plain[0]] = a[..., self.plain[1]]
         for i, k in self.balls:
-            turn = _pure(v[..., k : k + 3])
+            spin = pure(v[..., k : k + 3])
             Q = q[..., i : i + 4]
-            rate[..., i : i + 4] = 0.5 * _times(Q, _pure(a[..., k : k + 3])) + 0.25 * _times(
-                _times(Q, turn), turn
+            rate[..., i : i + 4] = 0.5 * multiply(Q, pure(a[..., k : k + 3])) + 0.25 * multiply(
+                multiply(Q, spin), spin
             )
         for i, k in self.free:
             spin = np.cross(v[..., k + 3 : k + 6], v[..., k : k + 3])
-            rate[..., i : i + 3] = _turn(q[..., i + 3 : i + 7], a[..., k : k + 3] + spin)
+            rate[..., i : i + 3] = turn(q[..., i + 3 : i + 7], a[..., k : k + 3] + spin)
         return rate
 
     def displace(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -139,12 +140,12 @@ class Rates:
         moved = q + np.zeros((*step.shape[:-1], 1))
         moved[..., self.plain[0]] += step[..., self.plain[1]]
         for i, k in self.free:
-            moved[..., i : i + 3] += _turn(q[..., i + 3 : i + 7], step[..., k : k + 3])
+            moved[..., i : i + 3] += turn(q[..., i + 3 : i + 7], step[..., k : k + 3])
         for i, k in self.balls:
             half = step[..., k : k + 3] / 2
             angle = np.linalg.norm(half, axis=-1, keepdims=True)
-            turn = np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
-            moved[..., i : i + 4] = _times(q[..., i : i + 4], turn)
+            change = np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
+            moved[..., i : i + 4] = multiply(q[..., i : i + 4], change)
         return moved
 
     def velocities(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
@@ -160,31 +161,8 @@ class Rates:
         v[..., self.plain[1]] = rate[..., self.plain[0]]
         for i, k in self.balls:
             v[..., k : k + 3] = (
-                2 * _times(_conjugate(q[..., i : i + 4]), rate[..., i : i + 4])[..., :3]
+                2 * multiply(conjugate(q[..., i : i + 4]), rate[..., i : i + 4])[..., :3]
             )
         for i, k in self.free:
-            v[..., k : k + 3] = _turn(_conjugate(q[..., i + 3 : i + 7]), rate[..., i : i + 3])
+            v[..., k : k + 3] = turn(conjugate(q[..., i + 3 : i + 7]), rate[..., i : i + 3])
         return v
-
-
-def _pure(vector: np.ndarray) -> np.ndarray:
-    return np.concatenate([vector, np.zeros((*vector.shape[:-1], 1))], axis=-1)
-
-
-def _conjugate(Q: np.ndarray) -> np.ndarray:
-    conjugate: np.ndarray = Q * np.array([-1.0, -1.0, -1.0, 1.0])
-    return conjugate
-
-
-def _times(A: np.ndarray, B: np.ndarray) -> np.ndarray:
-    a, b, s, r = A[..., :3], B[..., :3], A[..., 3:], B[..., 3:]
-    return np.concatenate(
-        [s * b + r * a + np.cross(a, b), s * r - (a * b).sum(-1, keepdims=True)], axis=-1
-    )
-
-
-def _turn(Q: np.ndarray, vector: np.ndarray) -> np.ndarray:
-    """Turn a vector by a unit quaternion: from the child's axes to the joint's."""
-    cross = 2 * np.cross(Q[..., :3], vector)
-    turned: np.ndarray = vector + Q[..., 3:] * cross + np.cross(Q[..., :3], cross)
-    return turned

@@ -18,6 +18,7 @@ from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine, Seat
+from mecanique.reference.engine.quaternions import quaternion_rate, turn
 
 __all__ = ["Chart"]
 
@@ -187,9 +188,6 @@ class Chart:
     def rates(self, q: Array, v: Array, out: Array) -> None:
         """Write q' into an array.
 
-        A quaternion turns by ½ quaternion ∘ (ω, 0), ω in the child's axes (Diebel, Representing
-        Attitude, 2006).
-
         Args:
             q: shape (nq,).
             v: shape (nv,).
@@ -201,14 +199,11 @@ class Chart:
         for at, of in self._rates:
             out[at] = v[of]
         for (xa, ya, za, wa), (oxa, oya, oza) in self._spins:
-            x, y, z, w = q[xa], q[ya], q[za], q[wa]
-            ox, oy, oz = 0.5 * v[oxa], 0.5 * v[oya], 0.5 * v[oza]
-            out[xa] = w * ox + y * oz - z * oy
-            out[ya] = w * oy + z * ox - x * oz
-            out[za] = w * oz + x * oy - y * ox
-            out[wa] = -x * ox - y * oy - z * oz
+            out[xa], out[ya], out[za], out[wa] = quaternion_rate(
+                (q[xa], q[ya], q[za], q[wa]), (v[oxa], v[oya], v[oza])
+            )
         for at_q, at_v in self._twists:
-            out[list(at_q[:3])] = _turn(
+            out[list(at_q[:3])] = turn(
                 [float(q[k]) for k in at_q[3:]], [float(v[k]) for k in at_v[:3]]
             )
 
@@ -273,33 +268,13 @@ def _rates(mechanism: Mechanism) -> dict[str, Any]:
     from sympy import Rational, Symbol
 
     rates = {name[:-1]: Symbol(name) for name in mechanism.velocities if name.endswith("'")}
-    half = Rational(1, 2)
     for joint in mechanism.joints:
         if not joint.quaternion:
             continue
-        x, y, z, w = quaternion = [Symbol(name) for name in joint.quaternion]
+        quaternion = [Symbol(name) for name in joint.quaternion]
         *linear, ox, oy, oz = (Symbol(name) for name in joint.velocities)
-        turning = (
-            w * ox + y * oz - z * oy,
-            w * oy + z * ox - x * oz,
-            w * oz + x * oy - y * ox,
-            -x * ox - y * oy - z * oz,
-        )
-        rates.update(zip(joint.quaternion, (half * part for part in turning), strict=True))
+        turning = quaternion_rate(quaternion, (ox, oy, oz), Rational(1, 2))
+        rates.update(zip(joint.quaternion, turning, strict=True))
         if linear:
-            rates.update(zip(joint.linear_coordinates, _turn(quaternion, linear), strict=True))
+            rates.update(zip(joint.linear_coordinates, turn(quaternion, linear), strict=True))
     return rates
-
-
-def _turn(quaternion: Sequence[Any], vector: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """Rotate a vector by a quaternion of any length: from the turned axes to the original ones."""
-    x, y, z, w = quaternion
-    a, b, c = vector
-    square = x * x + y * y + z * z + w * w
-    # p = v + 2 w (r × v) + 2 r × (r × v), divided by the quaternion's square
-    i, j, k = y * c - z * b, z * a - x * c, x * b - y * a
-    return (
-        a + 2 * (w * i + y * k - z * j) / square,
-        b + 2 * (w * j + z * i - x * k) / square,
-        c + 2 * (w * k + x * j - y * i) / square,
-    )

@@ -14,6 +14,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from mecanique.model.quaternions import conjugate, turn
 from mecanique.viewing.scene.scene import Floats, Scene
 
 __all__ = ["FRAME_RATE", "MOST_FRAMES", "Packed", "pack", "resample", "varints"]
@@ -184,19 +185,11 @@ def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]
             continue
         for b in range(len(scene.bodies)):
             p, q = scene.positions[:, b], scene.quaternions[:, b]
-            near = _into(q[few], point[few] - p[few])
+            near = turn(conjugate(q[few]), point[few] - p[few])
             if np.ptp(near, axis=0).max() > tolerance:
                 continue
-            local = _into(q, point - p)
+            local = turn(conjugate(q), point - p)
             if np.ptp(local, axis=0).max() <= tolerance:
                 found.append((column, b, local.mean(axis=0).tolist()))
                 break
     return found
-
-
-def _into(q: Floats, v: Floats) -> Floats:
-    """Vectors in a body's axes, of quaternions q (x, y, z, w): v − 2 w (r × v) + 2 r × (r × v)."""
-    r, w = q[:, :3], q[:, 3:]
-    turned = np.cross(r, v)
-    result: Floats = v - 2 * w * turned + 2 * np.cross(r, turned)
-    return result
