@@ -117,7 +117,7 @@ def test_closed_reactions_are_the_numeric_ones(name: str) -> None:
     balances = Balances(mechanism)
     a = balances.acceleration(some)
     values = some.values | dict(zip(by_hand.algebra.accelerations, a.T, strict=True))
-    numeric = balances.reactions(some)
+    numeric = balances.totals(some)
     evaluated = Evaluation(by_hand.algebra.ring, values)
     for cut in by_hand.cuts.bodies:
         found = by_hand.demands[cut.body]
@@ -180,7 +180,7 @@ def test_what_guides_coordinates_does_no_work_in_all() -> None:
     work = VirtualWork(textbook.load("bars_and_springs_small"))
     (line,) = work.balances.sum_guides()
     ring = work.algebra.ring
-    assert line.left == (ring["M_A"] + ring["M_D"]) / (4 * ring["l"])
+    assert line.left == (ring["C_A"] + ring["C_D"]) / (4 * ring["l"])
 
 
 @pytest.mark.parametrize("method", ["newton_euler", "virtual_work"])

@@ -262,7 +262,8 @@ class Equations(Dynamics):
         """Return force and moment of each joint's parent on its child, by joint, world axes.
 
         The moment is about the origin of the child's frame. Springs, dampers, drives and loads are
-        no part of it.
+        no part of it. Components that depend on what guides joints on the coordinate map, where
+        the mechanism does not say what does, are not numbers; `totals` are determined there, too.
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name.
@@ -278,6 +279,39 @@ class Equations(Dynamics):
             DerivationError: if the method shows no reactions, if a motion meets no inertia, or if
                 there are loops.
         """
+        return self._transmit(Balances.reactions, q, v, t, tau)
+
+    def totals(
+        self, q: Given, v: Given, t: float | np.ndarray = 0.0, tau: Given = None
+    ) -> dict[str, Reaction]:
+        """Return what crosses each joint in all, its reaction and what guides across it, by joint.
+
+        It acts on the child with all that hangs on it; where nothing guides a joint, it is the
+        joint's reaction.
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+            tau: what drives besides the mechanism's own forces, as in `reactions`.
+
+        Raises:
+            InputError: if a shape is wrong, a number is not finite, or tau acts elsewhere than in
+                a joint with one coordinate.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
+            DerivationError: if the method shows no reactions, if a motion meets no inertia, or if
+                there are loops.
+        """
+        return self._transmit(Balances.totals, q, v, t, tau)
+
+    def _transmit(
+        self,
+        what: Callable[[Balances, States], dict[str, Reaction]],
+        q: Given,
+        v: Given,
+        t: float | np.ndarray,
+        tau: Given,
+    ) -> dict[str, Reaction]:
         if not isinstance(self.numeric, Balances):
             raise DerivationError(
                 f"the method {self.method!r} shows no reactions, which do no virtual work; "
@@ -291,7 +325,7 @@ class Equations(Dynamics):
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
-        found = self.numeric.reactions(states)
+        found = what(self.numeric, states)
         return {
             name: Reaction(*(states.unbatch(part) for part in both)) for name, both in found.items()
         }

@@ -11,12 +11,15 @@ from mecanique.figure.mechanism import solid_marks
 from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
 from mecanique.figure.paper.signs import arc, arrow, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.motion.analysis.forces import Action, Actions
+from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
 
 __all__ = ["cut_free"]
 
 LONGEST, SHORTEST = 110.0, 18.0
 """Lengths of the largest and of the smallest arrow [pt]."""
+
+_UNKNOWN = "S, C: reactions and guides together; each by itself is undetermined"
+"""Below a body on which something acts that the mechanism does not describe."""
 
 NEGLIGIBLE = 1e-6
 """Forces below this share of the largest are not drawn."""
@@ -44,10 +47,11 @@ def cut_free(setting: Setting, body: str) -> tuple[Mark, ...]:
     spots = {tuple(np.round(setting.camera.at(each.origin[0]), 1)) for each in actions}
     marks += [*arrows, *(Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots))]
     if marks:
-        left, top, right, _ = bounds(marks)
-        marks.append(
-            Words(np.array([(left + right) / 2, top - 14.0]), ((body, "upright"),), "name")
-        )
+        left, top, right, bottom = bounds(marks)
+        middle = (left + right) / 2
+        marks.append(Words(np.array([middle, top - 14.0]), ((body, "upright"),), "name"))
+        if any(each.name == TOGETHER for each in actions):
+            marks.append(Words(np.array([middle, bottom + 22.0]), ((_UNKNOWN, "upright"),), "name"))
     return tuple(marks)
 
 
@@ -120,6 +124,8 @@ def _symbol(setting: Setting, action: Action, moment: bool) -> str:
         return f"{mass}*g" if mass.isidentifier() else "G"
     if action.kind == "inertia":
         return "-I*alpha" if moment else f"-{mass}*a" if mass.isidentifier() else "-m*a"
+    if action.name == TOGETHER:
+        return "C" if moment else "S"
     stem = "".join(sign if sign.isalnum() else "_" for sign in action.name).strip("_") or "force"
     letters = {
         "reaction": "M" if moment else "R",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cached_property, partial
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import AppliedForce, Array, Places, Wrench
+from mecanique.reference.engine.guided import Guided
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 
 __all__ = ["Wrenches"]
@@ -24,9 +26,13 @@ class Wrenches(Answering):
         """Return what each parent does to its child, by joint: at the child's origin, world axes.
 
         Springs, dampers, drives and loads count as external forces on the bodies, so a reaction is
-        what the joint itself transmits: nothing along or about a free axis. Of a joint that follows
-        the coordinate map, the force along its axis is what keeps it on the map. In a joint with an
-        armature, −armature · r'' along or about its axis is what turns the rotor.
+        what the joint itself transmits: nothing along or about a free axis. Of a joint whose motion
+        is prescribed, the force along its axis is what moves it. In a joint with an armature,
+        −armature · r'' along or about its axis is what turns the rotor.
+
+        Where the coordinate map guides several joints together and the mechanism does not say by
+        what, the components that depend on it are not numbers; they are named in `undetermined`,
+        and `reason` says why. `totals` are determined there, too.
 
         After the joints come the loops by their names (after a joint of the same name, with "loop "
         before it): what body a does to body b, at the origin of the loop's frame on body b. What
@@ -46,11 +52,52 @@ class Wrenches(Answering):
             UnknownNameError: if a name in tau is no joint, coordinate or velocity.
             InputError: if tau acts elsewhere than in a joint with one coordinate.
         """
-        names = self._carriers
         states = States.of(self.mechanism, q, v, t, tau=tau)
+        found = self._find_totals(states)
+        if not self._guided.reasons:
+            return found
+        poses = np.asarray(self._answer(states, self._tree.poses))
+        count = len(self.mechanism.bodies)
+        flags = self._guided.undetermined(poses.reshape(-1, count, 4, 4))
+        return found | {
+            joint.name: _forget(found[joint.name], loose, self._guided.reasons[joint.name])
+            for joint, loose in zip(self.mechanism.joints, flags, strict=True)
+            if loose.any()
+        }
+
+    def totals(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Wrench]:
+        """Return what crosses each joint in all, its reaction and what guides across it, by joint.
+
+        It acts on the child with all that hangs on it, at the child's origin, world axes: the
+        resultant of the joint's reaction and of all that holds this part of the mechanism on the
+        coordinate map from outside. Where nothing guides a joint, it is the joint's reaction. Loops
+        follow as in `reactions`.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            tau: what drives besides the mechanism's own forces, as in `reactions`.
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+            ClosureError: if a motion that the loops leave free moves no mass.
+            UnknownNameError: if a name in tau is no joint, coordinate or velocity.
+            InputError: if tau acts elsewhere than in a joint with one coordinate.
+        """
+        return self._find_totals(States.of(self.mechanism, q, v, t, tau=tau))
+
+    @property
+    def guided(self) -> dict[str, str]:
+        """Why its reaction is undetermined, of each joint that something not described guides."""
+        return dict(self._guided.reasons)
+
+    def _find_totals(self, states: States) -> dict[str, Wrench]:
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
-        if not names:
+        if not self._carriers:
             return {}
         if self._closed is not None:
             return self._transmit(states, self._closed)
@@ -58,9 +105,10 @@ class Wrenches(Answering):
         return self._wrenches(states, parts)
 
     def undetermined(self, q: Given, t: float = 0.0) -> dict[str, tuple[str, ...]]:
-        """Return the components of reactions that redundancy leaves undetermined, by name.
+        """Return the components of reactions that are undetermined, by name.
 
-        Joints and loops of which everything is determined are left out.
+        Redundant constraints leave them so, and guides that the mechanism does not describe; joints
+        and loops of which everything is determined are left out.
 
         Args:
             q: shape (nq,), one position.
@@ -70,10 +118,13 @@ class Wrenches(Answering):
             EngineError: if a loop is open.
         """
         states = States.of(self.mechanism, q, t=t)
-        if self._closed is None:
-            return {}
-        self._closed.refuse_open(states.q[0], float(states.t[0]))
-        flags = self._closed.undetermined(states.q[0], float(states.t[0]))
+        flags = np.zeros((len(self._carriers), 6), dtype=bool)
+        if self._closed is not None:
+            self._closed.refuse_open(states.q[0], float(states.t[0]))
+            flags |= self._closed.undetermined(states.q[0], float(states.t[0]))
+        if self._guided.reasons:
+            poses = self._tree.poses(states.q[0], states.v[0], float(states.t[0]))
+            flags[: len(self.mechanism.joints)] |= self._guided.undetermined(poses[None])
         return {
             name: _names_of(row)
             for name, row in zip(self._carriers, flags, strict=True)
@@ -99,6 +150,10 @@ class Wrenches(Answering):
             AppliedForce(*effect, *np.moveaxis(parts[..., k, :, :], -2, 0))
             for k, effect in enumerate(effects)
         )
+
+    @cached_property
+    def _guided(self) -> Guided:
+        return Guided(self.mechanism)
 
     @cached_property
     def _carriers(self) -> list[str]:
@@ -158,3 +213,15 @@ class Wrenches(Answering):
 
 def _names_of(flags: npt.NDArray[np.bool_]) -> tuple[str, ...]:
     return tuple(name for name, loose in zip(COMPONENTS, flags, strict=True) if loose)
+
+
+def _forget(wrench: Wrench, loose: npt.NDArray[np.bool_], reason: str) -> Wrench:
+    """A wrench without the components that guides leave undetermined; what the rest is, is zero."""
+    force, moment = (np.where(part, np.nan, 0.0) for part in (loose[:3], loose[3:]))
+    return replace(
+        wrench,
+        force=np.broadcast_to(force, wrench.force.shape).copy(),
+        moment=np.broadcast_to(moment, wrench.moment.shape).copy(),
+        undetermined=_names_of(loose),
+        reason=reason,
+    )

@@ -125,7 +125,7 @@ class KineticEnergy(_Stated):
 @final
 @dataclass(frozen=True)
 class Reaction(_Stated):
-    """The force in a joint at any state.
+    """The force in a joint at any state; in all, where something not described guides across it.
 
     Args:
         joint: its name.

@@ -286,7 +286,7 @@ def _residual(fact: Fact, build: _Build) -> float:
             return _at_states(
                 bench,
                 fact.formula,
-                lambda q, v, t: bench.reference.reactions(q, v, t)[fact.joint].force,
+                lambda q, v, t: bench.reference.totals(q, v, t)[fact.joint].force,
             )
         case Conserved():
             return _drift(bench, fact)

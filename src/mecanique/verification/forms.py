@@ -89,10 +89,11 @@ def balances(ours: InHouse) -> Equations:
 def reactions(source: Equations | Reference, mechanism: Mechanism, states: States) -> Array:
     """Return the reactions of all joints as one vector, shape (n, 6 · joints).
 
-    Moments are divided by the characteristic length; those of a joint that the source does not know
-    are not numbers.
+    Where something that is not described guides a joint, it is the total of both. Moments are
+    divided by the characteristic length; those of a joint that the source does not know are not
+    numbers.
     """
-    wrenches = source.reactions(states.q, states.v, states.t)
+    wrenches = source.totals(states.q, states.v, states.t)
     length = characteristic_length(mechanism)
     parts: list[Array] = [np.zeros((len(states), 0))]
     for joint in mechanism.joints:

@@ -127,6 +127,12 @@ class FreeBodies:
             [mechanism.evaluate(link.armature) for link in self._tree for _ in link.velocities],
             dtype=float,
         )
+        self.columns = [
+            (int(holder[link.joint]), link.coordinates)
+            for link in self._tree
+            for _ in link.velocities
+        ]
+        """Place of the free body that each joint velocity moves, and the coordinates it changes."""
         self._free = moving(self._tree)
         self._masses = [self._mass(joint.child) for joint in self._joints]
 

@@ -9,7 +9,8 @@ For each body, about its center of mass C and in world axes (Fundamentals of Dyn
 with applied forces F, their moment M_C, the reaction R and its couple at the body's joint, and
 minus the reactions of the joints that hang on the body (action and reaction). A joint transmits
 nothing along or about its free directions, but what turns its rotor; where coordinates are driven,
-reactions along the joints do no work together.
+reactions along the joints do no work together. Those of joints that a guide crosses are totals, of
+the reaction and of what guides across the joint.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ import numpy as np
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solve
+from mecanique.model.guides.find import guides_of
+from mecanique.model.guides.guide import idle_coordinates
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
@@ -50,6 +53,7 @@ class Balances(BatchDynamics):
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
         self._bodies = FreeBodies(mechanism)
+        self._guides = guides_of(mechanism)
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv), solved for together with all reactions."""
@@ -57,6 +61,40 @@ class Balances(BatchDynamics):
 
     def reactions(self, states: States) -> dict[str, Reaction]:
         """Return the reaction in each joint by name, without springs, dampers, drives and loads.
+
+        Components that depend on what guides the joint, and is not described, are not numbers.
+
+        Args:
+            states: where, how fast and when.
+
+        Raises:
+            DerivationError: if a motion meets no inertia.
+        """
+        found = self.totals(states)
+        crossed = {name for guide in self._guides for name in guide.crossed}
+        if crossed:
+            at = self._bodies.at(states)
+            for k, joint in enumerate(self._mechanism.tree):
+                if joint.name in crossed:
+                    part = np.where(self._loose(at, k), np.nan, 0.0)
+                    found[joint.name] = Reaction(part[:, :3], part[:, 3:])
+        return found
+
+    def _loose(self, at: Snapshot, k: int) -> np.ndarray:
+        """Whether a guide may act along each component of the k-th joint's wrench, shape (n, 6)."""
+        idle = idle_coordinates(self._guides, self._mechanism.tree[k])
+        mine = [
+            u
+            for u, (holder, names) in enumerate(self._bodies.columns)
+            if holder == k and idle.issuperset(names)
+        ]
+        axes = at.axes[:, :, mine]
+        # what is left of each unit wrench without its part in the idle directions
+        left = np.eye(6) - axes @ np.linalg.pinv(axes)
+        return np.asarray(np.linalg.norm(left, axis=1) > _SHARE)
+
+    def totals(self, states: States) -> dict[str, Reaction]:
+        """Return what crosses each joint by name, its reaction and what guides across it together.
 
         Args:
             states: where, how fast and when.
@@ -215,6 +253,9 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
         V = V - body.mass * body.center @ g
     return T, V
 
+
+_SHARE = 1e-4
+"""Unit wrenches that directions where a joint transmits nothing leave less of are among them."""
 
 _DENSE = 200
 """In systems with more equations than this the reactions are eliminated before solving."""

@@ -31,9 +31,17 @@ from mecanique.derivation.symbolic.vectors import (
 )
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
+from mecanique.model.guides.find import guides_of
+from mecanique.model.guides.guide import Guide, explain_joint
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["NewtonEuler", "enumerate_words"]
+
+_LETTERS = {"force": "R", "moment": "M"}
+"""Of the reactions."""
+
+_TOTALS = {"force": "S", "moment": "C"}
+"""Of what crosses a joint in all, where something that is not described guides it."""
 
 
 @final
@@ -57,6 +65,7 @@ class NewtonEuler:
         self.algebra = algebra or Algebra(mechanism)
         self.cuts = Cuts(Kinematics(self.algebra))
         self.rates = joint_rates(self.cuts)
+        self.guides = [guide for guide in guides_of(mechanism) if guide.crossed]
         self._inertia = demands(self.cuts, _needs)
         self._loads = demands(self.cuts, Cut.loads)
         free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
@@ -106,6 +115,7 @@ class NewtonEuler:
     def _name_reactions(self, cut: Cut) -> None:
         """Name the reactions of a body's joint, except components that vanish identically."""
         ring, free, demand = self.algebra.ring, self._free(cut), self.demands[cut.body]
+        letters = _TOTALS if self.is_guided(cut) else _LETTERS
         nothing = [ring.number(0)] * 3
         own = {"force": nothing.copy(), "moment": nothing.copy()}
         sums = {"force": [zero(ring)], "moment": [zero(ring)]}
@@ -114,8 +124,7 @@ class NewtonEuler:
             if loose:  # there the joint transmits what its rotor takes, nothing else
                 sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
                 continue
-            letter = "R" if d.kind == "force" else "M"
-            name = "_".join(filter(None, (letter, cut.joint.name, d.label)))
+            name = "_".join(filter(None, (letters[d.kind], cut.joint.name, d.label)))
             value = component(d.row, demand.part(d.kind))
             if value.vanishes():
                 self._zeros.append(name)
@@ -123,10 +132,18 @@ class NewtonEuler:
             R = d.sign * ring.unknown(name, Kind.REACTION)
             own[d.kind][d.place] = R
             sums[d.kind].append(lift(ring, d.row) * R)
-            self.unknowns[name] = _meaning(cut, d)
+            self.unknowns[name] = _meaning(cut, d, guided=self.is_guided(cut))
             self._closed.append(Result(Left(name), d.sign * value))
         self.symbols[cut.body] = Wrench(total(sums["force"]), total(sums["moment"]))
         self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
+
+    def is_guided(self, cut: Cut) -> bool:
+        """Return whether something that is not described acts across the joint of a body.
+
+        Args:
+            cut: the body.
+        """
+        return bool(explain_joint(self.guides, cut.joint.name))
 
     def _free(self, cut: Cut) -> list[JointRate]:
         """The joint velocities in which the joint of a body transmits nothing."""
@@ -155,13 +172,17 @@ class NewtonEuler:
 
     def _acting(self, cut: Cut) -> list[str]:
         """What acts on a body, in words."""
-        hung = [other.joint for other in self.cuts.bodies if other.joint.parent == cut.body]
+        hung = [other for other in self.cuts.bodies if other.joint.parent == cut.body]
         return [
-            f"the reaction in {cut.joint.name}",
+            f"{self._total(cut)} {cut.joint.name}",
             *(["its weight"] if any(cut.weight) else []),
             *dict.fromkeys(one.name for one in cut.applied),
-            *(f"the opposite of the reaction in {joint.name}" for joint in hung),
+            *(f"the opposite of {self._total(other)} {other.joint.name}" for other in hung),
         ]
+
+    def _total(self, cut: Cut) -> str:
+        """What acts across the joint of a body, in words."""
+        return "the total of reaction and guide in" if self.is_guided(cut) else "the reaction in"
 
     def _accelerations(self, cut: Cut) -> list[Result]:
         if not cut.mass:
@@ -249,6 +270,8 @@ class NewtonEuler:
             sentence += f" Identically zero: {', '.join(self._zeros)}."
         if self._closed or self._zeros:
             yield Stage("Reactions", sentence, tuple(self._closed))
+        if self.guides:
+            yield Stage("Undetermined reactions", _explain(self.guides))
         if len(self.rates) == len(self.algebra.velocities):
             return
         driven = self.algebra.mechanism.coordinates.driven
@@ -327,9 +350,21 @@ def _moment_balance(cut: Cut) -> str:
     return f"{what}, both about {point}."
 
 
-def _meaning(cut: Cut, d: Direction) -> str:
+def _explain(guides: Sequence[Guide]) -> str:
+    """What guides leave undetermined, and what they do not."""
+    reasons = "; ".join(guide.reason for guide in guides)
+    return (
+        f"{reasons[0].upper()}{reasons[1:]}. There the reactions by themselves are undetermined. S "
+        "and C are force and moment of all that acts across the joint, reaction and guides "
+        "together, on what hangs on it."
+    )
+
+
+def _meaning(cut: Cut, d: Direction, *, guided: bool) -> str:
     """What a reaction is, with its unit."""
     exerted = f"that {cut.joint.parent} exerts on {cut.body} in {cut.joint.name}"
+    if guided:
+        exerted = f"of reaction and guide together across {cut.joint.name} on {cut.body}"
     if d.kind == "moment":
         about = "in the sense in which moments count positive"
         if d.label:

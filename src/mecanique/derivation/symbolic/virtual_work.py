@@ -285,8 +285,8 @@ class VirtualWork:
         )
         if guided := self.balances.sum_guides():
             sentence += (
-                " What guides the coordinates that follow others does work joint by joint, but "
-                "none in all, as the last lines say."
+                " What guides the coordinates that follow others counts with the reactions; it "
+                "does work joint by joint, but none in all, as the last lines say."
             )
             lines += guided
         if any(rate.rotor for rate in self.balances.rates):

@@ -20,7 +20,10 @@ from mecanique.model.mechanism import Mechanism
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Action", "Actions", "Kind"]
+__all__ = ["TOGETHER", "Action", "Actions", "Kind"]
+
+TOGETHER = "reactions and guides"
+"""What acts on a body in joints that something not described guides: only its sum is known."""
 
 Kind: TypeAlias = ForceKind | Literal["weight", "reaction", "inertia"]
 
@@ -107,13 +110,17 @@ class Actions:
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
         """Yield the wrenches of joints on child and parent, and of loops on both bodies.
 
+        Where something that is not described acts across joints of a body, their reactions are not
+        determined: what all of them and the guides do to the body comes as one, `TOGETHER`.
+
         Args:
             t: shape (n,) [s].
             q: shape (n, nq).
             v: shape (n, nv).
         """
         poses = self._reference.poses(q, t)
-        found = self._reference.reactions(q, v, t)
+        found = self._reference.totals(q, v, t)
+        guided = self._reference.guided
         seats = [
             (joint.child, joint.parent, self._origin(poses, joint.child))
             for joint in self._mechanism.joints
@@ -122,9 +129,21 @@ class Actions:
             (loop.body_b, loop.body_a, self._point(poses, loop.body_b, loop.frame_b.xyz))
             for loop in self._mechanism.loops
         ]
+        sums: dict[str, list[np.ndarray]] = {}
         for (name, wrench), (body, other, at) in zip(found.items(), seats, strict=True):
+            if name in guided:
+                for one, sign in ((body, 1.0), (other, -1.0)):
+                    arm = at - self._origin(poses, one)
+                    force, moment = sums.setdefault(one, [np.zeros(at.shape), np.zeros(at.shape)])
+                    force += sign * wrench.force
+                    moment += sign * (wrench.moment + np.cross(arm, wrench.force))
+                continue
             yield Action(name, "reaction", body, other, at, wrench.force, wrench.moment)
             yield Action(name, "reaction", other, body, at, -wrench.force, -wrench.moment)
+        for body, (force, moment) in sums.items():
+            if body != self._mechanism.ground:
+                at = self._origin(poses, body)
+                yield Action(TOGETHER, "reaction", body, None, at, force, moment)
 
     def inertia(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray

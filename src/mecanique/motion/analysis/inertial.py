@@ -309,6 +309,8 @@ def _reaction_rows(
     back = turning.poses()[:count, ground, :3, :3].transpose(0, 2, 1)
     rows = []
     for joint in still.mechanism.joints:
+        if joint.name in still.reference.guided:
+            continue
         one, other = still.reactions(joint.name), turning.reactions(joint.name)
         for what, unit in (("force", "N"), ("moment", "N·m")):
             before = getattr(one, what)[:count]

@@ -120,9 +120,10 @@ def _reactions(motion: Motion, figure: Any, joint: str | None) -> None:
         axes.legend(loc="upper right", fontsize="small")
         axes.grid(alpha=0.3)
     figure.axes[-1].set_xlabel("t [s]")
-    figure.suptitle(
-        f"{m.name}: {m.joint(joint).parent} on {m.joint(joint).child} at {joint!r}, world axes"
-    )
+    title = f"{m.name}: {m.joint(joint).parent} on {m.joint(joint).child} at {joint!r}, world axes"
+    if wrench.reason:
+        title += f"\nundetermined: {', '.join(wrench.undetermined)}"
+    figure.suptitle(title)
 
 
 def _together(names: tuple[str, ...], unit: dict[str, str]) -> str:

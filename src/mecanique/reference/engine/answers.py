@@ -27,6 +27,9 @@ __all__ = [
 ]
 
 Array: TypeAlias = npt.NDArray[np.float64]
+_NO_SHARE = 1e-9
+"""Components along an axis up to this part of a vector are none."""
+
 Number: TypeAlias = Any
 """A float, or an array of shape (n,) for n states: whoever asks knows which."""
 
@@ -130,15 +133,17 @@ class Wrench:
     Args:
         force: shape (3,) or (n, 3) [N].
         moment: shape (3,) or (n, 3) [N·m].
-        undetermined: names of components, e.g. "force y", that redundant constraints leave
-            undetermined; their values are those of the least multipliers, one possibility among
-            many.
+        undetermined: names of components, e.g. "force y", that are not determined. Where redundant
+            constraints leave them so, their values are those of the least multipliers, one
+            possibility among many; where something that is not described guides the joint, they
+            are not numbers.
         axes: whose axes the components are in: "world" or a body's name.
         parent: name of the body that acts; empty if not known.
         child: name of the body acted on.
         point: shape (3,), the point of the moment in the frame of `body` [m].
         body: name of the body that carries the point, or "world".
         places: where the bodies are.
+        reason: why components are undetermined, where something that is not described guides.
     """
 
     force: Array
@@ -150,6 +155,7 @@ class Wrench:
     point: tuple[float, float, float] = (0.0, 0.0, 0.0)
     body: str = ""
     places: Places | None = field(default=None, repr=False)
+    reason: str = ""
 
     def in_axes(self, axes: str) -> Wrench:
         """Return the same wrench with its components in other axes.
@@ -165,8 +171,8 @@ class Wrench:
         turn = np.swapaxes(there, -1, -2) @ here
         return replace(
             self,
-            force=(turn @ self.force[..., None])[..., 0],
-            moment=(turn @ self.moment[..., None])[..., 0],
+            force=_rotate(turn, self.force),
+            moment=_rotate(turn, self.moment),
             axes=name,
             undetermined=_mix(self.undetermined, turn),
         )
@@ -255,9 +261,17 @@ def local_point(xyz: Sequence[float] | Array) -> Array:
     return local
 
 
+def _rotate(turn: Array, vector: Array) -> Array:
+    """A vector in turned axes; components that unknown ones have a share in are unknown."""
+    known = np.isfinite(vector)
+    turned: Array = (turn @ np.where(known, vector, 0.0)[..., None])[..., 0]
+    lost = ((np.abs(turn) > _NO_SHARE) & ~known[..., None, :]).any(axis=-1)
+    return np.where(lost, np.nan, turned)
+
+
 def _mix(undetermined: tuple[str, ...], turn: Array) -> tuple[str, ...]:
     """The components in turned axes that undetermined ones have a share in."""
-    share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > 1e-9
+    share = np.abs(turn).reshape(-1, 3, 3).max(axis=0) > _NO_SHARE
     found = []
     for kind in ("force", "moment"):
         loose = np.array([f"{kind} {axis}" in undetermined for axis in "xyz"])

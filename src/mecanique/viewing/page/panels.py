@@ -108,12 +108,14 @@ def _forces(scene: Scene) -> str:
     head = "".join(
         f'<th scope="col" class="number">{each}</th>' for each in ("x", "y", "z", "size")
     )
+    undetermined = scene.document.undetermined
+    notes = "".join(f'<p class="note">{escape(note)}</p>' for note in undetermined)
     return (
         f'<p class="note bar">Choose a body above the picture to cut it free.</p>'
         f'<p id="no-forces" class="note">{hint or "No force acts on this body."}</p>'
         f'<div class="scroll"><table id="force-table"><thead><tr><th scope="col">Force</th>{head}'
         '<th scope="col">Unit</th></tr></thead><tbody></tbody></table></div>'
-        '<dl id="force-sum"></dl>'
+        f'<dl id="force-sum"></dl>{notes}'
     )
 
 

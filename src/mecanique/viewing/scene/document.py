@@ -138,6 +138,7 @@ class Document:
         ledger: the virtual work of each force.
         urdf: the mechanism as URDF text.
         file_name: stem of the files one can save from the page.
+        undetermined: sentences on the forces that are not determined, and why.
     """
 
     subtitle: str = ""
@@ -149,3 +150,4 @@ class Document:
     ledger: Ledger = field(default_factory=Ledger)
     urdf: str = ""
     file_name: str = "mechanism"
+    undetermined: tuple[str, ...] = ()

@@ -267,6 +267,8 @@ def _series(motion: Motion, complete: bool) -> Iterator[Series]:
             shown=not few and name != "work",
         )
     for joint in mechanism.joints[: MOST_ARROWS // 4]:
+        if joint.name in motion.reference.guided:
+            continue
         wrench = motion.reactions(joint.name)
         for k, axis in enumerate("xyz"):
             for vector, sign, size in ((wrench.force, "R", "N"), (wrench.moment, "M", "N·m")):

@@ -11,7 +11,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
-from mecanique.motion.analysis.forces import Action
+from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.record.motion import Motion
 from mecanique.urdf.write import write_urdf
 from mecanique.verification.verdict import Verdict
@@ -56,6 +56,7 @@ def document_of(
         ledger=ledger_of(motion, actions),
         urdf=_urdf(mechanism),
         file_name=mechanism.name,
+        undetermined=explain_undetermined(motion),
     )
 
 
@@ -154,6 +155,20 @@ def _freedom(motion: Motion) -> tuple[str, ...]:
     return tuple(sentences)
 
 
+def explain_undetermined(motion: Motion) -> tuple[str, ...]:
+    """Return why reactions of a motion are undetermined, in sentences; none if all are determined.
+
+    Args:
+        motion: the `Motion`.
+    """
+    reasons = dict.fromkeys(motion.reference.guided.values())
+    return tuple(
+        f"Undetermined reactions: {reason}. What all of it does to a body is shown as one force, "
+        f"{TOGETHER}."
+        for reason in reasons
+    )
+
+
 def _urdf(mechanism: Mechanism) -> str:
     try:
         return write_urdf(mechanism)
@@ -190,7 +205,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
         titles = {
             "weight": f"weight of {name}",
             "inertia": f"inertia of {name}",
-            "reaction": f"reaction at {name}",
+            "reaction": name if name == TOGETHER else f"reaction at {name}",
         }
         where = " and ".join(dict.fromkeys(action.body for action in group))
         rows.append(LedgerRow(titles.get(kind, name), kind, f"of {where}", np.asarray(work)))

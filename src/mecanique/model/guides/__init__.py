@@ -1,0 +1,1 @@
+"""What holds joints on the coordinate map without being described."""

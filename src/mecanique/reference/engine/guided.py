@@ -1,0 +1,76 @@
+"""Joints across which something acts that is not described: what of their reactions is unknown."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.model.guides.find import guides_of
+from mecanique.model.guides.guide import explain_joint, idle_coordinates
+from mecanique.model.joints import Joint
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+
+__all__ = ["Guided"]
+
+_WHOLE = 1 - 1e-9
+"""A direction this long within those where a joint transmits nothing is one of them."""
+
+
+@final
+class Guided:
+    """The joints of a mechanism whose reactions depend on guides that it does not describe.
+
+    Args:
+        mechanism: any mechanism.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._guides = guides_of(mechanism)
+        self._place = {body.name: k for k, body in enumerate(mechanism.bodies)}
+        reasons = {
+            joint.name: explain_joint(self._guides, joint.name) for joint in mechanism.joints
+        }
+        self.reasons = {name: reason for name, reason in reasons.items() if reason}
+        """Why its reaction is undetermined, by name of the joint."""
+
+    def undetermined(self, poses: Array) -> npt.NDArray[np.bool_]:
+        """Return which components of each joint's reaction are undetermined, shape (joints, 6).
+
+        Args:
+            poses: of all bodies in n states, shape (n, bodies, 4, 4).
+        """
+        joints = self._mechanism.joints
+        flags = np.zeros((len(joints), 6), dtype=bool)
+        for k, joint in enumerate(joints):
+            if joint.name in self.reasons:
+                idle = self._idle(joint, poses)
+                # e is known where it lies within the idle directions: |P e| = 1
+                onto = np.linalg.pinv(idle) if idle.size else np.zeros((len(poses), 0, 6))
+                flags[k] = (np.linalg.norm(idle @ onto, axis=1) < _WHOLE).any(axis=0)
+        return flags
+
+    def _idle(self, joint: Joint, poses: Array) -> Array:
+        """The directions in which a joint transmits nothing, world axes, shape (n, 6, k)."""
+        names = idle_coordinates(self._guides, joint)
+        turns = poses[:, self._place[joint.child], :3, :3]
+        origin = np.array(
+            [[self._mechanism.evaluate(c) for c in row] for row in joint.origin.rotation]
+        )
+        before = poses[:, self._place[joint.parent], :3, :3] @ origin
+        found = [np.zeros((len(poses), 6, 0))]
+        for motion in joint.chain:
+            if not names.issuperset(motion.coordinates):
+                continue
+            # what comes before the last motion of a chain never turns its axis
+            frame = turns if motion is joint.chain[-1] else before
+            axes = np.eye(3) if motion.kind in ("ball", "free") else np.array([motion.axis]).T
+            along, nothing = frame @ axes, np.zeros((len(poses), 3, axes.shape[1]))
+            if motion.kind in ("slide", "free"):
+                found.append(np.concatenate([along, nothing], axis=1))
+            if motion.kind in ("turn", "ball", "free"):
+                found.append(np.concatenate([nothing, along], axis=1))
+        return np.concatenate(found, axis=2)
