@@ -158,7 +158,7 @@ def test_every_body_obeys_newton_and_euler(reference: Reference) -> None:
     gravity = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
     for q, v, t in states(mechanism, 3):
         a = reference.acceleration(q, v, t)
-        wrenches = reference.reactions(q, v, t)
+        wrenches = reference.totals(q, v, t)
         poses = dict(
             zip((body.name for body in mechanism.bodies), reference.poses(q, t), strict=True)
         )
@@ -369,9 +369,9 @@ def test_many_states_give_what_each_gives(reference: Reference) -> None:
         each_alone = np.array(each)
         assert many.shape == each_alone.shape, name
         assert many == pytest.approx(each_alone, rel=1e-12, abs=1e-12), name
-    wrenches = reference.reactions(q, v, t)
+    wrenches = reference.totals(q, v, t)
     for k, one in enumerate(lot):
-        for name, wrench in reference.reactions(*one).items():
+        for name, wrench in reference.totals(*one).items():
             assert wrenches[name].force[k] == pytest.approx(wrench.force, rel=1e-12, abs=1e-12)
             assert wrenches[name].moment[k] == pytest.approx(wrench.moment, rel=1e-12, abs=1e-12)
 

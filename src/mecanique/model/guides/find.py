@@ -44,7 +44,7 @@ def guides_of(mechanism: Mechanism) -> tuple[Guide, ...]:
     for tied in _ties(mechanism, tuple(owner)):
         joints = tuple(dict.fromkeys(owner[name] for name in tied))
         laws = tuple(f"{name} = {driven[name]}" for name in tied if name in driven)
-        crossed = tuple(_crossed(mechanism, joints)) if len(joints) > 1 else ()
+        crossed = tuple(_find_crossed(mechanism, joints)) if len(joints) > 1 else ()
         found.append(Guide(tied, laws, joints, crossed))
     return tuple(found)
 
@@ -95,7 +95,7 @@ def _slopes(mechanism: Mechanism, names: tuple[str, ...]) -> np.ndarray:
     return found
 
 
-def _crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str]:
+def _find_crossed(mechanism: Mechanism, joints: tuple[str, ...]) -> Iterator[str]:
     """The joints on the paths between the bodies that some joints connect."""
     ends = {body for name in joints for body in _bodies(mechanism, name)}
     for joint in mechanism.joints:

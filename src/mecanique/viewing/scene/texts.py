@@ -56,7 +56,7 @@ def document_of(
         ledger=ledger_of(motion, actions),
         urdf=_urdf(mechanism),
         file_name=mechanism.name,
-        undetermined=explain_undetermined(motion),
+        undetermined=explain_reactions(motion),
     )
 
 
@@ -155,7 +155,7 @@ def _freedom(motion: Motion) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def explain_undetermined(motion: Motion) -> tuple[str, ...]:
+def explain_reactions(motion: Motion) -> tuple[str, ...]:
     """Return why reactions of a motion are undetermined, in sentences; none if all are determined.
 
     Args:
