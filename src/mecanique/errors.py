@@ -81,8 +81,9 @@ class UrdfError(MecaniqueError):
     def __init__(self, message: str, *, file: str | None = None, line: int | None = None) -> None:
         self.file = file
         self.line = line
-        lined = "" if line is None else f"line {line}" if file is None else f":{line}"
-        place = f"{file or ''}{lined}"
+        place = file or ""
+        if line is not None:
+            place += f":{line}" if place else f"line {line}"
         super().__init__(f"{place}: {message}" if place else message)
 
 

@@ -113,8 +113,10 @@ def response_table(response: Response) -> str:
         head += [f"amplitude {name}", f"phase {name}"]
     pairs = np.stack([response.amplitude, response.phase], axis=-1)
     table = np.column_stack([response.frequencies, pairs.reshape(len(pairs), -1)])
-    rows = [",".join(f"{x:.10g}" for x in row) for row in table.tolist()]
-    return "\n".join([",".join(head), *rows])
+    lines = [",".join(head)]
+    for row in table.tolist():
+        lines.append(",".join(f"{x:.10g}" for x in row))
+    return "\n".join(lines)
 
 
 def _letters(linearization: Linearization) -> str:

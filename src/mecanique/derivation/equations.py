@@ -326,9 +326,7 @@ class Equations(Dynamics):
         if states.efforts is not None:
             states.efforts.refuse_without_seat()
         found = what(self.numeric, states)
-        return {
-            name: Reaction(*(states.unbatch(part) for part in both)) for name, both in found.items()
-        }
+        return {name: Reaction(*map(states.unbatch, both)) for name, both in found.items()}
 
     def momentum(
         self, q: Given, v: Given, t: float | np.ndarray = 0.0
@@ -371,4 +369,4 @@ class Equations(Dynamics):
 def _matrix(rows: Iterable[Sequence[Series]]) -> Matrix:
     from sympy import Matrix
 
-    return Matrix([[to_sympy(entry) for entry in row] for row in rows])
+    return Matrix([list(map(to_sympy, row)) for row in rows])

@@ -47,28 +47,24 @@ class Linear:
 
     def _lines(self, writer: Writer) -> list[str]:
         terms = [("M", self.M, "''"), ("C", self.C, "'"), ("K", self.K, "")]
-        used = [
-            (letter, rows, dots) for letter, rows, dots in terms if any(any(row) for row in rows)
-        ]
-        force = [[entry] for entry in self.f]
+        used = [term for term in terms if any(map(any, term[1]))]
         if isinstance(writer, Text):
             left = " + ".join(f"{letter} q{dots}" for letter, _, dots in used)
             right = "f" if any(self.f) else "0"
             lines = [f"{left} = {right}", f"q = [{', '.join(self.names)}]"]
             lines += [f"{letter} = {_bracket(rows)}" for letter, rows, _ in used]
             return [*lines, f"f = [{', '.join(map(_write, self.f))}]"] if any(self.f) else lines
-        products = [
-            _matrix([[expression(e).write(writer) for e in row] for row in rows], writer)
-            + _matrix([[writer.letter(name + dots, False, "")] for name in self.names], writer)
-            for _, rows, dots in used
-        ]
-        whole = writer.sum([(False, product) for product in products])
-        return [
-            writer.equation(
-                whole,
-                _matrix([[expression(e).write(writer) for e in row] for row in force], writer),
-            )
-        ]
+
+        def write(entry: Series) -> str:
+            return expression(entry).write(writer)
+
+        products = []
+        for _, rows, dots in used:
+            matrix = _matrix([list(map(write, row)) for row in rows], writer)
+            column = [[writer.letter(name + dots, False, "")] for name in self.names]
+            products.append((False, matrix + _matrix(column, writer)))
+        force = _matrix([[write(entry)] for entry in self.f], writer)
+        return [writer.equation(writer.sum(products), force)]
 
 
 def linear(derivation: Derivation) -> Linear | None:
@@ -84,7 +80,7 @@ def linear(derivation: Derivation) -> Linear | None:
     if len(names) != n or derivation.ties:
         return None
     letters = (*algebra.accelerations, *algebra.velocities, *names)
-    columns: list[list[list[Series]]] = []
+    columns: list[tuple[tuple[Series, ...], ...]] = []
     forces = []
     for row in derivation.rows:
         found = [ring.number(0)] * (3 * n)
@@ -99,9 +95,9 @@ def linear(derivation: Derivation) -> Linear | None:
                 return None
             else:
                 found[powers.index(1)] = coefficient
-        columns.append([found[:n], found[n : 2 * n], found[2 * n :]])
+        columns.append((tuple(found[:n]), tuple(found[n : 2 * n]), tuple(found[2 * n :])))
         forces.append(force)
-    M, C, K = (tuple(tuple(row[k]) for row in columns) for k in range(3))
+    M, C, K = zip(*columns, strict=True)
     return Linear(names, M, C, K, tuple(forces))
 
 
@@ -110,15 +106,16 @@ def _write(series: Series) -> str:
 
 
 def _bracket(rows: Matrix) -> str:
-    return f"[{', '.join('[' + ', '.join(map(_write, row)) + ']' for row in rows)}]"
+    lines = [f"[{', '.join(map(_write, row))}]" for row in rows]
+    return f"[{', '.join(lines)}]"
 
 
 def _matrix(rows: list[list[str]], writer: Writer) -> str:
     if isinstance(writer, Latex):
-        return (
-            "\\begin{bmatrix} " + " \\\\ ".join(" & ".join(row) for row in rows) + " \\end{bmatrix}"
-        )
-    cells = "".join(
-        "<mtr>" + "".join(f"<mtd>{cell}</mtd>" for cell in row) + "</mtr>" for row in rows
-    )
-    return f"<mrow><mo>[</mo><mtable>{cells}</mtable><mo>]</mo></mrow>"
+        lines = " \\\\ ".join(map(" & ".join, rows))
+        return f"\\begin{{bmatrix}} {lines} \\end{{bmatrix}}"
+    table = ""
+    for row in rows:
+        cells = "".join(f"<mtd>{cell}</mtd>" for cell in row)
+        table += f"<mtr>{cells}</mtr>"
+    return f"<mrow><mo>[</mo><mtable>{table}</mtable><mo>]</mo></mrow>"

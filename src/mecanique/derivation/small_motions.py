@@ -129,9 +129,9 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     still = {name: ring.number(0) for name in (*algebra.velocities, *algebra.accelerations)}
     put = Substitution({**place, **still}, numbers)
     forces = [h - Q for h, Q in zip(derivation.h, derivation.Q, strict=True)]
-    M = tuple(tuple(put(entry) for entry in row) for row in derivation.M)
-    C = tuple(tuple(put(entry) for entry in algebra.ring.partials(force)) for force in forces)
-    K = tuple(tuple(put(entry) for entry in algebra.ring.along(force)) for force in forces)
+    M = tuple(tuple(map(put, row)) for row in derivation.M)
+    C = tuple(tuple(map(put, ring.partials(force))) for force in forces)
+    K = tuple(tuple(map(put, ring.along(force))) for force in forces)
     for what, matrix in (("M", M), ("C", C), ("K", K)):
         for entry in (entry for row in matrix for entry in row):
             timed = [g.name for g in entry.generators() if g.kind in (Kind.TIME, Kind.INPUT)]

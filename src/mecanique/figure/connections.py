@@ -124,16 +124,16 @@ def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> 
         foot, head = bottom + sign * half * along, top + sign * half * along
         straight, drift = (head - foot) @ up * up, (head - foot) - (head - foot) @ up * up
         yield Stroke(foot + bend[:, None] * straight + smooth[:, None] * drift, "spring")
-    springs, dampers = (
-        [name for load in loads if load.kind == kind and (name := setting.name(load.coefficient))]
-        for kind in ("spring", "damper")
-    )
-    if springs:
-        yield label((bottom + top) / 2 + half * along, springs[0], along, 8.0)
-    if dampers:
+    names: dict[str, str] = {}  # of the first spring and the first damper that has one
+    for load in loads:
+        if name := setting.name(load.coefficient):
+            names.setdefault(load.kind, name)
+    if "spring" in names:
+        yield label((bottom + top) / 2 + half * along, names["spring"], along, 8.0)
+    if "damper" in names:
         a, b = bottom - 0.5 * half * along, top + 0.3 * half * along
         yield from dashpot(a, b)
-        yield label((a + b) / 2, dampers[0], along, 10.0)
+        yield label((a + b) / 2, names["damper"], along, 10.0)
 
 
 def _in_hinge(setting: Setting, joint: Revolute, loads: Sequence[JointLoad]) -> Iterator[Mark]:

@@ -123,7 +123,8 @@ def _symbol(setting: Setting, action: Action, moment: bool) -> str:
     if action.kind == "weight":
         return f"{mass}*g" if mass.isidentifier() else "G"
     if action.kind == "inertia":
-        return "-I*alpha" if moment else f"-{mass}*a" if mass.isidentifier() else "-m*a"
+        letter = mass if mass.isidentifier() else "m"
+        return "-I*alpha" if moment else f"-{letter}*a"
     if action.name == TOGETHER:
         return "C" if moment else "S"
     stem = "".join(sign if sign.isalnum() else "_" for sign in action.name).strip("_") or "force"

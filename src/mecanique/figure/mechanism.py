@@ -156,7 +156,7 @@ def _loop(setting: Setting, loop: Loop) -> Iterator[Mark]:
 def _gravity(setting: Setting, marks: list[Mark]) -> Iterator[Mark]:
     """The direction of free fall, beside the figure, unless it points into the paper."""
     mechanism, camera = setting.mechanism, setting.camera
-    gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
+    gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
     size = float(np.linalg.norm(gravity)) * camera.scale
     down = camera.at(gravity)
     if size == 0 or math.hypot(*down) < 0.3 * size:

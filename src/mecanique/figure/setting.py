@@ -69,7 +69,7 @@ class Setting:
             xyz: shape (3,), scalars in the body's frame.
         """
         pose = self.poses[self.index(body)]
-        local = np.array([self.mechanism.evaluate(component) for component in xyz])
+        local = np.array(self.mechanism.evaluate_all(xyz))
         position: Floats = pose[:3, 3] + pose[:3, :3] @ local
         return position
 
@@ -182,7 +182,7 @@ def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
     names = [each.name for each in mechanism.bodies]
     found = []
     for end in link.ends:
-        pose, point = poses[names.index(end.body)], [mechanism.evaluate(c) for c in end.point]
+        pose, point = poses[names.index(end.body)], mechanism.evaluate_all(end.point)
         found.append(pose[:3, 3] + pose[:3, :3] @ np.array(point))
     return np.array(found)
 

@@ -66,17 +66,12 @@ def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
 
 
 def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Iterator[Solid]:
-    place = np.eye(4)
-    place[:3, :3] = [
-        [mechanism.evaluate(entry) for entry in row] for row in visual.placement.rotation
-    ]
-    place[:3, 3] = [mechanism.evaluate(component) for component in visual.placement.xyz]
-    at = pose @ place
+    at = pose @ mechanism.matrix(visual.placement)
     center, z = at[:3, 3], at[:3, 2]
     clear = visual.rgba is not None and visual.rgba[3] < 1
     match visual.geometry:
         case Box(edges) as shape:
-            half = np.array([mechanism.evaluate(edge) for edge in edges]) / 2
+            half = np.array(mechanism.evaluate_all(edges)) / 2
             signs = np.array([[i, j, k] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)])
             corners = center + (signs * half) @ at[:3, :3].T
             far = int(np.argmax(half))
@@ -182,9 +177,9 @@ def _box(solid: Solid, camera: Camera) -> Iterator[Mark]:
     for k in range(3):
         sign = 1 if solid.pose[:3, k] @ camera.toward > 0 else 0
         face = np.take(corners, sign, axis=k).reshape(4, 3)[[0, 1, 3, 2]]
-        upright = abs(solid.pose[2, k])
-        style = "body" if upright > 0.7 else ("face" if k == 1 else "shade")
-        yield Stroke(camera.at(face), style, closed=True)
+        lies_flat = abs(solid.pose[2, k]) > 0.7
+        style = "face" if k == 1 else "shade"
+        yield Stroke(camera.at(face), "body" if lies_flat else style, closed=True)
 
 
 def unit3(vector: Floats) -> Floats:

@@ -79,11 +79,16 @@ def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]
         matrix: shape (3, 3).
         components: shape (3,).
     """
-    x, y, z = (
-        sum(a * b for a, b in zip(row, components, strict=True) if not _is_zero(a))
-        for row in matrix
-    )
+    x, y, z = (_dot(row, components) for row in matrix)
     return x, y, z
+
+
+def _dot(row: Vector, components: Vector) -> Scalar:
+    total: Any = 0
+    for a, b in zip(row, components, strict=True):
+        if not _is_zero(a):
+            total = total + a * b
+    return total
 
 
 def _is_zero(scalar: Scalar) -> bool:

@@ -51,9 +51,7 @@ def characteristic_length(mechanism: Mechanism) -> float:
         for force in mechanism.forces:
             if isinstance(force, LineLoad):
                 vectors += [stated.scalars for stated in force.stated if stated.length]
-    lengths = np.array(
-        [np.linalg.norm([mechanism.evaluate(c) for c in vector]) for vector in vectors]
-    )
+    lengths = np.array([np.linalg.norm(mechanism.evaluate_all(vector)) for vector in vectors])
     lengths = lengths[lengths > _NONE]
     return float(np.median(lengths)) if len(lengths) else 1.0
 

@@ -67,34 +67,34 @@ def is_integrable(
     from sympy import Symbol, sympify
 
     symbols = [Symbol(name) for name in coordinates]
-    forms = [
-        [sympify(constraint.terms.get(name, 0.0)) for name in coordinates]
-        for constraint in constraints
-    ]
+    forms = []
+    for constraint in constraints:
+        forms.append([sympify(constraint.terms.get(name, 0.0)) for name in coordinates])
     curls = [_curl(form, symbols) for form in forms]
     random = np.random.default_rng(1877)
     for _ in range(_POINTS):
-        at = {
-            **values,
-            **dict(
-                zip(coordinates, random.uniform(0.2, 1.2, len(coordinates)).tolist(), strict=True)
-            ),
-        }
-        A = np.array([[float(evaluate(entry, at)) for entry in form] for form in forms])
+        point = random.uniform(0.2, 1.2, len(coordinates)).tolist()
+        at = {**values, **dict(zip(coordinates, point, strict=True))}
+        A = _numbers(forms, at)
         _, sizes, right = np.linalg.svd(A)
         free = right[int((sizes > 1e-12 * max(sizes[0], 1e-300)).sum()) :]
         for curl in curls:
-            inside = (
-                free
-                @ np.array([[float(evaluate(entry, at)) for entry in row] for row in curl])
-                @ free.T
-            )
+            # Frobenius: dA is to vanish on the motions that A admits
+            inside = free @ _numbers(curl, at) @ free.T
             if np.abs(inside).max(initial=0.0) > 1e-9 * max(1.0, float(np.abs(A).max())):
                 return False
     return True
 
 
+def _numbers(rows: Sequence[Sequence[Any]], values: Mapping[str, float]) -> np.ndarray:
+    """Evaluate a matrix of expressions."""
+    flat = [float(evaluate(entry, values)) for row in rows for entry in row]
+    return np.array(flat).reshape(len(rows), -1)
+
+
 def _curl(form: Sequence[Any], symbols: Sequence[Any]) -> list[list[Any]]:
     """∂A_k/∂q_i − ∂A_i/∂q_k."""
-    pairs = list(zip(form, symbols, strict=True))
-    return [[b.diff(x) - a.diff(y) for b, y in pairs] for a, x in pairs]
+    curl = []
+    for a, x in zip(form, symbols, strict=True):
+        curl.append([b.diff(x) - a.diff(y) for b, y in zip(form, symbols, strict=True)])
+    return curl

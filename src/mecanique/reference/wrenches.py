@@ -169,7 +169,7 @@ class Wrenches(Answering):
         m = self.mechanism
         seats = [(joint.parent, joint.child, (0.0, 0.0, 0.0)) for joint in m.joints]
         for loop in m.loops:
-            x, y, z = (m.evaluate(c) for c in loop.frame_b.xyz)
+            x, y, z = m.evaluate_all(loop.frame_b.xyz)
             seats.append((loop.body_a, loop.body_b, (x, y, z)))
         return seats
 

@@ -143,7 +143,7 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
         meaning = f": {parameter.meaning}" if parameter.meaning else ""
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         yield f"{parameter.symbol} = {number(parameter.value, parameter.symbol)}{unit}{meaning}"
-    gravity = numbers((mechanism.evaluate(g) for g in mechanism.gravity), "gravity")
+    gravity = numbers(mechanism.evaluate_all(mechanism.gravity), "gravity")
     yield f"gravity along x, y, z: {gravity} m/s² (not part of URDF)"
     if mechanism.coordinates.driven:
         names = ", ".join(mechanism.coordinates)
@@ -166,10 +166,10 @@ def _link(mechanism: Mechanism, body: Body, colors: dict[Rgba, str]) -> Tag:
     where = f"body {body.name!r}"
     children: list[Node] = []
     mass = mechanism.evaluate(body.mass)
-    inertia = [mechanism.evaluate(entry) for entry in body.inertia]
+    inertia = mechanism.evaluate_all(body.inertia)
     if mass or any(inertia):
         ixx, iyy, izz, ixy, ixz, iyz = (number(entry, where) for entry in inertia)
-        center = numbers((mechanism.evaluate(c) for c in body.center), where)
+        center = numbers(mechanism.evaluate_all(body.center), where)
         children.append(
             Tag(
                 "inertial",
@@ -187,7 +187,7 @@ def _visual(mechanism: Mechanism, visual: Visual, where: str, colors: dict[Rgba,
     what = f"a visual of {where}"
     match visual.geometry:
         case Box(size):
-            shape = Tag("box", size=numbers((mechanism.evaluate(edge) for edge in size), what))
+            shape = Tag("box", size=numbers(mechanism.evaluate_all(size), what))
         case Cylinder(radius, length):
             measures = {"radius": radius, "length": length}
             shape = Tag(
@@ -309,9 +309,7 @@ def _actuators(mechanism: Mechanism) -> Iterator[Tag]:
 
 
 def _origin(mechanism: Mechanism, place: Placement, where: str) -> Iterator[Tag]:
-    xyz, rpy = (
-        [mechanism.evaluate(scalar) for scalar in three] for three in (place.xyz, place.rpy)
-    )
+    xyz, rpy = mechanism.evaluate_all(place.xyz), mechanism.evaluate_all(place.rpy)
     if any(xyz) or any(rpy):
         yield Tag("origin", xyz=numbers(xyz, where), rpy=numbers(rpy, where))
 

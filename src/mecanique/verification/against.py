@@ -110,7 +110,7 @@ def _of_mechanism(
     at_q, at_v = np.arange(len(ours[0])), np.arange(len(ours[1]))
     if set(ours[0]) == set(theirs[0]) and set(ours[1]) == set(theirs[1]):
         at_q, at_v = (
-            np.array([a.index(b) for b in names], dtype=int)
+            np.array(list(map(a.index, names)), dtype=int)
             for a, names in zip(ours, theirs, strict=True)
         )
     elif ours != theirs:

@@ -36,9 +36,8 @@ class ClosedForm:
         self._mechanism = mechanism
         self._derivation = derivation
         stated = [r for stage in derivation.stages for r in stage.results]
-        self._energies = [
-            next((r.right for r in stated if r.left == Left(letter)), None) for letter in "TV"
-        ]
+        rights = {r.left: r.right for r in reversed(stated)}
+        self._energies = [rights.get(Left(letter)) for letter in "TV"]
 
     def mass_matrix(self, q: Given, t: Any = 0.0) -> Array:
         """Return M, shape (n, nv, nv).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, final
@@ -140,10 +140,13 @@ def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[St
     zero = [0.0] * len(rows)
     forces = [f"tau_{name.removesuffix(chr(39))}" for name in mechanism.velocities]
     wanted = (tuple(mechanism.coordinates), mechanism.velocities, accelerations, forces)
-    q, v, a, tau = (
-        np.array([columns.get(name, zero) for name in part]).reshape(-1, len(rows)).T
-        for part in wanted
-    )
+
+    def table(part: Sequence[str]) -> Array:
+        found = np.array([columns.get(name, zero) for name in part])
+        by_row: Array = found.reshape(-1, len(rows)).T
+        return by_row
+
+    q, v, a, tau = map(table, wanted)
     t = np.array(columns.get("t", zero))
     for what, values in zip(
         ("coordinates", "velocities", "accelerations", "forces", "t"),

@@ -145,7 +145,8 @@ class Survey:
             rows.append((name, sizes, f"{worst:.1e}", "; ".join(filter(None, (said, *told)))))
         both = any(entry.root for entry in self.entries)
         head = ("robot" if both else "system", "N fixed/floating" if both else "N", "worst", "")
-        widths = [max(len(row[k]) for row in (head, *rows)) for k in range(3)]
+        columns = list(zip(head, *rows, strict=True))
+        widths = [max(map(len, column)) for column in columns[:3]]
         lines = [
             f"{name:{widths[0]}}  {size:>{widths[1]}}  {worst:>{widths[2]}}  {said}".rstrip()
             for name, size, worst, said in (head, *rows)

@@ -185,7 +185,9 @@ def _differentiate(first: Mechanism, second: Mechanism, relations: Mapping[str, 
         return sum(parts) + diff(expression, time)
 
     velocity = [total(phi[name]) for name in x]
-    jacobian = [[diff(phi[name], variable) for variable in variables] for name in x]
+    jacobian = []
+    for name in x:
+        jacobian.append([diff(phi[name], variable) for variable in variables])
     return _Map([phi[name] for name in x], velocity, jacobian, [total(v) for v in velocity])
 
 

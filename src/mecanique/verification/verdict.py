@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
@@ -180,10 +180,10 @@ class Verdict:
         heads = [first if len(others) == 1 else f"{first} = {other}" for first, other in pairs]
         what = f"difference from {others.pop()}" if len(others) == 1 else "relative difference"
         worst = {(row.quantity, row.sources): row for row in self.rows}
-        lines = [
-            (quantity, *(self._cell(worst.get((quantity, pair))) for pair in pairs))
-            for quantity in dict.fromkeys(row.quantity for row in self.rows)
-        ]
+        lines = []
+        for quantity in dict.fromkeys(row.quantity for row in self.rows):
+            cells = (self._cell(worst.get((quantity, pair))) for pair in pairs)
+            lines.append((quantity, *cells))
         return ((what, *heads), *lines)
 
     @property
@@ -202,10 +202,8 @@ class Verdict:
             if not self.accepts(row):
                 told.append(f"{pair}: worst at {self.state(row)}")
         known = self.causes[0].alike if self.causes else ()
-        told += [
-            f"likely cause {k}: {c}"
-            for k, c in enumerate((c for c in self.causes if c not in known), 1)
-        ]
+        causes = [cause for cause in self.causes if cause not in known]
+        told += [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
         return (*told, *self.notes)
 
     def __str__(self) -> str:
@@ -215,9 +213,7 @@ class Verdict:
 
     def _repr_html_(self) -> str:
         head, *body = self.table
-        rows = ["".join(f"<th>{escape(cell)}</th>" for cell in head)]
-        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
-        table = "".join(f"<tr>{row}</tr>" for row in rows)
+        table = _row("th", head) + "".join(_row("td", line) for line in body)
         remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
         return f"<table><caption>{escape(self.summary)}</caption>{table}</table>{remarks}"
 
@@ -226,6 +222,11 @@ class Verdict:
             return ""
         worst = f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite"
         return worst if self.accepts(row) else f"{worst} !"
+
+
+def _row(tag: str, cells: Sequence[str]) -> str:
+    inner = "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
+    return f"<tr>{inner}</tr>"
 
 
 def _number(value: float) -> float | None:

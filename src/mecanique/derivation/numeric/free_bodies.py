@@ -223,7 +223,7 @@ class FreeBodies:
 
     def _numbers(self, components: Any) -> np.ndarray:
         scalars: tuple[Scalar, ...] = tuple(components)
-        return np.array([self.mechanism.evaluate(component) for component in scalars])
+        return np.array(self.mechanism.evaluate_all(scalars))
 
 
 def total_momentum(

@@ -80,7 +80,7 @@ class Reduced:
             for body in mechanism.bodies
             if body.shapes and place[body.name] >= 0
         ]
-        self._gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
+        self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return a, shape (n, nv).

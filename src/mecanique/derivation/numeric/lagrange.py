@@ -78,7 +78,7 @@ class Definition(BatchDynamics):
             for body in mechanism.bodies
             if body.shapes and self._place[body.name] >= 0
         ]
-        self._gravity = np.array([mechanism.evaluate(component) for component in mechanism.gravity])
+        self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M: what Lagrange's operator adds for unit accelerations."""

@@ -86,9 +86,8 @@ class Loads:
     def __init__(self, mechanism: Mechanism, tree: tuple[Link, ...]) -> None:
         self._mechanism = mechanism
         self._place = place_of(tree, mechanism)
-        self._column = {
-            name: k for k, name in enumerate(name for link in tree for name in link.velocities)
-        }
+        names = [name for link in tree for name in link.velocities]
+        self._column = {name: k for k, name in enumerate(names)}
         self._joint = {link.joint: link for link in tree}
         self._constants: dict[Scalar, float | None] = {}
 

@@ -72,13 +72,12 @@ class Closure:
     def __init__(self, mechanism: Mechanism) -> None:
         self._loops = mechanism.loops
         place = place_of(links(mechanism), mechanism)
-        self._ends = [
-            [
-                (place[body], placement_matrix(frame, mechanism.values))
-                for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
-            ]
-            for loop in mechanism.loops
-        ]
+        self._ends: list[list[tuple[int, np.ndarray]]] = []
+        """Of each loop: place of each end's link in the tree, and its pose there."""
+        for loop in mechanism.loops:
+            X_a = placement_matrix(loop.frame_a, mechanism.values)
+            X_b = placement_matrix(loop.frame_b, mechanism.values)
+            self._ends.append([(place[loop.body_a], X_a), (place[loop.body_b], X_b)])
         self._lengths = [mechanism.evaluate(loop.length) for loop in mechanism.loops]
         self.names = tuple(
             f"{loop.name}: {row}" for loop in mechanism.loops for row in CLOSED[loop.kind]

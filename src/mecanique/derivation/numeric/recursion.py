@@ -57,7 +57,7 @@ class Recursion(BatchDynamics):
                     link.armature
                 )
         self._gravity = np.zeros((4, 4))
-        self._gravity[:3, 3] = [mechanism.evaluate(component) for component in mechanism.gravity]
+        self._gravity[:3, 3] = mechanism.evaluate_all(mechanism.gravity)
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M, shape (n, nv, nv)."""

@@ -229,8 +229,8 @@ def _group(series: Series, *, by_side: bool) -> list[_Group]:
     """The series by monomials of motion and lengths, in order: ((on the right, monomial), rest)."""
     ring = series.ring
     kinds = [g.kind for g in ring.generators]
-    depends = {i: {g.kind for g in atom.argument.generators()} for i, atom in ring.atoms.items()}
-    turns = [{g.kind for g in angle.argument.generators()} for angle in ring.angles]
+    depends = {i: _kinds(atom.argument) for i, atom in ring.atoms.items()}
+    turns = [_kinds(angle.argument) for angle in ring.angles]
     parts: dict[tuple[bool, int], Parts] = {}
     for trig, polynomial in series.parts.items():
         turning = set().union(*(turns[j] for j, _ in exponents(trig >> 1)))
@@ -251,16 +251,21 @@ def _group(series: Series, *, by_side: bool) -> list[_Group]:
     return sorted(groups, key=lambda group: (group[0][0], _rank(ring, group[0][1])))
 
 
+def _kinds(series: Series) -> set[Kind]:
+    """What a series depends on."""
+    return {generator.kind for generator in series.generators()}
+
+
 def _rank(ring: Basis, key: int) -> tuple[object, ...]:
     """Accelerations, then velocities, then lengths, then the rest.
 
     Of motions the higher powers come first, of lengths the lower ones.
     """
     powers = dict(exponents(key))
-    degrees = {
-        kind: [-powers.get(g.index, 0) for g in ring.generators if g.kind is kind]
-        for kind in _RANKED
-    }
+    degrees: dict[Kind, list[int]] = {kind: [] for kind in _RANKED}
+    for generator in ring.generators:
+        if generator.kind in degrees:
+            degrees[generator.kind].append(-powers.get(generator.index, 0))
     motion = [sum(degrees[kind]) for kind in _RANKED[:2]]
     lengths = -sum(degrees[Kind.COORDINATE])
     return (*motion, lengths or math.inf, *(tuple(degrees[kind]) for kind in _RANKED))

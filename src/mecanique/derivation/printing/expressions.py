@@ -17,6 +17,7 @@ from mecanique.derivation.printing.trigforms import (
     shortest,
 )
 from mecanique.derivation.scalars.monomials import exponents, largest_exponent
+from mecanique.derivation.scalars.polynomials import shift
 from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series
 
 __all__ = ["Expr", "collect_terms", "definition", "factor_out", "letters", "to_sympy"]
@@ -119,7 +120,7 @@ def _without(trig: Trig, factor: tuple[int, int, int]) -> Trig:
 
 def _divide(polynomial: Series, number: Fraction, monomial: int) -> Series:
     # shifted by hand: a product would lower powers of roots again
-    parts = {t: {m - monomial: c for m, c in p.items()} for t, p in polynomial.parts.items()}
+    parts = shift(polynomial.parts, -monomial)
     reach = polynomial.reach + largest_exponent([monomial])
     return Series(polynomial.ring, parts, polynomial.denominator, reach) * (1 / number)
 
@@ -132,22 +133,21 @@ def _is_negative(polynomial: Series) -> bool:
 
 
 def _factored_sum(polynomial: Series) -> Expr:
-    """A polynomial without monomial content, factor_out over the rationals."""
+    """A polynomial without monomial content, factored over the rationals."""
     from sympy import Add, Poly, Symbol
 
     ring = polynomial.ring
     terms = polynomial.parts[0]
     degrees = [dict(exponents(m)) for m in terms]
-    # a linear sum, or two terms without powers and common letters, cannot be factor_out
+    # a linear sum, or two terms without powers and common letters, cannot be factored
     linear = all(sum(d.values()) <= 1 for d in degrees)
     plain = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
     if not plain and len(terms) <= _LARGEST:
         indices = sorted({i for d in degrees for i in d})
         symbols = [Symbol(f"x{i}") for i in indices]
-        rows = {
-            tuple(d.get(i, 0) for i in indices): c
-            for d, c in zip(degrees, terms.values(), strict=True)
-        }
+        rows = {}
+        for d, c in zip(degrees, terms.values(), strict=True):
+            rows[tuple(d.get(i, 0) for i in indices)] = c
         number, factors = Poly.from_dict(rows, *symbols).factor_list()
         if len(factors) > 1 or factors[0][1] > 1:
             out = [_number(Fraction(int(number.p), int(number.q)) / polynomial.denominator)]
@@ -158,15 +158,8 @@ def _factored_sum(polynomial: Series) -> Expr:
                 ]
                 out.append(Add(*inner) ** e)
             return _product(out)
-    return Add(
-        *_gather(
-            ring,
-            [
-                (d, Fraction(c, polynomial.denominator))
-                for d, c in zip(degrees, terms.values(), strict=True)
-            ],
-        )
-    )
+    coefficients = (Fraction(c, polynomial.denominator) for c in terms.values())
+    return Add(*_gather(ring, list(zip(degrees, coefficients, strict=True))))
 
 
 def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Expr]:
@@ -181,8 +174,12 @@ def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Ex
     if shared.get(best, 0) < 2:
         return [_term(ring, c, d) for d, c in rows]
     index, e = best
-    inside = [({i: k for i, k in d.items() if i != index}, c) for d, c in rows if d.get(index) == e]
-    outside = [(d, c) for d, c in rows if d.get(index) != e]
+    inside, outside = [], []
+    for d, c in rows:
+        if d.get(index) == e:
+            inside.append(({i: k for i, k in d.items() if i != index}, c))
+        else:
+            outside.append((d, c))
     return [
         _product([_letter(ring, index) ** e, Add(*_gather(ring, inside))]),
         *_gather(ring, outside),

@@ -102,7 +102,10 @@ def cost(form: Form) -> int:
     if not form:
         return 1
     common = common_monomial(form.values())
-    shared = set.intersection(*({(angle, sine) for angle, sine, _ in trig} for trig in form))
+    functions = []
+    for trig in form:
+        functions.append({(angle, sine) for angle, sine, _ in trig})
+    shared = set.intersection(*functions)
     total = _letters(common) + sum(_angle_cost(angle) for angle, _ in shared)
     seen: set[frozenset[tuple[int, int]]] = set()
     for trig, polynomial in form.items():

@@ -9,7 +9,17 @@ from typing import TypeAlias
 from mecanique.derivation.scalars.monomials import Polynomial, exponents, multiply
 from mecanique.errors import DerivationError
 
-__all__ = ["Parts", "accumulate", "check_size", "largest", "lowest_terms", "product", "size"]
+__all__ = [
+    "Parts",
+    "accumulate",
+    "check_size",
+    "largest",
+    "lowest_terms",
+    "negative",
+    "product",
+    "shift",
+    "size",
+]
 
 Parts: TypeAlias = "dict[int, Polynomial]"
 """Polynomial of each trigonometric function: key 2 K for cos(K·φ), 2 K + 1 for sin(K·φ), 0 for 1.
@@ -60,27 +70,47 @@ def product(first: Parts, second: Parts, most: int) -> tuple[Parts, int]:
     for f, p in first.items():
         for g, r in second.items():
             both = multiply(p, r)
-            for trig, sign in _product_to_sum(f, g) if f and g else ((f or g, 2 if halved else 1),):
-                accumulate(parts, trig, both, sign)
+            if f and g:
+                for trig, sign in _product_to_sum(f, g):
+                    accumulate(parts, trig, both, sign)
+            else:
+                accumulate(parts, f or g, both, 2 if halved else 1)
         check_size(parts, most, canceling=True)
     return parts, 2 if halved else 1
 
 
 def lowest_terms(parts: Parts, denominator: int) -> tuple[Parts, int]:
     """Return parts without zeros and the denominator, the fraction reduced."""
-    parts = {
-        t: q
-        for t, p in parts.items()
-        if (q := p if all(p.values()) else {m: c for m, c in p.items() if c})
-    }
+    sound = {}
+    for t, p in parts.items():
+        if q := p if all(p.values()) else {m: c for m, c in p.items() if c}:
+            sound[t] = q
+    parts = sound
     divisor = denominator
     for p in parts.values():
         if divisor == 1:
             return parts, denominator
         divisor = math.gcd(divisor, *p.values())
     if divisor > 1:
-        parts = {t: {m: c // divisor for m, c in p.items()} for t, p in parts.items()}
+        for t, p in parts.items():
+            parts[t] = {m: c // divisor for m, c in p.items()}
     return parts, denominator // divisor
+
+
+def shift(parts: Parts, monomial: int) -> Parts:
+    """Return parts with every monomial multiplied by another, negative to divide by one."""
+    moved = {}
+    for t, p in parts.items():
+        moved[t] = {m + monomial: c for m, c in p.items()}
+    return moved
+
+
+def negative(parts: Parts) -> Parts:
+    """Return parts with every sign turned."""
+    turned = {}
+    for t, p in parts.items():
+        turned[t] = {m: -c for m, c in p.items()}
+    return turned
 
 
 @lru_cache(maxsize=1 << 16)

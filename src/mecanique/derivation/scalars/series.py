@@ -20,7 +20,9 @@ from mecanique.derivation.scalars.polynomials import (
     check_size,
     largest,
     lowest_terms,
+    negative,
     product,
+    shift,
     size,
 )
 from mecanique.errors import DerivationError
@@ -171,11 +173,9 @@ class Series:
         for index, degree in reversed(self.ring.roots):
             lowest = min((exponent(m, index) for p in series.parts.values() for m in p), default=0)
             if lowest < 0:
-                shift = power(index, degree * -(lowest // degree))
-                cleared = {t: {m + shift: c for m, c in p.items()} for t, p in series.parts.items()}
-                series = _reduce(
-                    Series(self.ring, cleared, series.denominator, series.reach - lowest + 1)
-                )
+                cleared = shift(series.parts, power(index, degree * -(lowest // degree)))
+                reach = series.reach - lowest + 1
+                series = _reduce(Series(self.ring, cleared, series.denominator, reach))
         return not series.parts
 
     def generators(self) -> list[Generator]:
@@ -201,8 +201,7 @@ class Series:
     __radd__ = __add__
 
     def __neg__(self) -> Series:
-        parts = {t: {m: -c for m, c in p.items()} for t, p in self.parts.items()}
-        return Series(self.ring, parts, self.denominator, self.reach)
+        return Series(self.ring, negative(self.parts), self.denominator, self.reach)
 
     def __pos__(self) -> Series:
         return self

@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.tree.poses import Arithmetic, local, placement_matrix, stack
+from mecanique.derivation.tree.poses import Arithmetic, local, placement_matrix, stack, transpose
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 
@@ -85,8 +85,7 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
     mechanism = kinematics.algebra.mechanism
     if normal is None:
         carrier = kinematics.carrier(body)
-        turn = kinematics.turn(kinematics.place[body])
-        rows = [[turn[i][k] for i in range(3)] for k in range(3)]
+        rows = transpose(kinematics.turn(kinematics.place[body]))
         own = carrier >= 0 or rows != [list(unit) for unit in _UNITS]
         whose = body if own else "the world"
         sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
@@ -94,7 +93,9 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
     if (swing := _swing(mechanism, body)) is not None:
         joint, n, t = swing
         rotation = kinematics.turn(kinematics.place[body])
-        rows = [[_dot(rotation[i], unit) for i in range(3)] for unit in (n, t, joint.axis)]
+        rows = []
+        for unit in (n, t, joint.axis):
+            rows.append([_dot(row, unit) for row in rotation])
         pin = joint.name
         sentence = (
             f"Unit vectors that turn with the body: n points from {pin} to the center of mass, t "
@@ -105,7 +106,8 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         return Axes(rows, ("n", "t", "k"), (-1, 1, 1), rows, ("n", "t", ""), sentence)
     at = int(np.abs(normal).argmax())
     sign = 1 if normal[at] > 0 else -1
-    turns = [[sign * x if k == at else x for x in unit] for k, unit in enumerate(_UNITS)]
+    turns = [list(unit) for unit in _UNITS]
+    turns[at][at] = sign
     labels = ("x", "y", "z")
     plane = " and ".join(label for k, label in enumerate(labels) if k != at)
     moments: tuple[str, ...] = tuple("" if k == at else label for k, label in enumerate(labels))
@@ -158,7 +160,7 @@ def _swing(
     (joint, *others) = mechanism.joints
     if others or not isinstance(joint, Revolute) or joint.child != body:
         return None
-    center = np.array([mechanism.evaluate(component) for component in mechanism.body(body).center])
+    center = np.array(mechanism.evaluate_all(mechanism.body(body).center))
     axis = np.array(joint.axis)
     across = center - (center @ axis) * axis
     size = float(np.linalg.norm(across))

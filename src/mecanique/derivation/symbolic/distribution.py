@@ -87,7 +87,7 @@ def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | N
     axis = np.array([algebra.mechanism.evaluate(row[2]) for row in rotation])
     if np.abs(axis).max() < 1 - 1e-12:
         return None
-    at = [algebra.mechanism.evaluate(component) for component in shape.center]
+    at = algebra.mechanism.evaluate_all(shape.center)
     sign = -1 if axis @ np.array(at) < 0 else 1
     direction = [sign * round(component) for component in axis.tolist()]
     length = algebra.series(cylinder.length)

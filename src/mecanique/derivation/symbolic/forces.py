@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
@@ -11,6 +11,7 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.vectors import Vector
 from mecanique.model.forces import AnyForce, BodyLoad, LineLoad, WrenchOnBody
 
 __all__ = ["Work", "works_of"]
@@ -76,16 +77,17 @@ def _forces(
 def _of_wrench(kinematics: Kinematics, name: str, wrench: WrenchOnBody) -> Work:
     """F·δr + C·δφ; the virtual displacement along δq is ∂(velocity)/∂q'."""
     algebra, body = kinematics.algebra, wrench.body
-    pairs: list[tuple[Series, Sequence[Series]]] = []
+    works: list[list[Series]] = [[] for _ in algebra.velocities]
+
+    def add(force: Vector, motion: Vector) -> None:
+        for component, rate in zip(force, motion, strict=True):
+            for work, slope in zip(works, algebra.ring.partials(rate), strict=True):
+                work.append(component * slope)
+
     if wrench.force is not None:
         F = kinematics.vector(wrench.force, wrench.axes, body)
-        velocity = kinematics.velocity(body, wrench.point)
-        pairs += zip(F, map(algebra.ring.partials, velocity), strict=True)
+        add(F, kinematics.velocity(body, wrench.point))
     if wrench.torque is not None:
         C = kinematics.vector(wrench.torque, wrench.axes, body)
-        pairs += zip(C, map(algebra.ring.partials, kinematics.spin(body)), strict=True)
-    forces = tuple(
-        algebra.ring.sum([component * column[k] for component, column in pairs])
-        for k in range(len(algebra.velocities))
-    )
-    return Work(name, "work", None, forces)
+        add(C, kinematics.spin(body))
+    return Work(name, "work", None, tuple(map(algebra.ring.sum, works)))

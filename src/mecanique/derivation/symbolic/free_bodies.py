@@ -12,7 +12,7 @@ from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
-from mecanique.derivation.tree.poses import Matrix, combination
+from mecanique.derivation.tree.poses import Matrix, combination, transpose
 from mecanique.model.expression import Scalar
 from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.joints import Joint
@@ -153,8 +153,9 @@ class Cuts:
         ring, carrier = algebra.ring, kinematics.carrier(body)
         K, Kd = kinematics.turn(kinematics.place[body]), kinematics.rate(body)
         J = kinematics.moments(body)
-        first = lift(ring, [combination(row, [J[k][3] for k in range(3)]) for row in K])
-        momentum = lift(ring, [combination(row, [J[k][3] for k in range(4)]) for row in Kd])
+        S = [row[3] for row in J]  # mass times the center of mass, and the mass
+        first = lift(ring, [combination(row, S[:3]) for row in K])
+        momentum = lift(ring, [combination(row, S) for row in Kd])
         velocity = kinematics.velocity(body)
         acceleration = kinematics.change(velocity, carrier)
         tumbling = kinematics.change(self._spin_momentum(K, Kd, J), carrier)
@@ -181,9 +182,11 @@ class Cuts:
 
     def _spin_momentum(self, K: Matrix, Kd: Matrix, J: Matrix) -> Vector:
         """∫ y × y' dm, the skew part of ∫ y y'ᵀ dm = K J K'ᵀ."""
-        lifted = self.algebra.lift
-        KJ = [[combination(row, [J[i][k] for i in range(3)]) for k in range(3)] for row in K]
-        outer = [[lifted(combination(row, rate[:3])) for rate in Kd] for row in KJ]
+        columns = transpose(J)[:3]
+        outer = []
+        for row in K:
+            KJ = [combination(row, column[:3]) for column in columns]
+            outer.append([self.algebra.lift(combination(KJ, rate[:3])) for rate in Kd])
         return Vector(*(outer[i][k] - outer[k][i] for i, k in ((1, 2), (2, 0), (0, 1))))
 
     def _of(self, force: AnyForce) -> Iterator[tuple[str, Applied]]:

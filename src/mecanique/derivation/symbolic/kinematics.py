@@ -112,15 +112,11 @@ class Kinematics:
         if place < 0:
             return [[0] * 4 for _ in range(3)]
         K, carrier = self._relative[place], self._of(place)
-        change = [[entry.ddt() if isinstance(entry, Series) else 0 for entry in row] for row in K]
+        change = [list(map(_ddt, row)) for row in K]
         if carrier < 0:
             return change
-        twist = self._twist(carrier)
-        carried = product(twist, K)
-        return [
-            [_sum(a, b) for a, b in zip(row, more, strict=True)]
-            for row, more in zip(carried, change, strict=True)
-        ]
+        carried = product(self._twist(carrier), K)
+        return [list(map(_sum, *rows)) for rows in zip(carried, change, strict=True)]
 
     def velocity(self, body: str, point: Sequence[Scalar] = ORIGIN) -> Vector:
         """Return the velocity of a point of a body in its carrier's axes [m/s].
@@ -236,6 +232,10 @@ class Kinematics:
 
 def _moves(series: Series) -> bool:
     return any(g.kind in (Kind.COORDINATE, Kind.TIME, Kind.INPUT) for g in series.generators())
+
+
+def _ddt(entry: Any) -> Any:
+    return entry.ddt() if isinstance(entry, Series) else 0
 
 
 def _sum(a: Any, b: Any) -> Any:

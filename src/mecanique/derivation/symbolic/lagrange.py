@@ -69,7 +69,9 @@ class Lagrange:
             E.value + terms + fall for E, terms, fall in zip(operated, turning, falls, strict=True)
         ]
         M, h = mass_and_bias(algebra, inertia)
-        loads = [ring.sum([work.forces[k] for work in self.works]) for k in range(len(names))]
+        loads = []
+        for k in range(len(names)):
+            loads.append(ring.sum([work.forces[k] for work in self.works]))
         return Derivation(
             algebra=algebra,
             M=M,
@@ -126,12 +128,11 @@ class Lagrange:
     def _weights(self) -> list[Series]:
         """−g·(m c) of each body."""
         algebra, terms = self.algebra, []
-        g = [
-            algebra.arithmetic(component, algebra.values) for component in algebra.mechanism.gravity
-        ]
+        g = [algebra.arithmetic(c, algebra.values) for c in algebra.mechanism.gravity]
         for body in self.kinematics.bodies:
-            pose, J = self.kinematics.pose(body), self.kinematics.moments(body)
-            moment = [combination(row, [J[i][3] for i in range(4)]) for row in pose]
+            mass_moments = [row[3] for row in self.kinematics.moments(body)]
+            pose = self.kinematics.pose(body)
+            moment = [combination(row, mass_moments) for row in pose]
             terms.append(-algebra.lift(combination(g, moment)))
         return terms
 

@@ -33,6 +33,7 @@ __all__ = [
     "product",
     "stack",
     "times_point",
+    "transpose",
 ]
 
 Matrix: TypeAlias = "list[list[Any]]"
@@ -112,8 +113,10 @@ def origin(placement: Placement, values: Mapping[str, Any], arithmetic: Arithmet
         values: value of each parameter, by name.
         arithmetic: how to compute.
     """
-    rows = zip(placement.rotation, placement.xyz, strict=True)
-    return [[arithmetic(entry, values) for entry in (*row, offset)] for row, offset in rows]
+    pose = []
+    for row, offset in zip(placement.rotation, placement.xyz, strict=True):
+        pose.append([arithmetic(entry, values) for entry in (*row, offset)])
+    return pose
 
 
 def placement_matrix(placement: Placement, values: Mapping[str, float]) -> np.ndarray:
@@ -192,12 +195,17 @@ def product(a: Matrix, b: Matrix) -> Matrix:
         a: the pose that carries b.
         b: a pose in a's frame.
     """
-    rows = []
+    columns, rows = transpose(b), []
     for row in a:
-        out = [combination(row[:3], [b[k][column] for k in range(3)]) for column in range(4)]
+        out = [combination(row[:3], column) for column in columns]
         out[3] = _plus(out[3], row[3])
         rows.append(out)
     return rows
+
+
+def transpose(rows: Sequence[Sequence[Any]]) -> Matrix:
+    """Return the columns of a matrix of scalars as rows."""
+    return [list(column) for column in zip(*rows, strict=True)]
 
 
 def times_point(pose: Matrix, point: Sequence[Any]) -> list[Any]:
@@ -235,9 +243,13 @@ def _turn(
         for k in range(3):
             square = _times(n[i], n[k])
             # cos δ + (1 − cos) n n: an axis of the frame leaves cos or 1, without cancellation
-            along = square if i != k and _is(square, 0) else _times(square, 1 - cosine)
-            if i == k:
-                along = cosine if _is(square, 0) else 1 if _is(square, 1) else _plus(cosine, along)
+            if _is(square, 0):
+                along = cosine if i == k else square
+            elif i == k and _is(square, 1):
+                along = 1
+            else:
+                along = _times(square, 1 - cosine)
+                along = _plus(cosine, along) if i == k else along
             row.append(_plus(along, _times(cross[i][k], sine)))
         rows.append([*row, 0])
     return rows
@@ -252,7 +264,9 @@ def _is(scalar: Any, number: int) -> bool:
 
 
 def _plus(a: Any, b: Any) -> Any:
-    return b if _is(a, 0) else a if _is(b, 0) else a + b
+    if _is(a, 0):
+        return b
+    return a if _is(b, 0) else a + b
 
 
 def _times(a: Any, b: Any) -> Any:
@@ -260,4 +274,6 @@ def _times(a: Any, b: Any) -> Any:
         return 0
     if _is(a, -1) or _is(b, -1):
         return -(b if _is(a, -1) else a)
-    return b if _is(a, 1) else a if _is(b, 1) else a * b
+    if _is(a, 1):
+        return b
+    return a if _is(b, 1) else a * b

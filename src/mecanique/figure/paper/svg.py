@@ -73,12 +73,10 @@ def _write(mark: Mark) -> str:
             for text, how in parts:
                 look = ' font-style="italic"' if how == "italic" else ""
                 look += f' font-size="{_short(0.72 * size)}"' if how == "below" else ""
-                shift = (
-                    ""
-                    if (how == "below") == sunk
-                    else f' dy="{_short((0.22 if how == "below" else -0.22) * size)}"'
-                )
-                sunk = how == "below"
+                shift, drop = "", 0.22 * size
+                if (how == "below") != sunk:
+                    sunk = not sunk
+                    shift = f' dy="{_short(drop if sunk else -drop)}"'
                 inner += f"<tspan{look}{shift}>{_clean(text)}</tspan>"
             # a third of the size below the point puts the middle of small letters on it
             place = f'x="{_short(at[0])}" y="{_short(at[1] + 0.33 * size)}"'

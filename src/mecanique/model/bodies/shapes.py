@@ -332,10 +332,11 @@ def combine(shapes: Sequence[Shape]) -> Shape:
     if not heavy:
         return Shape(0.0, visuals=visuals)
     mass = _total(shape.mass for shape in heavy)
-    moments = ([shape.mass * shape.center[k] for shape in heavy] for k in range(3))
-    x, y, z = (
-        0.0 if all(_is_zero(m) for m in column) else _total(column) / mass for column in moments
-    )
+    center: list[Scalar] = []
+    for column in zip(*(shape.center for shape in heavy), strict=True):
+        moments = [shape.mass * c for shape, c in zip(heavy, column, strict=True)]
+        center.append(0.0 if all(map(_is_zero, moments)) else _total(moments) / mass)
+    x, y, z = center
     inertia: list[Scalar] = [0.0] * 6
     for shape in heavy:
         dx, dy, dz = (c - r for c, r in zip(shape.center, (x, y, z), strict=True))

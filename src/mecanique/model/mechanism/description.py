@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
+
+import numpy as np
 
 from mecanique.errors import UnknownNameError
 from mecanique.model.bodies import Body
@@ -14,6 +17,7 @@ from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.loops import Loop
 from mecanique.model.parameters import Input, Parameter
+from mecanique.model.placement import Placement
 from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = ["Description"]
@@ -101,6 +105,21 @@ class Description:
             scalar: a number or an expression in the parameters.
         """
         return float(evaluate(scalar, self.values))
+
+    def evaluate_all(self, scalars: Iterable[Scalar]) -> list[float]:
+        """Return the numbers of several scalars in the parameters alone.
+
+        Args:
+            scalars: e.g. the components of a vector, or a row of a matrix.
+        """
+        return [self.evaluate(scalar) for scalar in scalars]
+
+    def matrix(self, placement: Placement) -> np.ndarray:
+        """Return a placement as a homogeneous matrix of numbers, shape (4, 4)."""
+        pose = np.eye(4)
+        pose[:3, :3] = [self.evaluate_all(row) for row in placement.rotation]
+        pose[:3, 3] = self.evaluate_all(placement.xyz)
+        return pose
 
 
 _T = TypeVar("_T")

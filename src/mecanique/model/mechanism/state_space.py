@@ -81,11 +81,8 @@ class StateSpace(Description):
     @cached_property
     def quaternions(self) -> tuple[tuple[str, list[int]], ...]:
         """Name of each joint with a unit quaternion, and where the quaternion stands in q."""
-        return tuple(
-            (joint.name, [self.coordinates.index(name) for name in joint.quaternion])
-            for joint in self.joints
-            if joint.quaternion
-        )
+        at = self.coordinates.index
+        return tuple((j.name, [*map(at, j.quaternion)]) for j in self.joints if j.quaternion)
 
     def normalize(self, q: np.ndarray) -> np.ndarray:
         """Give every quaternion of some positions unit length, in place, and return them.

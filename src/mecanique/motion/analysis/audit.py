@@ -147,7 +147,7 @@ def _largest_speed(motion: Motion) -> float:
     for body in mechanism.bodies:
         if body.name == mechanism.ground:
             continue
-        center = [mechanism.evaluate(component) for component in body.center]
+        center = mechanism.evaluate_all(body.center)
         velocity = motion.reference.point(
             body.name, center, motion.q, motion.v, None, motion.t
         ).velocity

@@ -65,7 +65,7 @@ class Actions:
         self._mechanism = mechanism
         self._reference = reference
         self._at = {body.name: k for k, body in enumerate(mechanism.bodies)}
-        self._gravity = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
+        self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
         self._kinds: dict[str, Kind] = {force.name: force.kind for force in mechanism.forces}
         self._heavy = [
             body
@@ -181,7 +181,7 @@ class Actions:
         return second
 
     def _numbers(self, components: Sequence[Scalar]) -> np.ndarray:
-        return np.array([self._mechanism.evaluate(component) for component in components])
+        return np.array(self._mechanism.evaluate_all(components))
 
     def _origin(self, poses: np.ndarray, body: str) -> np.ndarray:
         at: np.ndarray = poses[:, self._at[body], :3, 3]

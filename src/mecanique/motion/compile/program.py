@@ -90,7 +90,7 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
             traced = {name: trace(tape, value) for name, value in values.items()}
             values[signal.symbol] = value_of(arithmetic_on(tape)(signal.signal, traced))
     lowered = Lowering(ring, tape, values)
-    M = [[lowered(entry) for entry in row] for row in derivation.M]
+    M = [list(map(lowered, row)) for row in derivation.M]
     rest = [
         tape.subtract(lowered(q), lowered(h))
         for q, h in zip(derivation.Q, derivation.h, strict=True)

@@ -138,10 +138,18 @@ def simulate_many(
         for first in range(0, len(start), size):
             if first not in store:
                 some = slice(first, first + size)
-                own = {symbol: values[some] for symbol, values in varied.items()}
-                q, v = start[some, : mechanism.nq], start[some, mechanism.nq :]
                 yield Part(
-                    first, pickled, q, v, own, times, chosen, rtol, atol, int(max_steps), threads
+                    first,
+                    pickled,
+                    q=start[some, : mechanism.nq],
+                    v=start[some, mechanism.nq :],
+                    parameters={symbol: values[some] for symbol, values in varied.items()},
+                    times=times,
+                    method=chosen,
+                    rtol=rtol,
+                    atol=atol,
+                    max_steps=int(max_steps),
+                    threads=threads,
                 )
 
     with _reporting(progress) as report:

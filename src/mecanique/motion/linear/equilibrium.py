@@ -96,7 +96,7 @@ def _of_tree(reference: Reference, start: np.ndarray, t: float) -> np.ndarray | 
         q, value = trial, new
         if _size(step) < 1e-14:
             break
-    gravity = np.linalg.norm([mechanism.evaluate(g) for g in mechanism.gravity])
+    gravity = np.linalg.norm(mechanism.evaluate_all(mechanism.gravity))
     scale = _size(reference.mass_matrix(q, t)) * float(gravity) + _size(slope)
     return q if _size(value) <= 1e-10 * scale + 1e-14 else None
 

@@ -109,7 +109,18 @@ def linearize(
     if np.abs(K - K.T).max(initial=0.0) <= 1e-11 * np.abs(K).max(initial=0.0):
         K = (K + K.T) / 2
     error = max(error_k, error_c)
-    return Linearization(described, position, velocity, t, M, C, K, error, acceleration, tangent)
+    return Linearization(
+        described,
+        position,
+        velocity,
+        t,
+        M=M,
+        C=C,
+        K=K,
+        error=error,
+        acceleration=acceleration,
+        tangent=tangent,
+    )
 
 
 _Function: TypeAlias = Callable[[np.ndarray], np.ndarray]

@@ -150,15 +150,15 @@ def simulate(
     course = integration.course()
     motion = Motion(
         mechanism,
-        np.asarray(course.samples.t),
-        course.samples.q,
-        course.samples.v,
-        course.path,
-        choice.title + remark,
-        statistics,
-        course.events,
-        tuple(events),
-        reference,
+        t=np.asarray(course.samples.t),
+        q=course.samples.q,
+        v=course.samples.v,
+        path=course.path,
+        method=choice.title + remark,
+        statistics=statistics,
+        events=course.events,
+        watched=tuple(events),
+        engine=reference,
     )
     if not integration.outcome.complete:
         raise failure(problem, integration, motion)

@@ -259,7 +259,7 @@ class Chart:
         if moving or any(entry != 0 for entry in everything[: 2 * count]):
             self._jet = compile_scalars(everything, names)
         else:
-            numbers = [mechanism.evaluate(entry) for entry in everything[2 * count :]]
+            numbers = mechanism.evaluate_all(everything[2 * count :])
             self._G[self._rows] = np.array(numbers).reshape(count, -1)
 
 

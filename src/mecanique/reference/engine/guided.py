@@ -57,9 +57,7 @@ class Guided:
         """The directions in which a joint transmits nothing, world axes, shape (n, 6, k)."""
         names = idle_coordinates(self._guides, joint)
         turns = poses[:, self._place[joint.child], :3, :3]
-        origin = np.array(
-            [[self._mechanism.evaluate(c) for c in row] for row in joint.origin.rotation]
-        )
+        origin = self._mechanism.matrix(joint.origin)[:3, :3]
         before = poses[:, self._place[joint.parent], :3, :3] @ origin
         found = [np.zeros((len(poses), 6, 0))]
         for motion in joint.chain:

@@ -103,7 +103,7 @@ def load(mechanism: Mechanism) -> Engine:
         model = pin.buildModelFromXML(write_urdf(mechanism, spherical="floating"))
     except (ValueError, RuntimeError) as error:
         raise EngineError(f"Pinocchio refused mechanism {mechanism.name!r}: {error}") from None
-    model.gravity.linear = np.array([mechanism.evaluate(g) for g in mechanism.gravity])
+    model.gravity.linear = np.array(mechanism.evaluate_all(mechanism.gravity))
     model.gravity.angular = np.zeros(3)
     # by position, because names may repeat the engine's own, e.g. "universe"
     indices = {name: index for index, name in enumerate(model.names) if index}
@@ -121,9 +121,9 @@ def load(mechanism: Mechanism) -> Engine:
         raise EngineError(
             f"Pinocchio lost {', '.join(map(repr, missing))} of mechanism {mechanism.name!r}"
         )
-    seats = {
-        name: tuple(_seat(model, indices, step) for step in chain) for name, chain in links.items()
-    }
+    seats = {}
+    for name, chain in links.items():
+        seats[name] = tuple(_seat(model, indices, step) for step in chain)
     holders = {
         body.name: _holder(pin, mechanism, body, model.frames[frames[body.name]], frames)
         for body in mechanism.bodies
@@ -173,9 +173,9 @@ def _seat(model: Any, indices: dict[str, int], step: SimpleJoint) -> Seat:
 def _holder(
     pin: Any, mechanism: Mechanism, body: Body, frame: Any, frames: dict[str, int]
 ) -> Holder:
-    ixx, iyy, izz, ixy, ixz, iyz = (mechanism.evaluate(entry) for entry in body.inertia)
+    ixx, iyy, izz, ixy, ixz, iyz = mechanism.evaluate_all(body.inertia)
     tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    center = np.array([mechanism.evaluate(c) for c in body.center])
+    center = np.array(mechanism.evaluate_all(body.center))
     # set part by part, because the constructor refuses principal moments that rounding made
     # negative
     inertia = pin.Inertia.Zero()

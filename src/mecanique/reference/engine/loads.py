@@ -399,7 +399,7 @@ def _components(load: _Load, at: int | None, numbers: tuple[float, ...]) -> Trip
 
 
 def _numbers(mechanism: Mechanism, point: Vector) -> Triple:
-    x, y, z = (mechanism.evaluate(c) for c in point)
+    x, y, z = mechanism.evaluate_all(point)
     return x, y, z
 
 

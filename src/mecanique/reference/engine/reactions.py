@@ -46,14 +46,13 @@ class Reactions:
             for joint in mechanism.joints
             if isinstance(joint, Fixed)
         }
-        self._behind = {
-            name: [
+        self._behind: dict[str, list[int]] = {}
+        for name, bodies in self._carried.items():
+            self._behind[name] = [
                 engine.seats[joint.name][0].index
                 for joint in mechanism.joints
                 if joint.parent in bodies and not isinstance(joint, Fixed)
             ]
-            for name, bodies in self._carried.items()
-        }
 
     def read(self, actions: list[Action]) -> dict[str, tuple[Array, Array]]:
         """Return force and moment of parent on child at the child's origin, world axes, by joint.

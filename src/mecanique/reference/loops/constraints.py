@@ -325,10 +325,8 @@ def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
     for loop in mechanism.loops:
         frame: Placement = getattr(loop, f"frame_{side}")
         holder = engine.holders[getattr(loop, f"body_{side}")]
-        turn = np.array([[mechanism.evaluate(entry) for entry in row] for row in frame.rotation])
-        point = np.array([mechanism.evaluate(c) for c in frame.xyz])
         joints.append(holder.joint)
-        poses.append(holder.placement * pin.SE3(turn, point))
+        poses.append(holder.placement * pin.SE3(mechanism.matrix(frame)))
     return _Ends(
         np.array(joints),
         np.array([pose.rotation for pose in poses]),

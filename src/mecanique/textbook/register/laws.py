@@ -86,7 +86,7 @@ def _cloud() -> Iterator[Row]:
     q = mechanism.position(np.concatenate([random.normal(size=3), random.normal(size=4)]))
     velocities = random.normal(size=6)
     accelerations = engine.acceleration(q, velocities)
-    center = [mechanism.evaluate(component) for component in mechanism.body("body").center]
+    center = mechanism.evaluate_all(mechanism.body("body").center)
     C = engine.point("body", center, q, velocities, accelerations)
     m, momentum = float(masses.sum()), engine.momentum(q, velocities)
     at = engine.point("body", _AT, q).position

@@ -203,17 +203,17 @@ def _joint(element: Element, report: Report) -> JointText | None:
     # what could not be read is reported; something stands in for it, so that the tree is judged too
     kind, axis = kind or "continuous", axis or _Z
     return JointText(
-        name,
-        element,
-        kind,
-        parent,
-        child,
-        origin,
-        axis,
-        limits,
-        damping,
-        friction,
-        mimic,
+        name=name,
+        element=element,
+        kind=kind,
+        parent=parent,
+        child=child,
+        origin=origin,
+        axis=axis,
+        limits=limits,
+        damping=damping,
+        friction=friction,
+        mimic=mimic,
         screw=any(child.tag == SCREW for child in element.children),
     )
 

@@ -50,14 +50,10 @@ def loop_nodes(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> 
         anchors: body -> the link that stands for it in the tags.
     """
     where = f"loop {loop.name!r}"
-    ends = [
-        (
-            anchors.get(body, body),
-            [mechanism.evaluate(c) for c in frame.xyz],
-            [mechanism.evaluate(angle) for angle in frame.rpy],
-        )
-        for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
-    ]
+    ends = []
+    for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
+        xyz, rpy = mechanism.evaluate_all(frame.xyz), mechanism.evaluate_all(frame.rpy)
+        ends.append((anchors.get(body, body), xyz, rpy))
     if loop.kind in _IN_DRAKE:
         (body_a, point_a, _), (body_b, point_b, _) = ends
         contents = {

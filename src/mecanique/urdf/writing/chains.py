@@ -108,6 +108,7 @@ def _chain(
         chain.append(SimpleJoint(name, kind, parent, child, coordinate, axis=axis, limits=limits))
         parent = child
     place = joint.origin
-    x, y, z, roll, pitch, yaw = (mechanism.evaluate(scalar) for scalar in (*place.xyz, *place.rpy))
+    x, y, z = mechanism.evaluate_all(place.xyz)
+    roll, pitch, yaw = mechanism.evaluate_all(place.rpy)
     chain[0] = replace(chain[0], xyz=(x, y, z), rpy=(roll, pitch, yaw))
     return chain

@@ -19,7 +19,7 @@ from mecanique.model.forces import (
 )
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Matrix3, rotation
+from mecanique.model.placement import Matrix3, rotate, rotation
 from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
 from mecanique.urdf.reading.loops import loop_nodes
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
@@ -119,9 +119,7 @@ def format_scalars(*scalars: Scalar) -> str:
 
 
 def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) -> Iterator[Node]:
-    stiffness, free = (
-        mechanism.evaluate(scalar) for scalar in (spring.stiffness, spring.free_length)
-    )
+    stiffness, free = mechanism.evaluate_all((spring.stiffness, spring.free_length))
     if free > 0:
         yield Comment(f"spring {spring.name}")
         constants = {"free_length": free, "stiffness": stiffness, "damping": 0.0}
@@ -129,8 +127,7 @@ def _spring(mechanism: Mechanism, spring: Spring, anchors: Mapping[str, str]) ->
         return
     where = f"spring {spring.name!r}"
     ends = (
-        f"{end.body} ({numbers((mechanism.evaluate(c) for c in end.point), where)})"
-        for end in spring.ends
+        f"{end.body} ({numbers(mechanism.evaluate_all(end.point), where)})" for end in spring.ends
     )
     yield Comment(
         f"spring {spring.name}: {number(stiffness, spring.name)} N/m, free length 0, "
@@ -146,9 +143,7 @@ def _between(
     constants: Mapping[str, float],
 ) -> Tag:
     where = f"force {force.name!r}"
-    point_a, point_b = (
-        [mechanism.evaluate(c) for c in point] for point in (force.point_a, force.point_b)
-    )
+    point_a, point_b = map(mechanism.evaluate_all, (force.point_a, force.point_b))
     contents = {
         "body_a": anchors.get(force.body_a, force.body_a),
         "point_a": numbers(point_a, where),
@@ -167,12 +162,10 @@ def _joint_spring(
     if not isinstance(joint, Single):
         return
     where = f"spring {spring.name!r}"
-    reference, stiffness = (
-        mechanism.evaluate(scalar) for scalar in (spring.reference, spring.stiffness)
-    )
+    reference, stiffness = mechanism.evaluate_all((spring.reference, spring.stiffness))
     across = _x_along(joint.axis)
-    origin = [mechanism.evaluate(c) for c in joint.origin.xyz]
-    place = rotation(tuple(mechanism.evaluate(angle) for angle in joint.origin.rpy))
+    origin = mechanism.evaluate_all(joint.origin.xyz)
+    place = rotation(mechanism.evaluate_all(joint.origin.rpy))
     in_parent = _product(place, across)
     if joint.turns:
         c, s = math.cos(reference), math.sin(reference)
@@ -234,7 +227,7 @@ def _product(a: Matrix3, b: Matrix3) -> Matrix3:
 
 
 def _times(matrix: Matrix3, vector: tuple[float, ...]) -> tuple[float, float, float]:
-    x, y, z = (float(sum(m * v for m, v in zip(row, vector, strict=True))) for row in matrix)
+    x, y, z = map(float, rotate(matrix, vector))
     return x, y, z
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import final
 
 from mecanique.safe_xml import Reader, XmlRefusedError
@@ -52,23 +53,41 @@ def parse(data: bytes | str, report: Report) -> Element | None:
 
 
 @final
+@dataclass
+class _Open:
+    """An element whose end tag is yet to come."""
+
+    tag: str
+    attributes: dict[str, str]
+    line: int
+    offset: int
+    children: list[Element] = field(default_factory=list)
+    text: list[str] = field(default_factory=list)
+
+    def close(self) -> Element:
+        text = "".join(self.text).strip()
+        return Element(
+            self.tag, self.attributes, tuple(self.children), text, self.line, self.offset
+        )
+
+
+@final
 class _Builder:
-    """Collects elements as they are met."""
+    """Collects elements as the reader meets them."""
 
     def __init__(self, encoding: str | None) -> None:
         self.reader = Reader(self, encoding=encoding)
         self.roots: list[Element] = []
-        self._open: list[tuple[str, dict[str, str], list[Element], list[str], int, int]] = []
+        self._open: list[_Open] = []
 
     def start(self, tag: str, attributes: dict[str, str], /) -> None:
-        place = self.reader.line, self.reader.offset
-        self._open.append((tag, attributes, [], [], *place))
+        self._open.append(_Open(tag, attributes, self.reader.line, self.reader.offset))
 
     def end(self, _: str, /) -> None:
-        tag, attributes, children, text, line, offset = self._open.pop()
-        element = Element(tag, attributes, tuple(children), "".join(text).strip(), line, offset)
-        (self._open[-1][2] if self._open else self.roots).append(element)
+        element = self._open.pop().close()
+        siblings = self._open[-1].children if self._open else self.roots
+        siblings.append(element)
 
     def data(self, text: str, /) -> None:
         if self._open:
-            self._open[-1][3].append(text)
+            self._open[-1].text.append(text)

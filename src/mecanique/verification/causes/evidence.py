@@ -172,7 +172,7 @@ class Evidence:
     @cached_property
     def gravity(self) -> Array:
         """Acceleration of free fall, shape (3,) [m/s²]."""
-        return np.array([self.mechanism.evaluate(g) for g in self.mechanism.gravity])
+        return np.array(self.mechanism.evaluate_all(self.mechanism.gravity))
 
     @cached_property
     def weights(self) -> Array:

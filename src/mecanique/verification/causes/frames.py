@@ -47,7 +47,7 @@ def _variants(evidence: Evidence) -> Iterator[_Variant]:
     together: dict[tuple[str, str], dict[int, Array]] = {}
     for k, link in enumerate(recursion.tree):
         X, where = recursion.origins[k], f"joint {link.joint!r}"
-        rpy = [mechanism.evaluate(angle) for angle in link.origin.rpy]
+        rpy = mechanism.evaluate_all(link.origin.rpy)
         for kind, text, other in _origins(X, rpy):
             yield _Variant(kind, where, f"{text} of {where}", {k: other})
             together.setdefault((kind, text), {})[k] = other
@@ -76,9 +76,9 @@ def _origins(X: Array, rpy: list[float]) -> Iterator[tuple[str, str, Array]]:
         yield "length unit", "position times 1000 (millimeters for meters)", _scale(X, 1e3)
         yield "length unit", "position divided by 1000 (meters for millimeters)", _scale(X, 1e-3)
     if any(rpy):
-        small, large = ([angle * factor for angle in rpy] for factor in (_DEGREE, 1 / _DEGREE))
-        yield "degree", "roll, pitch and yaw taken for degrees", _turn(X, small)
-        yield "degree", "roll, pitch and yaw in degrees taken for radians", _turn(X, large)
+        small, large = np.multiply(rpy, _DEGREE), np.multiply(rpy, 1 / _DEGREE)
+        yield "degree", "roll, pitch and yaw taken for degrees", _turn(X, small.tolist())
+        yield "degree", "roll, pitch and yaw in degrees taken for radians", _turn(X, large.tolist())
         yield "frame", "roll, pitch and yaw left out", _turn(X, [0.0, 0.0, 0.0])
 
 
@@ -110,14 +110,10 @@ def _answers(evidence: Evidence, variants: list[_Variant], rows: npt.NDArray[np.
     inputs = evidence.inputs.at(np.tile(rows, len(variants)))
     changed: list[dict[int, Array]] = []
     for name, own in (("origins", recursion.origins), ("moments", recursion.moments)):
-        touched = {k for variant in variants for k in getattr(variant, name)}
-        changed.append(
-            {
-                k: np.repeat(
-                    [getattr(variant, name).get(k, own[k]) for variant in variants], n, axis=0
-                )
-                for k in touched
-            }
-        )
+        changes = [getattr(variant, name) for variant in variants]
+        repeated = {}
+        for k in set().union(*changes):
+            repeated[k] = np.repeat([change.get(k, own[k]) for change in changes], n, axis=0)
+        changed.append(repeated)
     answers = evidence.answers(recursion.vary(changed[0], changed[1]), inputs)
     return answers.reshape(len(variants), n, -1)

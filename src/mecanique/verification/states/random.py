@@ -67,10 +67,8 @@ def random_states(
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
-            q, v, t, a = (
-                np.concatenate([getattr(part, name) for part in found])
-                for name in ("q", "v", "t", "a")
-            )
+            parts = [(part.q, part.v, part.t, part.a) for part in found]
+            q, v, t, a = map(np.concatenate, zip(*parts, strict=True))
             return States(mechanism, q, v, t, a)
     raise InputError(
         f"expected states of mechanism {mechanism.name!r} at which its coordinate map is defined"
@@ -166,5 +164,6 @@ def _inside(expression: Any, functions: set[str]) -> set[str]:
 def _depends_on_time(mechanism: Mechanism) -> bool:
     if mechanism.inputs:
         return True
-    maps = [symbols_in(scalar) for scalar in mechanism.coordinates.driven.values()]
-    return any("t" in names for names in (*maps, *(force.symbols for force in mechanism.forces)))
+    maps = map(symbols_in, mechanism.coordinates.driven.values())
+    forces = (force.symbols for force in mechanism.forces)
+    return any("t" in names for names in (*maps, *forces))

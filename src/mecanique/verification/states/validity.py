@@ -99,7 +99,7 @@ def _span(mechanism: Mechanism, force: LineLoad, values: dict[str, Any], n: int)
     )
     ends = []
     for end in force.ends:
-        here: Sequence[Any] = [mechanism.evaluate(component) for component in end.point]
+        here: Sequence[Any] = mechanism.evaluate_all(end.point)
         if end.body in carried:
             here = times_point(carried[end.body], here)
         ends.append(

@@ -157,8 +157,8 @@ def _header(scene: Scene) -> dict[str, Any]:
                 "name": joint.name,
                 "kind": joint.kind,
                 "body": number[joint.body],
-                "point": [float(x) for x in joint.point],
-                "axis": [float(x) for x in joint.axis],
+                "point": list(map(float, joint.point)),
+                "axis": list(map(float, joint.axis)),
             }
             for joint in scene.joints
         ],

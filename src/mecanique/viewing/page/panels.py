@@ -150,10 +150,10 @@ def _verdict(scene: Scene) -> str:
     if not verdict.rows and not verdict.headline:
         return ""
     head = "".join(f'<th scope="col">{escape(column)}</th>' for column in verdict.columns)
-    body = "".join(
-        "<tr>" + "".join(f'<td class="words">{safe(cell)}</td>' for cell in row) + "</tr>"
-        for row in verdict.rows
-    )
+    body = ""
+    for row in verdict.rows:
+        cells = "".join(f'<td class="words">{safe(cell)}</td>' for cell in row)
+        body += f"<tr>{cells}</tr>"
     inner = f"<thead><tr>{head}</tr></thead><tbody>{body}</tbody>"
     table = f'<div class="scroll"><table>{inner}</table></div>'
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in verdict.notes)

@@ -11,7 +11,6 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Planar, Prismatic, Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.motion import Motion
@@ -98,11 +97,11 @@ def actions_of(motion: Motion) -> tuple[Action, ...]:
 
 def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
     for visual in visuals:
-        pose = _matrix(mechanism, visual.placement)
+        pose = mechanism.matrix(visual.placement)
         rgba = visual.rgba or GREY
         match visual.geometry:
             case Box(size):
-                yield Shape("box", tuple(mechanism.evaluate(edge) for edge in size), pose, rgba)
+                yield Shape("box", tuple(mechanism.evaluate_all(size)), pose, rgba)
             case Cylinder(radius, length):
                 yield Shape(
                     "cylinder", (mechanism.evaluate(radius), mechanism.evaluate(length)), pose, rgba
@@ -113,13 +112,6 @@ def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
                 yield Shape("mesh", scale, pose, visual.rgba, path)
             case _:
                 pass  # a mesh that was not found is told by lint; there is nothing to draw
-
-
-def _matrix(mechanism: Mechanism, placement: Placement) -> Floats:
-    pose = np.eye(4)
-    pose[:3, :3] = [[mechanism.evaluate(entry) for entry in row] for row in placement.rotation]
-    pose[:3, 3] = [mechanism.evaluate(component) for component in placement.xyz]
-    return pose
 
 
 def _quaternions(rotations: Floats) -> Floats:
@@ -173,9 +165,7 @@ def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
 def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Line]:
     def point(body: str, xyz: Sequence[Any]) -> Floats:
         pose = poses[:, at[body]]
-        return np.asarray(
-            pose[:, :3, 3] + pose[:, :3, :3] @ np.array([mechanism.evaluate(c) for c in xyz])
-        )
+        return np.asarray(pose[:, :3, 3] + pose[:, :3, :3] @ np.array(mechanism.evaluate_all(xyz)))
 
     sprung = {
         joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
@@ -219,7 +209,7 @@ def _traces(
 
 
 def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Floats]:
-    pose = _matrix(mechanism, visual.placement)
+    pose = mechanism.matrix(visual.placement)
     half = 0.0
     if isinstance(visual.geometry, Cylinder):
         length, radius = (

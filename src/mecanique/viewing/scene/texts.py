@@ -213,10 +213,8 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
     for row in rows:
         # what an ideal joint's reaction leaves by rounding
         row.values[np.abs(row.values) < 1e-12 * largest] = 0.0
-    generalized = tuple(
-        "N·m" if unit[name] == "rad/s" else "N" if unit[name] == "m/s" else ""
-        for name in mechanism.velocities
-    )
+    force_units = {"rad/s": "N·m", "m/s": "N"}
+    generalized = tuple(force_units.get(unit[name], "") for name in mechanism.velocities)
     return Ledger(
         tuple(letter(name.removesuffix("'")) for name in mechanism.velocities),
         generalized,
