@@ -76,6 +76,7 @@ ORDER: dict[str, list[str]] = {
         "closed_form facts given rows",
         "conditioning",
         "against forms transformation",
+        "answers",
         "compare",
         "survey",
     ],

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from functools import partial
 
-from mecanique.derivation.numeric.independent import REGULAR
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -13,14 +11,14 @@ from mecanique.reference import Reference
 from mecanique.threads import one_thread_for_loops
 from mecanique.verification import forms
 from mecanique.verification.against import Other, compare_with
+from mecanique.verification.answers import Answers, ask
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.conditioning import rounding
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.rows import TOLERANCE, Array, evaluate, rows_of
+from mecanique.verification.rows import TOLERANCE, Array
 from mecanique.verification.states.random import random_states
-from mecanique.verification.verdict import Row, Verdict, versions
+from mecanique.verification.verdict import Verdict, versions
 
-__all__ = ["compare", "verify"]
+__all__ = ["compare", "judge", "verify"]
 
 _EXPLAINED = 12
 """The most states at which a disagreement is explained."""
@@ -86,38 +84,29 @@ def compare(
             less.
     """
     ours = forms.derive_quickly(mechanism) if quick else forms.derive_all(mechanism)
-    states, notes = random_states(mechanism, samples, seed, ours.assumptions), ours.notes
-    engine = Reference(mechanism)
-    theirs = evaluate(engine, states)
-    rows_at = partial(rows_of, mechanism=mechanism, tolerance=tolerance)
-    most = rounding(mechanism, states, theirs)
-    rows: list[Row] = []
-    for name, form in ours.forms.items():
-        some = forms.affordable(name, states)
-        light = forms.is_light(name, mechanism)
-        if len(some) < len(states):
-            without = ", without the mass matrix" if light else ""
-            notes = (
-                *notes,
-                f"{name}: at the first {len(some)} states only{without}, "
-                "their cost grows with the cube of the size",
-            )
-        at_some = {quantity: values[: len(some)] for quantity, values in theirs.items()}
-        values = evaluate(form, some, light=light)
-        rows += rows_at((name, "Pinocchio"), values, at_some, some, rounding=most)
-    if mechanism.loops:
-        more, remarks = forms.independent_accelerations(mechanism, states)
-        most = rounding(mechanism, states, theirs, regular=REGULAR)
-        pair = ("independent coordinates", "Pinocchio")
-        rows += rows_at(pair, more, theirs, states, rounding=most)
-        notes = (*notes, *remarks)
-    elif not quick:
-        mine, its = (
-            {"reactions": forms.reactions(source, mechanism, states)}
-            for source in (forms.balances(ours), engine)
-        )
-        pair = ("Newton-Euler", "Pinocchio")
-        rows += rows_at(pair, mine, {**theirs, **its}, states, rounding=most)
+    states = random_states(mechanism, samples, seed, ours.assumptions)
+    answers = ask(ours, Reference(mechanism), mechanism, states, reactions=not quick)
+    return judge(mechanism, answers, states, seed, tolerance)
+
+
+def judge(
+    mechanism: Mechanism,
+    answers: Answers,
+    states: States,
+    seed: int,
+    tolerance: float = TOLERANCE,
+) -> Verdict:
+    """Return the verdict on what all sources answer.
+
+    Args:
+        mechanism: whose answers they are.
+        answers: of all sources.
+        states: where they were asked.
+        seed: of the states.
+        tolerance: largest relative difference that counts as agreement wherever rounding explains
+            less.
+    """
+    rows = answers.rows(mechanism, states, tolerance)
     return Verdict(
         mechanism.name,
         tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
@@ -127,7 +116,7 @@ def compare(
         mechanism.coordinates.names,
         mechanism.velocities,
         versions(),
-        notes,
+        answers.notes,
     )
 
 

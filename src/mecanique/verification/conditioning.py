@@ -1,7 +1,9 @@
 """How far rounding alone may drive two sound sources apart at a state.
 
-Nothing is compared more strictly than arithmetic allows there. u is `UNIT` times the number of
-velocities: what sums along a chain of links make of the machine's ε = 2⁻⁵².
+Nothing is compared more strictly than arithmetic allows there. u is `UNIT`, 8 ε with the machine's
+ε = 2⁻⁵², times the root of the number of velocities: along a chain of links errors of either sign
+add up like a random walk (Higham, sect. 2.8). In closed mechanisms it is `UNIT` times the number
+itself: the elimination of the loops repeats the same errors, which then add up like their sizes.
 
 What is summed: the error of a sum is at most u times the sum of its terms' magnitudes, however much
 they cancel (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, sect.
@@ -47,7 +49,7 @@ __all__ = ["UNIT", "rounding"]
 Array = npt.NDArray[np.float64]
 
 UNIT = 8 * float(np.finfo(float).eps)
-"""Relative rounding error of the entries of M, bias and forces, for each velocity."""
+"""Relative rounding error of the entries of M, bias and forces of one velocity."""
 
 _RANK = 1e-9
 """Singular values of the constraints below this part of the largest count as zero."""
@@ -92,7 +94,7 @@ def rounding(
             found["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
             energy = moving_mass(mechanism) * np.sum(s * driven, axis=1)
             found["reactions"] = np.sqrt(energy) * pushed
-    unit = UNIT * mechanism.nv
+    unit = UNIT * mechanism.nv ** (1.0 if mechanism.loops else 0.5)
     return {name: unit * np.nan_to_num(bound, posinf=np.inf) for name, bound in found.items()}
 
 

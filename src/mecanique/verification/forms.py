@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -107,7 +106,7 @@ def reactions(source: Equations | Reference, mechanism: Mechanism, states: State
 
 def independent_accelerations(
     mechanism: Mechanism, states: States
-) -> tuple[Mapping[str, Array], tuple[str, ...]]:
+) -> tuple[dict[str, Array], tuple[str, ...]]:
     """Return the accelerations from equations in independent coordinates, and what was left out.
 
     Args:

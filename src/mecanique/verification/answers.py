@@ -1,0 +1,123 @@
+"""What the in-house forms and the engine answer at the same states, and the rows that follow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from mecanique.derivation.numeric.independent import REGULAR
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
+from mecanique.reference import Reference
+from mecanique.verification import forms
+from mecanique.verification.conditioning import rounding
+from mecanique.verification.forms import InHouse
+from mecanique.verification.rows import TOLERANCE, Array, evaluate, rows_of
+from mecanique.verification.verdict import Row
+
+__all__ = ["Answers", "ask"]
+
+_ENGINE = "Pinocchio"
+_INDEPENDENT = "independent coordinates"
+
+
+@final
+@dataclass(frozen=True)
+class Answers:
+    """What the forms of the in-house derivation and the engine answer at n states.
+
+    Args:
+        engine: the engine's values.
+        forms: values of each form, by name; of an expensive one at the first states only.
+        notes: what was left out, and why.
+    """
+
+    engine: dict[str, Array]
+    forms: dict[str, dict[str, Array]]
+    notes: tuple[str, ...] = ()
+
+    def at(self, start: int, stop: int) -> Answers:
+        """Return the answers at some of the states: from `start` up to, but not including, `stop`.
+
+        They are meant for forms that were asked at all states.
+        """
+        part = slice(start, stop)
+        return Answers(
+            {quantity: values[part] for quantity, values in self.engine.items()},
+            {
+                name: {quantity: values[part] for quantity, values in form.items()}
+                for name, form in self.forms.items()
+            },
+            self.notes,
+        )
+
+    def rows(
+        self, mechanism: Mechanism, states: States, tolerance: float = TOLERANCE
+    ) -> tuple[Row, ...]:
+        """Compare every form with the engine, quantity by quantity.
+
+        Args:
+            mechanism: whose answers they are.
+            states: where they were asked.
+            tolerance: largest relative difference that counts as agreement wherever rounding
+                explains less.
+        """
+        usual = rounding(mechanism, states, self.engine)
+        reduced = rounding(mechanism, states, self.engine, regular=REGULAR)
+        rows: list[Row] = []
+        for name, ours in self.forms.items():
+            count = min(map(len, ours.values()), default=0)
+            rows += rows_of(
+                (name, _ENGINE),
+                ours,
+                {quantity: values[:count] for quantity, values in self.engine.items()},
+                states.at(np.arange(count)),
+                mechanism,
+                rounding=reduced if name == _INDEPENDENT else usual,
+                tolerance=tolerance,
+            )
+        return tuple(rows)
+
+
+def ask(
+    ours: InHouse,
+    engine: Reference,
+    mechanism: Mechanism,
+    states: States,
+    *,
+    reactions: bool = True,
+    budget: bool = True,
+) -> Answers:
+    """Evaluate every form and the engine at the same states.
+
+    Args:
+        ours: the forms.
+        engine: the mechanism inside the engine.
+        mechanism: whose equations they are.
+        states: where to evaluate.
+        reactions: whether those in the joints of a tree are asked for as well.
+        budget: whether an expensive form is evaluated at the first states only.
+    """
+    theirs, notes = evaluate(engine, states), ours.notes
+    found: dict[str, dict[str, Array]] = {}
+    for name, form in ours.forms.items():
+        some = forms.affordable(name, states) if budget else states
+        light = forms.is_light(name, mechanism)
+        if len(some) < len(states):
+            without = ", without the mass matrix" if light else ""
+            notes = (
+                *notes,
+                f"{name}: at the first {len(some)} states only{without}, "
+                "their cost grows with the cube of the size",
+            )
+        found[name] = evaluate(form, some, light=light)
+    if mechanism.loops:
+        found[_INDEPENDENT], remarks = forms.independent_accelerations(mechanism, states)
+        notes = (*notes, *remarks)
+    elif reactions:
+        balances = forms.balances(ours)
+        found["Newton-Euler"]["reactions"] = forms.reactions(balances, mechanism, states)
+        theirs["reactions"] = forms.reactions(engine, mechanism, states)
+    return Answers(theirs, found, notes)
