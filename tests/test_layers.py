@@ -35,7 +35,7 @@ ORDER: dict[str, list[str]] = {
         "bodies forces joints loops",
         "mechanism",
         "guides states units",
-        "dynamics",
+        "dynamics random_positions",
     ],
     "model.guides": ["guide", "find"],
     "model.bodies": ["visuals", "shapes", "body"],

@@ -14,9 +14,9 @@ from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import angles
 from mecanique.model.states import Given, States
 from mecanique.model.units import characteristic_length
-from mecanique.verification.states.random import angles
 
 __all__ = ["ClosedForm"]
 

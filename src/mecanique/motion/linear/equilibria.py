@@ -12,11 +12,11 @@ import numpy as np
 from mecanique.errors import EngineError, InputError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import draw_positions
 from mecanique.model.units import units
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.linear.linearize import linearize
-from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import Values
 from mecanique.threads import one_thread_for_loops
 
@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
 
 __all__ = ["Equilibrium", "equilibria"]
+
+_REACH = 1.0
+"""Lengths of random starts lie within this of zero [m]."""
 
 SAME = 1e-6
 """Positions closer than this are one equilibrium."""
@@ -85,7 +88,8 @@ def equilibria(
     if isinstance(starts, int):
         if starts < 0:
             raise InputError(f"expected a number of starts of at least 0, got {starts}")
-        positions = _random_starts(mechanism, starts, seed)
+        drawn = draw_positions(mechanism, starts, np.random.default_rng(seed), _REACH)
+        positions = [mechanism.neutral(), *drawn]
     else:
         positions = [mechanism.position(start) for start in starts]
     turning = [k for k, name in enumerate(mechanism.coordinates) if units(mechanism)[name] == "rad"]
@@ -101,18 +105,6 @@ def equilibria(
             with suppress(EngineError, InputError):
                 found.append(Equilibrium(q, linearize(mechanism, q, t=t, reference=reference)))
     return tuple(sorted(found, key=lambda e: float(reference.energy(e.q, None, t).potential)))
-
-
-def _random_starts(mechanism: Mechanism, count: int, seed: int) -> list[np.ndarray]:
-    rng = np.random.default_rng(seed)
-    unit = units(mechanism)
-    reach = np.array([np.pi if unit[name] == "rad" else 1.0 for name in mechanism.coordinates])
-    rates = Rates.of(mechanism)
-    neutral = mechanism.neutral()
-    return [
-        neutral,
-        *(rates.normalize(neutral * 0.1 + rng.uniform(-reach, reach)) for _ in range(count)),
-    ]
 
 
 def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -> np.ndarray:

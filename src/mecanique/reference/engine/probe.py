@@ -8,12 +8,16 @@ from typing import Any
 import numpy as np
 
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import draw_positions
 from mecanique.reference.engine.answers import Array
 
 __all__ = ["backward_error", "massless_mode", "random_states", "reach_of"]
 
 _SINGULAR = 1e-13
 """Below this share of its own scale a pivot of the mass matrix is rounding noise."""
+
+_REACH = 1.0
+"""Lengths lie within this of zero [m]."""
 
 
 def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array, Array, float]]:
@@ -24,13 +28,9 @@ def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array,
         count: how many.
     """
     random = np.random.default_rng(1788)
-    slides = {name for joint in mechanism.joints for name in joint.linear_coordinates}
-    reach = np.array([1.0 if name in slides else np.pi for name in mechanism.coordinates])
-    for _ in range(count):
-        q = random.uniform(-1, 1, mechanism.nq) * reach
-        for _, at in mechanism.quaternions:
-            q[at] = random.normal(size=4)
-        yield mechanism.normalize(q), random.normal(size=mechanism.nv), float(random.uniform(0, 1))
+    positions = draw_positions(mechanism, count, random, _REACH)
+    velocities = random.normal(size=(count, mechanism.nv))
+    yield from zip(positions, velocities, random.uniform(size=count).tolist(), strict=True)
 
 
 def massless_mode(mass: Array, reach: Array) -> Array | None:

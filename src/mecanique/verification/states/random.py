@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import InputError
-from mecanique.model.expression import plain, symbols_in
+from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import angles, draw_positions
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
 from mecanique.verification.states.loops import closed_states
 from mecanique.verification.states.validity import is_possible
 
-__all__ = ["angles", "random_states"]
+__all__ = ["random_states"]
 
 Array = npt.NDArray[np.float64]
 
@@ -27,9 +27,6 @@ _LENGTH = 0.4
 
 _RATE = 3.0
 """Velocities lie within this many radians, or characteristic lengths, per second of zero."""
-
-_NEAR_LIMIT = 0.05
-"""A coordinate limited on both sides is kept off its limits by this part of their distance."""
 
 _LOT = 32
 """Least number of candidates drawn at once, enough to know what is usual."""
@@ -80,31 +77,8 @@ def random_states(
 
 def _draw(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
     length = characteristic_length(mechanism)
+    q = draw_positions(mechanism, samples, random, _LENGTH * length)
     angular = angles(mechanism)
-    reach = np.array(
-        [np.pi if name in angular else _LENGTH * length for name in mechanism.coordinates]
-    )
-    low, high = -reach, reach.copy()
-    for name, (lower, upper) in mechanism.limits.items():
-        k = mechanism.coordinates.index(name)
-        if np.isfinite([lower, upper]).all():
-            low[k], high[k] = (
-                lower + _NEAR_LIMIT * (upper - lower),
-                upper - _NEAR_LIMIT * (upper - lower),
-            )
-        else:
-            low[k], high[k] = max(lower, low[k]), min(upper, high[k])
-            if not low[k] < high[k]:
-                middle = mechanism.neutral()[k]
-                low[k], high[k] = (
-                    (lower, 2 * middle - lower)
-                    if np.isfinite(lower)
-                    else (2 * middle - upper, upper)
-                )
-    q = random.uniform(low, high, (samples, mechanism.nq))
-    for _, at in mechanism.quaternions:
-        q[:, at] = random.normal(size=(samples, 4))
-    mechanism.normalize(q)
     fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
     v = random.uniform(-fast, fast, (samples, mechanism.nv))
     t = random.uniform(0.0, _TIME, samples) if _depends_on_time(mechanism) else np.zeros(samples)
@@ -126,39 +100,6 @@ def whole(number: object, what: str, least: int) -> int:
     if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < least:
         raise InputError(f"expected a whole number of at least {least} for {what}, got {number!r}")
     return int(number)
-
-
-def angles(mechanism: Mechanism) -> set[str]:
-    """Return the coordinates that are angles and the velocities that are angular.
-
-    Args:
-        mechanism: the mechanism.
-    """
-    driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
-    turning: set[str] = set()
-    lengths: set[str] = set()
-    rates: set[str] = set()
-    for joint in mechanism.joints:
-        turning.update(joint.angular_coordinates)
-        lengths.update(() if joint.quaternion else joint.linear_coordinates)
-        rates.update(joint.angular_velocities if joint.quaternion else ())
-    for name, scalar in driven.items():
-        # an angle turns a joint, or moves a slide as l cos(q); a length turns a joint as asin(x /
-        # l)
-        turning |= (
-            _inside(scalar, {"sin", "cos", "tan"}) if name in lengths else symbols_in(scalar)
-        ) - _inside(scalar, {"asin", "acos", "atan", "atan2"})
-    turning = (turning - lengths) & set(mechanism.coordinates)
-    return turning | rates | {f"{name}'" for name in turning}
-
-
-def _inside(expression: Any, functions: set[str]) -> set[str]:
-    """Symbols within some functions of an expression."""
-    if isinstance(expression, float):
-        return set()
-    if type(expression).__name__ in functions:
-        return set(symbols_in(expression))
-    return set().union(*(_inside(part, functions) for part in expression.args))
 
 
 def _depends_on_time(mechanism: Mechanism) -> bool:
