@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
 from mecanique.errors import InputError
+from mecanique.model.expression import finite
 from mecanique.model.joints import Single
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.driving import driving_forces, free_motions
+from mecanique.reference.loops.freedom import generic_rank
 from mecanique.reference.loops.nullspace import solve
 
 __all__ = ["LoopConstraints"]
+
+
+_Asked = TypeVar("_Asked", bound="LoopConstraints")
 
 
 class LoopConstraints(Answering):
@@ -26,6 +33,26 @@ class LoopConstraints(Answering):
     def closed(self) -> Closed | None:
         """The loops and the motion they leave free; None for a tree."""
         return self._closed
+
+    def with_rank_at(self: _Asked, q: Given, t: float = 0.0) -> _Asked:
+        """Return the same reference with its constraints counted once, as motions from q pass them.
+
+        A little off the loops, where integration leads, redundant constraints seem independent;
+        there the answers of the reference that is returned stay those of the mechanism.
+
+        Args:
+            q: shape (nq,), one position, the loops closed.
+            t: time [s].
+
+        Raises:
+            InputError: if the mechanism is locked there without being held.
+        """
+        if self._closed is None:
+            return self
+        counted = copy(self)
+        rank = generic_rank(self._closed, self.mechanism.position(q), finite(t, "time t"))
+        counted._closed = Closed(self._tree, rank)
+        return counted
 
     @property
     def constraint_names(self) -> tuple[str, ...]:

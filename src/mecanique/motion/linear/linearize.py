@@ -88,9 +88,9 @@ def linearize(
             )
     position, velocity = mechanism.position(at), mechanism.velocity(v)
     if mechanism.loops:
-        from mecanique.motion.record.loops import ClosedLoops
+        from mecanique.motion.record.loops import begin_on_loops
 
-        state, _ = ClosedLoops(mechanism, reference, ACCURATE).start(at, v, t)
+        reference, state, _ = begin_on_loops(reference, at, v, t)
         position, velocity = state[: mechanism.nq], state[mechanism.nq :]
     acceleration = reference.acceleration(position, velocity, t)
     tangent = np.eye(mechanism.nv)

@@ -10,17 +10,17 @@ VII.2).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar, final
+from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 
 import numpy as np
 
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
+    from mecanique.reference.loops.closed import Closed
 
-__all__ = ["ClosedLoops"]
+__all__ = ["Beginning", "ClosedLoops", "begin_on_loops"]
 
 _LEFT = 1e-3
 """A state that this part of the tolerance, or more, brings back onto the loops has left them."""
@@ -31,66 +31,78 @@ _REPORTED = 1e-9
 """Changes beyond this are reported when the loops are closed at the start."""
 
 
+class Beginning(NamedTuple):
+    """How a motion with closed loops begins.
+
+    Args:
+        reference: the mechanism's, for motions from here.
+        state: positions and velocities on the loops, shape (nq + nv,).
+        remark: what was done to close them.
+    """
+
+    reference: Reference
+    state: np.ndarray
+    remark: str
+
+
+def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginning:
+    """Return the closed state to start from; what is given by name stays if that is possible.
+
+    Args:
+        reference: that of a mechanism with loops.
+        q: positions as given.
+        v: velocities as given.
+        t: time at the start [s].
+
+    Raises:
+        ClosureError: naming the loop that cannot be closed, and by how much.
+    """
+    from mecanique.reference.loops.assembly import close_velocity, position_near, project
+
+    m = reference.mechanism
+    given_q, given_v = m.position(q), m.velocity(v)
+    position = position_near(_loops_of(reference), q, given_q, t, np.zeros(m.nv, dtype=bool))
+    reference = reference.with_rank_at(position, t)
+    closed = _loops_of(reference)
+    held = None
+    if isinstance(v, Mapping) and v:
+        named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
+        held = np.array([name in named for name in m.velocities])
+    velocity = close_velocity(closed, position, given_v, t, held)
+    position, velocity = project(closed, position, velocity, t)
+    changes = [
+        f"{what} changed by up to {size:.3g}"
+        for what, size in (
+            ("positions", float(np.abs(position - given_q).max(initial=0.0))),
+            ("velocities", float(np.abs(velocity - given_v).max(initial=0.0))),
+        )
+        if size > _REPORTED
+    ]
+    remark = "; loops closed at the start" + (f" ({', '.join(changes)})" if changes else "")
+    return Beginning(reference, np.concatenate([position, velocity]), remark)
+
+
+def _loops_of(reference: Reference) -> Closed:
+    assert reference.closed is not None, "the mechanism has loops"
+    return reference.closed
+
+
 @final
 class ClosedLoops:
     """The loops of a mechanism in motion.
 
     Args:
-        mechanism: a mechanism with loops.
-        reference: its `Reference`.
+        reference: that of a mechanism with loops.
         rtol: relative tolerance of a step.
     """
 
     share: ClassVar[float] = 0.1
     """Part of the tolerance that a step may use: each starts afresh, and no errors cancel."""
 
-    def __init__(self, mechanism: Mechanism, reference: Reference, rtol: float) -> None:
-        self._mechanism = mechanism
-        assert reference.closed is not None, "the mechanism has loops"
-        self._closed = reference.closed
+    def __init__(self, reference: Reference, rtol: float) -> None:
+        self._closed = _loops_of(reference)
         self._most = max(_LEFT * rtol, _ROUNDING)
-        self._nq = mechanism.nq
-
-    def start(self, q: Given, v: Given, t: float) -> tuple[np.ndarray, str]:
-        """Return the state to start from, and what was done to close it.
-
-        What is given by name stays if the loops can be closed so.
-
-        Args:
-            q: positions as given.
-            v: velocities as given.
-            t: time at the start [s].
-
-        Raises:
-            ClosureError: naming the loop that cannot be closed, and by how much.
-        """
-        from mecanique.reference.loops.assembly import (
-            close_velocity,
-            position_near,
-            project,
-        )
-        from mecanique.reference.loops.freedom import limit_rank
-
-        m = self._mechanism
-        given_q, given_v = m.position(q), m.velocity(v)
-        held = np.zeros(m.nv, dtype=bool)
-        position = position_near(self._closed, q, given_q, t, held)
-        limit_rank(self._closed, position, t)
-        if isinstance(v, Mapping):
-            named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
-            held = np.array([name in named for name in m.velocities])
-        velocity = close_velocity(self._closed, position, given_v, t, held if held.any() else None)
-        position, velocity = project(self._closed, position, velocity, t)
-        changes = [
-            f"{what} changed by up to {size:.3g}"
-            for what, size in (
-                ("positions", float(np.abs(position - given_q).max(initial=0.0))),
-                ("velocities", float(np.abs(velocity - given_v).max(initial=0.0))),
-            )
-            if size > _REPORTED
-        ]
-        remark = "; loops closed at the start" + (f" ({', '.join(changes)})" if changes else "")
-        return np.concatenate([position, velocity]), remark
+        self._nq = reference.mechanism.nq
 
     def has_left(self, t: float, y: np.ndarray) -> bool:
         """Return whether a state has drifted off the loops.

@@ -391,7 +391,7 @@ class Motion:
             return state
         from mecanique.motion.record.loops import ClosedLoops
 
-        loops = ClosedLoops(self.mechanism, self.reference, self.statistics.rtol)
+        loops = ClosedLoops(self.reference, self.statistics.rtol)
         q, v = loops.close_all(
             np.atleast_1d(state.t), np.atleast_2d(state.q), np.atleast_2d(state.v)
         )

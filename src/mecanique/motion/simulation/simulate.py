@@ -12,7 +12,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.motion.record.events import Event
-from mecanique.motion.record.loops import ClosedLoops
+from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
 from mecanique.motion.record.motion import Motion, Statistics
 from mecanique.motion.simulation.arguments import (
     longest_step,
@@ -116,8 +116,8 @@ def simulate(
         reference = Reference(mechanism)
     loops, remark = None, ""
     if mechanism.loops:
-        loops = ClosedLoops(mechanism, reference, rtol)
-        start, remark = loops.start(q, v, t0)
+        reference, start, remark = begin_on_loops(reference, q, v, t0)
+        loops = ClosedLoops(reference, rtol)
     problem = Problem(
         mechanism=mechanism,
         reference=reference,

@@ -47,9 +47,10 @@ class Closed:
 
     Args:
         tree: the mechanism's tree inside Pinocchio.
+        most: the rank of the constraints, if known; off the loops redundant rows seem to add.
     """
 
-    def __init__(self, tree: Tree) -> None:
+    def __init__(self, tree: Tree, most: int | None = None) -> None:
         import pinocchio as pin
 
         self._pin = pin
@@ -57,8 +58,7 @@ class Closed:
         self.mechanism: Mechanism = tree.mechanism
         self._root = MassRoot(tree.engine)
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
-        self.most: int | None = None
-        """The rank of the constraints, if known; off the loops redundant rows seem to add."""
+        self.most = most
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
         """Return accelerations and multipliers.

@@ -25,7 +25,7 @@ from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 
-__all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "limit_rank"]
+__all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank"]
 
 _AROUND = 8
 """How many positions around the one in question are looked at."""
@@ -143,10 +143,8 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     )
 
 
-def limit_rank(closed: Closed, q: Array, t: float) -> None:
-    """Note the rank of the constraints, so that redundant rows do not count as independent.
-
-    A little off the loops they would seem to.
+def generic_rank(closed: Closed, q: Array, t: float) -> int:
+    """Return the rank of the constraints at positions in general, as motions pass them.
 
     Args:
         closed: the mechanism.
@@ -159,8 +157,7 @@ def limit_rank(closed: Closed, q: Array, t: float) -> None:
     here = _scale(closed, q, t)
     rank = _split(here).rank
     if rank == min(here.shape):
-        closed.most = rank
-        return
+        return rank
     freedom = freedom_of(closed, q, t)
     if freedom.singular and not freedom.N:
         raise InputError(
@@ -168,7 +165,7 @@ def limit_rank(closed: Closed, q: Array, t: float) -> None:
             "can move, but small motions meet no resistance, so that its loops would need forces "
             "without bound to hold it; change its lengths, or leave out a loop"
         )
-    closed.most = freedom.rank
+    return freedom.rank
 
 
 def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:
