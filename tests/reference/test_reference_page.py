@@ -16,6 +16,8 @@ by name, one state or many. Angles in radians, all else in SI units; the convent
 
 """
 
+NO_ANSWERS = {"closed", "of", "with_rank"}
+
 
 def signature(name: str) -> str:
     """Its name with its arguments, or alone if it is a property."""
@@ -32,7 +34,7 @@ def signature(name: str) -> str:
 def page() -> str:
     """The page as it should be: a line for each answer, by name."""
     found = {name for part in Reference.__mro__[:-1] for name in vars(part)}
-    names = sorted(name for name in found - {"closed"} if not name.startswith("_"))
+    names = sorted(name for name in found - NO_ANSWERS if not name.startswith("_"))
     lines = []
     for name in names:
         doc = inspect.getdoc(inspect.getattr_static(Reference, name)) or ""

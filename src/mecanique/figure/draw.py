@@ -107,7 +107,7 @@ def _set_up(
     if isinstance(shown, Mechanism):
         position = posture(shown) if q is None else shown.position(q)
         return setting(
-            shown, Reference(shown), position, np.zeros(shown.nv), 0.0 if t is None else float(t)
+            shown, Reference.of(shown), position, np.zeros(shown.nv), 0.0 if t is None else float(t)
         )
     raise InputError(f"expected a Motion or a Mechanism, got {type(shown).__name__}")
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from mecanique.errors import EngineError, MecaniqueError
+from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference.engine.answers import Array
@@ -35,6 +35,11 @@ class Answering:
         self, states: States, one: Callable[..., Array], *, accelerations: bool = False
     ) -> Array:
         """Return what one(q, v, t), or one(q, v, t, a), answers in each state; all of it finite."""
+        if self._tree.loads.waiting:
+            raise InputError(
+                f"a function of time in mechanism {self.mechanism.name!r} asks the Reference that "
+                "waits for its value; let it ask one of its own: Reference(mechanism)"
+            )
         rows = []
         each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
         try:

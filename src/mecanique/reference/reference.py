@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from functools import cached_property
 from typing import final
 
 import numpy as np
 
 from mecanique.model.dynamics import Dynamics, Quantity
+from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
 from mecanique.reference.engine.answers import Array, Energy, Momentum
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
+from mecanique.reference.loops.loading import load_once
 from mecanique.reference.loops.singular import closed_rhs
 from mecanique.reference.wrenches import Wrenches
 
@@ -39,6 +42,39 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
     Raises:
         EngineError: if it is too large for Pinocchio, or is not read as it is written.
     """
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> Reference:
+        """Return a reference that was loaded once for a mechanism, in this thread.
+
+        All who ask for it share Pinocchio's work space, so that it must stay in this thread; its
+        answers do not depend on what was asked before.
+
+        Args:
+            mechanism: what to load; it is not kept alive.
+
+        Raises:
+            EngineError: if it is too large for Pinocchio, or is not read as it is written.
+        """
+        found = cls.__new__(cls)
+        found._tree, found._closed = load_once(mechanism)
+        found.mechanism = found._tree.mechanism
+        return found
+
+    def with_rank(self, rank: int | None) -> Reference:
+        """Return the same reference, with its loops' constraints taken to have a certain rank.
+
+        Off the loops redundant constraints seem to be independent.
+
+        Args:
+            rank: how many constraints are independent; None if that is not known.
+        """
+        if self._closed is None:
+            return self
+        found = copy(self)
+        found._closed = copy(self._closed)
+        found._closed.most = rank
+        return found
 
     @cached_property
     def version(self) -> str:

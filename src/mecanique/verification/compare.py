@@ -85,7 +85,7 @@ def compare(
     """
     ours = forms.derive_quickly(mechanism) if quick else forms.derive_all(mechanism)
     states = random_states(mechanism, samples, seed, ours.assumptions)
-    answers = ask(ours, Reference(mechanism), mechanism, states, reactions=not quick)
+    answers = ask(ours, Reference.of(mechanism), mechanism, states, reactions=not quick)
     return judge(mechanism, answers, states, seed, tolerance)
 
 
@@ -127,7 +127,7 @@ def _explain(verdict: Verdict, mechanism: Mechanism) -> Verdict:
 
 
 def _dynamics(mechanism: Mechanism, states: States) -> dict[str, Array]:
-    engine = Reference(mechanism)
+    engine = Reference.of(mechanism)
     return {
         "mass matrix": engine.mass_matrix(states.q, states.t),
         "bias": engine.bias(states.q, states.v, states.t),

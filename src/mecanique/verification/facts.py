@@ -186,7 +186,7 @@ class _Bench:
     def reference(self) -> Reference:
         from mecanique.reference import Reference
 
-        return Reference(self.mechanism)
+        return Reference.of(self.mechanism)
 
     @cached_property
     def dynamics(self) -> Reference | Equations:

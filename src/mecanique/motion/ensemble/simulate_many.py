@@ -286,7 +286,7 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
             found: np.ndarray = out[mechanism.nq :].T
             return found
 
-        require_agreement(one, Reference(one), accelerations, "closed form")
+        require_agreement(one, Reference.of(one), accelerations, "closed form")
 
 
 def _pickle(mechanism: Mechanism) -> bytes:

@@ -156,7 +156,7 @@ def compare(
 
     mode = slowest(linearization) if mode is None else mode
     linearization = replace(linearization, mechanism=drop_disturbances(linearization.mechanism))
-    reference = Reference(linearization.mechanism)
+    reference = Reference.of(linearization.mechanism)
     usual = usual_amplitude(linearization, mode)
     limit = _limit(_difference(linearization, mode, reference), usual, tolerance)
     if amplitude is None:

@@ -84,7 +84,7 @@ def equilibria(
     if reference is None:
         from mecanique.reference import Reference
 
-        reference = Reference(mechanism)
+        reference = Reference.of(mechanism)
     if isinstance(starts, int):
         if starts < 0:
             raise InputError(f"expected a number of starts of at least 0, got {starts}")

@@ -75,7 +75,8 @@ def linearize(
     if reference is None:
         from mecanique.reference import Reference
 
-        reference = Reference(mechanism)
+        reference = Reference.of(mechanism)
+    reference = reference.with_rank(None)
     if isinstance(at, State):
         t, v, at = float(at.t), at.v, at.q
     if at is None:

@@ -130,7 +130,7 @@ def _closed_solution(
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position
 
-    loops, rates = Reference(linearization.mechanism).closed, Rates.of(linearization.mechanism)
+    loops, rates = Reference.of(linearization.mechanism).closed, Rates.of(linearization.mechanism)
     if loops is None:
         return linear_solution(linearization, mode, amplitude, t)
     h = TICK * 2 * np.pi / abs(chosen_mode(linearization, mode)[0].imag)

@@ -69,7 +69,8 @@ class Motion:
         statistics: what that took.
         events: what took place, in order of time.
         watched: the events that were watched for; None if that is not known, as of a file.
-        engine: the mechanism's `Reference`, if it is there already.
+        engine: the mechanism's `Reference`, if one was given.
+        rank: how many of the loops' constraints are independent, if that is known.
     """
 
     mechanism: Mechanism
@@ -82,6 +83,7 @@ class Motion:
     events: tuple[Occurrence, ...] = ()
     watched: tuple[Event, ...] | None = field(default=None, repr=False)
     engine: Reference | None = field(default=None, repr=False)
+    rank: int | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for array in (self.t, self.q, self.v):
@@ -95,14 +97,14 @@ class Motion:
             array.flags.writeable = False
         return curve
 
-    @cached_property
+    @property
     def reference(self) -> Reference:
-        """The mechanism's `Reference`."""
+        """The mechanism's `Reference`: the one given to `simulate`, or that of this thread."""
         if self.engine is not None:
             return self.engine
         from mecanique.reference import Reference
 
-        return Reference(self.mechanism)
+        return Reference.of(self.mechanism).with_rank(self.rank)
 
     @cached_property
     def a(self) -> np.ndarray:

@@ -89,7 +89,8 @@ def simulate(
         max_steps: most steps.
         events: what to watch for.
         progress: called with the fraction done, in 0…1, about a hundred times.
-        reference: the mechanism's `Reference`, if it is there already.
+        reference: a `Reference` of the mechanism to use and keep; by default that of this thread,
+            which is loaded once as long as the mechanism lives.
 
     Raises:
         InputError: if an argument is not what is expected, or the mechanism cannot move.
@@ -110,10 +111,13 @@ def simulate(
         raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
     watched = (*events, *limit_events(mechanism, start))
     longest = longest_step(mechanism, end - t0, max_step, watched)
+    own = reference is not None
     if reference is None:
         from mecanique.reference import Reference
 
-        reference = Reference(mechanism)
+        reference = Reference.of(mechanism)
+    else:
+        reference = reference.with_rank(None)
     loops, remark = None, ""
     if mechanism.loops:
         reference, start, remark = begin_on_loops(reference, q, v, t0)
@@ -158,7 +162,8 @@ def simulate(
         statistics=statistics,
         events=course.events,
         watched=tuple(events),
-        engine=reference,
+        engine=reference if own else None,
+        rank=None if reference.closed is None else reference.closed.most,
     )
     if not integration.outcome.complete:
         raise failure(problem, integration, motion)

@@ -200,6 +200,9 @@ class Loads:
                     parts = note(wrench.force), note(wrench.torque)
                     self._loads.append(_Load(force.name, site, turned, *parts))
         self._varies = bool(scalars)
+        self._asks = any(callable(signal.signal) for signal in mechanism.inputs)
+        self.waiting = False
+        """Whether a function of time is being evaluated, amid the evaluation of a state."""
         symbols = (*(signal.symbol for signal in mechanism.inputs), *mechanism.values)
         self._scalars: Callable[..., tuple[float, ...]] = compile_scalars(
             scalars, (*mechanism.coordinates, *mechanism.velocities, "t", *symbols)
@@ -338,7 +341,11 @@ class Loads:
         """What the expressions of loads and drives are now."""
         if not self._varies:
             return ()
-        signals = [signal(t) for signal in self._signals]
+        self.waiting = self._asks
+        try:
+            signals = [signal(t) for signal in self._signals]
+        finally:
+            self.waiting = False
         return self._scalars(*q.tolist(), *v.tolist(), t, *signals, *self._values)
 
     def _sizes(

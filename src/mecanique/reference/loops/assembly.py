@@ -17,8 +17,8 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Array
-from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace, newton
 from mecanique.reference.loops.tolerances import (
     ASSEMBLED,
@@ -88,7 +88,7 @@ def assemble(
     held = held_columns(mechanism, keep)
     if not mechanism.loops:
         return q
-    return position_near(Closed(Tree(mechanism)), guess, q, t, held)
+    return position_near(load_loops(mechanism), guess, q, t, held)
 
 
 def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array) -> Array:
@@ -165,7 +165,7 @@ def assembly_branches(
     start = assemble(mechanism, guess, keep=keep, t=t)
     if not mechanism.loops:
         return (start,)
-    closed = Closed(Tree(mechanism))
+    closed = load_loops(mechanism)
     named = tuple(guess) if isinstance(guess, Mapping) and not keep else keep
     held = held_columns(mechanism, named)
     free = free_columns(closed, start, t)

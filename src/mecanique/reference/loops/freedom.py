@@ -18,9 +18,9 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.engine.answers import Array
-from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.assembly import close_position, position_near
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
@@ -104,7 +104,7 @@ def degrees_of_freedom(
     given, t = mechanism.position(q), finite(t, "time t")
     if not mechanism.loops:
         return Freedom(mechanism.nv, 0, 0, (), False, 0, given, _heavy_bodies(mechanism))
-    closed = Closed(Tree(mechanism))
+    closed = load_loops(mechanism)
     none_held = np.zeros(mechanism.nv, dtype=bool)
     return freedom_of(closed, position_near(closed, q, given, t, none_held), t, seed=seed)
 

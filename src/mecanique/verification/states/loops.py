@@ -42,7 +42,7 @@ def closed_states(
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, project
 
-    closed = Reference(mechanism).closed
+    closed = Reference.of(mechanism).closed
     if closed is None:
         return q, v, np.arange(len(t))
     found: list[tuple[Array, Array]] = []

@@ -166,7 +166,6 @@ class Stretches:
                     duration=min(STRETCH * speed, self._end - t0),
                     rtol=last.statistics.rtol,
                     fps=density(speed),
-                    reference=last.reference,
                 )
                 self._give(self._stage(self._motion))
             self._give(None)
