@@ -92,9 +92,6 @@ class Reader:
     def read(self, raw: bytes) -> None:
         """Read a whole text.
 
-        Args:
-            raw: the text.
-
         Raises:
             XmlRefusedError: if it is not well-formed, too large or declares entities.
         """

@@ -12,11 +12,7 @@ __all__ = ["as_json", "as_text"]
 
 
 def as_text(rows: tuple[Row, ...]) -> str:
-    """Return the register as text, a summary first.
-
-    Args:
-        rows: of the register.
-    """
+    """Return the register as text, a summary first."""
     wrong = [row.number for row in rows if not row.holds]
     errors = "none in error as printed"
     if wrong:
@@ -29,11 +25,7 @@ def as_text(rows: tuple[Row, ...]) -> str:
 
 
 def as_json(rows: tuple[Row, ...]) -> str:
-    """Return the register as JSON text.
-
-    Args:
-        rows: of the register.
-    """
+    """Return the register as JSON text."""
     return json.dumps(
         [row.to_dict() for row in rows], ensure_ascii=False, indent=2, allow_nan=False
     )

@@ -27,12 +27,7 @@ def derivation(mechanism: mq.Mechanism, method: str, form: Form, steps: bool) ->
 
 
 def derivations(mechanism: mq.Mechanism, form: Form) -> str:
-    """Return the derivations by all methods with every step, and whether they agree.
-
-    Args:
-        mechanism: what to derive.
-        form: how to print.
-    """
+    """Return the derivations by all methods with every step, and whether they agree."""
     from mecanique.derivation import readable
     from mecanique.derivation.agreement import agreement
 

@@ -19,11 +19,7 @@ __all__ = ["figures", "inertial_figures", "response_table", "small_motions"]
 
 
 def small_motions(linearization: Linearization) -> str:
-    """Return a linearization as text: equations in letters, matrices and modes in numbers.
-
-    Args:
-        linearization: what to print.
-    """
+    """Return a linearization as text: equations in letters, matrices and modes in numbers."""
     lines = [_letters(linearization), ""]
     names = _independent(linearization)
     lines.append(
@@ -43,11 +39,7 @@ def small_motions(linearization: Linearization) -> str:
 
 
 def figures(linearization: Linearization) -> str:
-    """Return a linearization as JSON.
-
-    Args:
-        linearization: what to print.
-    """
+    """Return a linearization as JSON."""
     m = linearization.mechanism
     try:
         symbolic: dict[str, Any] = {
@@ -76,11 +68,7 @@ def figures(linearization: Linearization) -> str:
 
 
 def inertial_figures(check: InertialCheck) -> str:
-    """Return a check of the ground as JSON.
-
-    Args:
-        check: what to print.
-    """
+    """Return a check of the ground as JSON."""
     data = {
         "mechanism": check.still.mechanism.name,
         "latitude_deg": float(np.degrees(check.latitude)),
@@ -103,11 +91,7 @@ def inertial_figures(check: InertialCheck) -> str:
 
 
 def response_table(response: Response) -> str:
-    """Return a frequency response as CSV: ω, then amplitude and phase lag of each coordinate.
-
-    Args:
-        response: what to print.
-    """
+    """Return a frequency response as CSV: ω, then amplitude and phase lag of each coordinate."""
     head = ["omega [rad/s]"]
     for name in response.names:
         head += [f"amplitude {name}", f"phase {name}"]

@@ -63,11 +63,7 @@ def working(text: str) -> AbstractContextManager[Status]:
 
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float], None]]:
-    """Show a progress bar on a terminal; yield a function that takes the fraction done.
-
-    Args:
-        text: what is being done.
-    """
+    """Show a progress bar on a terminal; yield a function that takes the fraction done."""
     from rich.console import Console
     from rich.progress import Progress
 
@@ -79,11 +75,7 @@ def progress(text: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def named_progress(text: str) -> Iterator[Callable[[str, float], None]]:
-    """Show a progress bar on a terminal; yield a function of the item and the fraction done.
-
-    Args:
-        text: what is being done.
-    """
+    """Show a progress bar on a terminal; yield a function of the item and the fraction done."""
     from rich.console import Console
     from rich.progress import Progress
 
@@ -94,11 +86,7 @@ def named_progress(text: str) -> Iterator[Callable[[str, float], None]]:
 
 
 def verdict_table(verdict: Verdict) -> Table:
-    """Return a verdict as a table.
-
-    Args:
-        verdict: what to show.
-    """
+    """Return a verdict as a table."""
     from rich.table import Table
     from rich.text import Text
 

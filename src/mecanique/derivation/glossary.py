@@ -33,11 +33,7 @@ class Meaning:
 
 
 def meanings(derivation: Derivation) -> tuple[Meaning, ...]:
-    """Return what every symbol in the steps and the equations means, in the order of a list.
-
-    Args:
-        derivation: what shows the symbols.
-    """
+    """Return what every symbol in the steps and the equations means, in the order of a list."""
     ring, mechanism = derivation.algebra.ring, derivation.algebra.mechanism
     used = _collect_kinds(derivation)
     found = [*_coordinates(mechanism)]

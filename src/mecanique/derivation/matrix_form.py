@@ -68,11 +68,7 @@ class Linear:
 
 
 def linear(derivation: Derivation) -> Linear | None:
-    """Return the matrices of linear equations with constant coefficients, else None.
-
-    Args:
-        derivation: the equations.
-    """
+    """Return the matrices of linear equations with constant coefficients, else None."""
     algebra = derivation.algebra
     ring, n = algebra.ring, len(algebra.velocities)
     moving = (Kind.COORDINATE, Kind.VELOCITY, Kind.ACCELERATION)

@@ -17,11 +17,7 @@ __all__ = ["connections"]
 
 
 def connections(setting: Setting) -> Iterator[Mark]:
-    """Yield every spring and damper with its symbol.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield every spring and damper with its symbol."""
     pairs: dict[tuple[End, End], list[LineLoad]] = {}
     inside: dict[str, list[JointLoad]] = {}
     for force in setting.mechanism.forces:

@@ -75,11 +75,7 @@ class _Distance:
 
 
 def coordinates(setting: Setting) -> Iterator[Mark]:
-    """Yield the marks of a mechanism's generalized coordinates.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield the marks of a mechanism's generalized coordinates."""
     mechanism = setting.mechanism
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     distances: list[_Distance] = []

@@ -26,12 +26,7 @@ NEGLIGIBLE = 1e-6
 
 
 def cut_free(setting: Setting, body: str) -> tuple[Mark, ...]:
-    """Return the marks of a body's free-body diagram.
-
-    Args:
-        setting: what is drawn.
-        body: its name.
-    """
+    """Return the marks of a body's free-body diagram."""
     actions = [action for action in _acting(setting) if action.body == body]
     force = max((float(np.linalg.norm(each.force)) for each in actions), default=0.0)
     moment = max((float(np.linalg.norm(each.moment)) for each in actions), default=0.0)

@@ -28,11 +28,7 @@ BEND, START, SWEEP = 20.0, 0.3, 1.35 * math.pi
 
 
 def loads(setting: Setting) -> Iterator[Mark]:
-    """Yield forces, torques and drives as arrows with their symbols.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield forces, torques and drives as arrows with their symbols."""
     mechanism, camera = setting.mechanism, setting.camera
     acting = Actions(mechanism, setting.reference).applied(
         np.array([setting.t]), setting.q[None], setting.v[None]

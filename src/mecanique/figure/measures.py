@@ -40,11 +40,7 @@ BELOW_LEFT = np.array([-1.0, 0.6])
 
 
 def lengths(setting: Setting) -> Iterator[Mark]:
-    """Yield the symbols of rods' lengths and of disks' radii, each once.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield the symbols of rods' lengths and of disks' radii, each once."""
     written: set[str] = set()
     for solid in setting.solids:
         geometry = solid.geometry
@@ -91,11 +87,7 @@ def _outward(setting: Setting, a: Point, b: Point) -> float:
 
 
 def masses(setting: Setting) -> Iterator[Mark]:
-    """Yield the symbol of each piece's mass, in or beside it.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield the symbol of each piece's mass, in or beside it."""
     for body in setting.mechanism.bodies:
         for name, solid in _named_pieces(setting, body):
             yield _mass(setting, name, solid)

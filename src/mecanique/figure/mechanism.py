@@ -34,11 +34,7 @@ PULLEY = 8.0
 
 
 def figure(setting: Setting) -> tuple[Mark, ...]:
-    """Return the marks of a mechanism's figure, in the order they are drawn.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Return the marks of a mechanism's figure, in the order they are drawn."""
     lettered = len(setting.mechanism.bodies) <= MOST_LABELS
     marks = [
         *supports(setting),

@@ -54,11 +54,7 @@ class Setting:
     solids: tuple[Solid, ...]
 
     def index(self, body: str) -> int:
-        """Return where a body stands among the poses.
-
-        Args:
-            body: its name.
-        """
+        """Return where a body stands among the poses."""
         return [each.name for each in self.mechanism.bodies].index(body)
 
     def point(self, body: str, xyz: Any = (0.0, 0.0, 0.0)) -> Floats:
@@ -74,11 +70,7 @@ class Setting:
         return position
 
     def seat(self, joint: Joint) -> Floats:
-        """Return where a joint's frame stands in the world, by its parent, shape (3,) [m].
-
-        Args:
-            joint: of the mechanism.
-        """
+        """Return where a joint's frame stands in the world, by its parent, shape (3,) [m]."""
         return self.point(joint.parent, joint.origin.xyz)
 
     def axis(self, joint: Any) -> Floats:
@@ -91,11 +83,7 @@ class Setting:
         return axis
 
     def paper(self, body: str) -> Point:
-        """Return the points that span a body on paper, shape (n, 2), or its origin.
-
-        Args:
-            body: its name.
-        """
+        """Return the points that span a body on paper, shape (n, 2), or its origin."""
         spans = [each.corners for each in self.solids if each.body == body]
         return self.camera.at(np.concatenate(spans) if spans else self.point(body)[None])
 
@@ -133,11 +121,7 @@ class Setting:
         return best
 
     def name(self, scalar: Scalar) -> str:
-        """Return how a scalar is written beside what it measures: its formula, if that is short.
-
-        Args:
-            scalar: of the description.
-        """
+        """Return how a scalar is written beside what it measures: its formula, if that is short."""
         if isinstance(scalar, (int, float)):
             return ""
         text = str(scalar).replace(" ", "")
@@ -188,9 +172,5 @@ def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:
 
 
 def is_zero(scalar: Scalar) -> bool:
-    """Return whether a scalar of the description is the number zero.
-
-    Args:
-        scalar: of the description.
-    """
+    """Return whether a scalar of the description is the number zero."""
     return isinstance(scalar, (int, float)) and scalar == 0

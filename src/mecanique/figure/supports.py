@@ -21,11 +21,7 @@ DOWN = np.array([0.0, 1.0])
 
 
 def supports(setting: Setting) -> Iterator[Mark]:
-    """Yield what holds the joints of the ground.
-
-    Args:
-        setting: what is drawn.
-    """
+    """Yield what holds the joints of the ground."""
     yield from _slabs(setting)
     rails: list[_Rail] = []
     for joint in setting.mechanism.joints:
@@ -156,12 +152,7 @@ def _draw_line(rails: list[_Rail]) -> Iterator[Mark]:
 
 
 def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
-    """Return whether a slide is a floor on elastic columns: it holds a spring and stands raised.
-
-    Args:
-        setting: what is drawn.
-        joint: the slide.
-    """
+    """Return whether a slide is a floor on elastic columns: it holds a spring and stands raised."""
     offset, axis = setting.seat(joint) - setting.point(joint.parent), setting.axis(joint)
     raised = float(np.linalg.norm(offset - (offset @ axis) * axis)) * setting.camera.scale
     sprung = loads_in(setting.mechanism.forces, joint.name, "spring")

@@ -212,11 +212,7 @@ class Eigenvalues(_Stated):
 @final
 @dataclass(frozen=True)
 class Steady(_Stated):
-    """A state without acceleration: an equilibrium, a steady precession.
-
-    Args:
-        at: the state.
-    """
+    """A state without acceleration: an equilibrium, a steady precession."""
 
     at: State
 

@@ -25,12 +25,7 @@ Array = npt.NDArray[np.float64]
 
 @final
 class ClosedForm:
-    """The series of a symbolic derivation, evaluated at n states at once.
-
-    Args:
-        mechanism: what was derived.
-        derivation: its closed form.
-    """
+    """The series of a symbolic derivation, evaluated at n states at once."""
 
     def __init__(self, mechanism: Mechanism, derivation: Derivation) -> None:
         self._mechanism = mechanism

@@ -74,10 +74,6 @@ class Functions:
     def values(self, mechanism: Mechanism, states: States) -> dict[str, Array]:
         """Return what the functions give at all states, by quantity.
 
-        Args:
-            mechanism: whose states they are.
-            states: where to evaluate.
-
         Raises:
             InputError: if a function fails, or gives numbers of another shape.
         """
@@ -109,10 +105,6 @@ def read_samples(path: str | os.PathLike[str], mechanism: Mechanism) -> tuple[St
     accelerations (q''; of the velocity arm_wx, arm_wx'), the forces (tau_q, tau_arm_wx), and t.
     What follows a name in brackets, e.g. [rad/s], is not read, and other columns are passed over. A
     force or t without a column is zero: a file written by `Motion.to_csv` describes a free motion.
-
-    Args:
-        path: of the file.
-        mechanism: gives the names.
 
     Raises:
         InputError: if the file cannot be read, a column is missing or a number is none.

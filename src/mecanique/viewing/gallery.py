@@ -123,11 +123,7 @@ def _write(path: Path, text: str) -> None:
 
 
 def picture_of(name: str) -> str:
-    """Return the figure of a system of the catalogue as SVG text.
-
-    Args:
-        name: its name.
-    """
+    """Return the figure of a system of the catalogue as SVG text."""
     return figure_text(load(name), entry(name).start)
 
 
@@ -140,11 +136,7 @@ def _motion(name: str, duration: float | None) -> Motion:
 
 
 def index(cards: Sequence[Card]) -> str:
-    """Return the index as one HTML document that needs no network.
-
-    Args:
-        cards: what it shows.
-    """
+    """Return the index as one HTML document that needs no network."""
     tags = sorted({tag for card in cards for tag in card.tags})
     buttons = "".join(
         f'<button type="button" data-tag="{escape(tag)}" aria-pressed="false">'

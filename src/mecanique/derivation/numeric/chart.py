@@ -96,12 +96,7 @@ def efforts_in_joints(
 
 @final
 class Chart:
-    """The coordinate map of a mechanism.
-
-    Args:
-        mechanism: whose map.
-        tree: its links.
-    """
+    """The coordinate map of a mechanism."""
 
     def __init__(self, mechanism: Mechanism, tree: tuple[Link, ...]) -> None:
         self._mechanism = mechanism

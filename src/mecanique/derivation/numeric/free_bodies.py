@@ -160,11 +160,7 @@ class FreeBodies:
         return Snapshot(tuple(bodies), move, axes, self._holders, self._armature, springs)
 
     def moving(self, states: States) -> list[FreeBody]:
-        """Return the free bodies that a joint lets move against the ground.
-
-        Args:
-            states: where and how fast.
-        """
+        """Return the free bodies that a joint lets move against the ground."""
         return [body for body in self.at(states).bodies if self._free[self._place[body.name]]]
 
     def _body(
@@ -232,10 +228,6 @@ def total_momentum(
     """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
 
     Sums of m v_C and of H_C + r_C × m v_C (Fundamentals of Dynamics, eqs. 1.7, 1.9, 1.11).
-
-    Args:
-        bodies: what moves.
-        count: number of states.
     """
     linear, angular, first = (np.zeros((count, 3)) for _ in range(3))
     mass = 0.0

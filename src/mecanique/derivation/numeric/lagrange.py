@@ -59,11 +59,7 @@ class _Along:
 
 @final
 class Definition(BatchDynamics):
-    """Mass matrix, bias, forces, acceleration and energies of a mechanism by Lagrange's operator.
-
-    Args:
-        mechanism: any mechanism.
-    """
+    """Mass matrix, bias, forces, acceleration and energies of a mechanism by Lagrange's operator."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism

@@ -76,12 +76,7 @@ class _Travel:
 
 @final
 class Loads:
-    """The forces of a mechanism, ready for many evaluations.
-
-    Args:
-        mechanism: whose forces.
-        tree: its links.
-    """
+    """The forces of a mechanism, ready for many evaluations."""
 
     def __init__(self, mechanism: Mechanism, tree: tuple[Link, ...]) -> None:
         self._mechanism = mechanism

@@ -63,11 +63,7 @@ class RowUnits(NamedTuple):
 
 @final
 class Closure:
-    """What the loops of a mechanism demand, as jets.
-
-    Args:
-        mechanism: whose loops they are.
-    """
+    """What the loops of a mechanism demand, as jets."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._loops = mechanism.loops

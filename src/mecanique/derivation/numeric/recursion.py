@@ -29,11 +29,7 @@ __all__ = ["Recursion", "solve"]
 
 @final
 class Recursion(BatchDynamics):
-    """Mass matrix, bias, forces, acceleration and energies of a mechanism, for many states at once.
-
-    Args:
-        mechanism: any mechanism.
-    """
+    """Mass matrix, bias, forces, acceleration and energies of a mechanism, for many states at once."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
@@ -188,11 +184,7 @@ class Recursion(BatchDynamics):
         return T, V
 
     def poses(self, states: States) -> list[np.ndarray]:
-        """Return the pose of every link, in the order of the tree, each shape (n, 4, 4).
-
-        Args:
-            states: where.
-        """
+        """Return the pose of every link, in the order of the tree, each shape (n, 4, 4)."""
         move = self._chart.motions(states)
         return self._poses(self._local(move, len(states)), move.u)[0]
 

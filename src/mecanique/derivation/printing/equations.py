@@ -96,11 +96,7 @@ class Expression:
         return _math_element(self.write(MathML()), self.text())
 
     def write(self, writer: Writer) -> str:
-        """Return it in the format of a writer.
-
-        Args:
-            writer: knows the format.
-        """
+        """Return it in the format of a writer."""
         return write(
             [(term.coefficient, term.motion) for term in self.terms], self.notation, writer
         )
@@ -170,11 +166,7 @@ def equations(elements: Sequence[Series], *, monic: bool | None = None) -> tuple
 
 
 def expression(series: Series) -> Expression:
-    """Return a series, e.g. a kinetic energy, in textbook order, with the fewest signs.
-
-    Args:
-        series: the series.
-    """
+    """Return a series, e.g. a kinetic energy, in textbook order, with the fewest signs."""
     groups = _group(series, by_side=False)
     return _expression(
         series.ring, [(key, shortest(part, products=True)) for (_, key), part in groups]

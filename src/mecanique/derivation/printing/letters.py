@@ -51,11 +51,7 @@ class Letter:
 
 
 def is_varied(name: str) -> bool:
-    """Return whether a name is that of a virtual displacement or of virtual work, e.g. "δq".
-
-    Args:
-        name: of a quantity.
-    """
+    """Return whether a name is that of a virtual displacement or of virtual work, e.g. "δq"."""
     return name.startswith("δ") and name[1:2].isalpha()
 
 

@@ -14,11 +14,7 @@ __all__ = ["function_without_arcs"]
 
 
 def function_without_arcs(name: str) -> Callable[..., Any]:
-    """Return a function for series; sine and cosine take arcs apart, e.g. sin(asin u + q).
-
-    Args:
-        name: its sympy name.
-    """
+    """Return a function for series; sine and cosine take arcs apart, e.g. sin(asin u + q)."""
     if name not in ("sin", "cos"):
         return function(name)
     place = ("sin", "cos").index(name)

@@ -16,9 +16,6 @@ def tidy(series: Series) -> Series:
     All terms are brought over one power of the root, where its square is its radicand, and the
     radicand is divided out as often as it goes: q²/ρ² + 1 = (q² + ρ²)/ρ², and (m₁² + m₁ m₂)/(m₁ +
     m₂)² = m₁/(m₁ + m₂).
-
-    Args:
-        series: any series.
     """
     ring = series.ring
     for index, degree in reversed(ring.roots):

@@ -126,9 +126,6 @@ def normal_of(kinematics: Kinematics) -> np.ndarray | None:
     """Return the world's axis normal to the plane of a mechanism's motion, shape (3,), or None.
 
     Where nothing turns any axis is a normal, and z is returned.
-
-    Args:
-        kinematics: of the mechanism.
     """
     mechanism = kinematics.algebra.mechanism
     if any(link.kind in ("ball", "free") for link in kinematics.tree):

@@ -49,10 +49,6 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
 
     With the acceleration a(s) of the rod's points the density is −(m/L) a(s), a polynomial in s;
     its integral and its moment about the end are integrated term by term.
-
-    Args:
-        cuts: the bodies.
-        cut: the body.
     """
     algebra, kinematics = cuts.algebra, cuts.kinematics
     shapes = algebra.mechanism.body(cut.body).shapes

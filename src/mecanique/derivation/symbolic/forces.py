@@ -40,12 +40,7 @@ class Work:
 
 
 def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
-    """Yield what a force contributes, law by law.
-
-    Args:
-        kinematics: of the mechanism.
-        force: one of its forces.
-    """
+    """Yield what a force contributes, law by law."""
     algebra = kinematics.algebra
     if isinstance(force, BodyLoad):
         yield _of_wrench(kinematics, force.name, force.wrench)

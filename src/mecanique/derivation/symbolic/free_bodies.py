@@ -89,11 +89,7 @@ class Cut:
 
 @final
 class Cuts:
-    """The bodies of a mechanism, cut free.
-
-    Args:
-        kinematics: of the mechanism.
-    """
+    """The bodies of a mechanism, cut free."""
 
     def __init__(self, kinematics: Kinematics) -> None:
         self.kinematics = kinematics

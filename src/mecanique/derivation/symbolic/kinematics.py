@@ -37,9 +37,6 @@ ORIGIN = (0, 0, 0)
 class Kinematics:
     """Where the bodies are and how they move, as series.
 
-    Args:
-        algebra: the mechanism's symbols.
-
     Raises:
         DerivationError: if a quaternion's joint hangs on a body that moves.
     """
@@ -72,19 +69,11 @@ class Kinematics:
             self._relative.append(pose)
 
     def carrier(self, body: str) -> int:
-        """Return the place of the link whose axes a body's velocities are in, −1 for the world.
-
-        Args:
-            body: name of the body.
-        """
+        """Return the place of the link whose axes a body's velocities are in, −1 for the world."""
         return self._of(self.place[body])
 
     def pose(self, body: str) -> Matrix:
-        """Return the pose of a body in the world, three rows of four scalars.
-
-        Args:
-            body: name of the body.
-        """
+        """Return the pose of a body in the world, three rows of four scalars."""
         place = self.place[body]
         if place < 0:
             return IDENTITY
@@ -104,9 +93,6 @@ class Kinematics:
 
         For a carrier that turns at ω and moves at v, both in its own axes, it is (ω̂ K + K', v + ω̂
         p + p') with the pose (K, p) of the body in it.
-
-        Args:
-            body: name of the body.
         """
         place = self.place[body]
         if place < 0:
@@ -128,11 +114,7 @@ class Kinematics:
         return lift(self.algebra.ring, times_point(self.rate(body), self._scalars(point)))
 
     def spin(self, body: str) -> Vector:
-        """Return the angular velocity of a body in its carrier's axes [rad/s].
-
-        Args:
-            body: name of the body.
-        """
+        """Return the angular velocity of a body in its carrier's axes [rad/s]."""
         place, ring = self.place[body], self.algebra.ring
         if place < 0:
             return zero(ring)
@@ -183,11 +165,7 @@ class Kinematics:
         return rate + lift(self.algebra.ring, turned)
 
     def seat(self, body: str) -> Vector:
-        """Return the origin of a body's frame against that of its carrier, in the carrier's axes.
-
-        Args:
-            body: name of the body.
-        """
+        """Return the origin of a body's frame against that of its carrier, in the carrier's axes."""
         return lift(self.algebra.ring, [row[3] for row in self._pose(self.place[body])])
 
     def turn(self, place: int) -> Matrix:
@@ -199,11 +177,7 @@ class Kinematics:
         return [row[:3] for row in self._pose(place)]
 
     def moments(self, body: str) -> Matrix:
-        """Return the mass moments of a body about its origin, four rows of four scalars.
-
-        Args:
-            body: name of the body.
-        """
+        """Return the mass moments of a body about its origin, four rows of four scalars."""
         algebra = self.algebra
         return moments(algebra.mechanism.body(body), algebra.values, algebra.arithmetic)
 

@@ -42,11 +42,7 @@ class Tie:
 
 
 def ties(kinematics: Kinematics) -> tuple[Tie, ...]:
-    """Return the equations of all loops of a mechanism, but for those that hold identically.
-
-    Args:
-        kinematics: where its bodies are.
-    """
+    """Return the equations of all loops of a mechanism, but for those that hold identically."""
     algebra = kinematics.algebra
     found: list[Tie] = []
     for loop in algebra.mechanism.loops:

@@ -138,11 +138,7 @@ class NewtonEuler:
         self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
 
     def is_guided(self, cut: Cut) -> bool:
-        """Return whether something that is not described acts across the joint of a body.
-
-        Args:
-            cut: the body.
-        """
+        """Return whether something that is not described acts across the joint of a body."""
         return bool(explain_joint(self.guides, cut.joint.name))
 
     def _free(self, cut: Cut) -> list[JointRate]:
@@ -192,11 +188,7 @@ class NewtonEuler:
         return [Result(Left(f"a_{cut.body}_{label}"), part) for label, part in named if part]
 
     def resultant(self, cut: Cut) -> Vector:
-        """Return the resultant force on a body, reactions by name, in the axes of its carrier.
-
-        Args:
-            cut: the body.
-        """
+        """Return the resultant force on a body, reactions by name, in the axes of its carrier."""
         back = [wrench.force for _, wrench in self._behind(cut)]
         return total([cut.weight, cut.loads().force, self.symbols[cut.body].force, *back])
 
@@ -205,20 +197,13 @@ class NewtonEuler:
 
         The reaction of its own joint needs no projection, which would write out n·n = 1 in its
         coordinates.
-
-        Args:
-            cut: the body.
         """
         rest = self.resultant(cut) - self.symbols[cut.body].force
         known = total([rest, self._rotors(cut, "force")])
         return along(cut.axes.rows, known) + self._own[cut.body].force
 
     def moments_along(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the axes in which the body's equations are written.
-
-        Args:
-            cut: the body.
-        """
+        """Return the resultant moment about the axes in which the body's equations are written."""
         rest = self.moment(cut) - self.symbols[cut.body].moment
         known = total([rest, self._rotors(cut, "moment")])
         return along(cut.axes.turns, known) + self._own[cut.body].moment
@@ -232,19 +217,11 @@ class NewtonEuler:
         return found
 
     def turning(self, cut: Cut) -> Vector:
-        """Return the moment of the rates of momentum, about the fixed point or the center of mass.
-
-        Args:
-            cut: the body.
-        """
+        """Return the moment of the rates of momentum, about the fixed point or the center of mass."""
         return total([cut.turning, cross(_back(cut), cut.push)])
 
     def moment(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the body's fixed point, or else its center of mass.
-
-        Args:
-            cut: the body.
-        """
+        """Return the resultant moment about the body's fixed point, or else its center of mass."""
         moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
         moments.append(cross(_back(cut), self.resultant(cut)))
         for place, wrench in self._behind(cut):

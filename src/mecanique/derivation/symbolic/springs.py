@@ -105,11 +105,7 @@ class Span:
 
 @final
 class Travel:
-    """A coordinate or a length that a force acts along, as a series.
-
-    Args:
-        x: the coordinate.
-    """
+    """A coordinate or a length that a force acts along, as a series."""
 
     length: None = None
     assumption: None = None
@@ -119,12 +115,7 @@ class Travel:
 
     @classmethod
     def in_joint(cls, algebra: Algebra, joint: str) -> Travel:
-        """Return the coordinate of a joint.
-
-        Args:
-            algebra: of the mechanism.
-            joint: name of the joint.
-        """
+        """Return the coordinate of a joint."""
         name = algebra.mechanism.joint(joint).coordinates[-1]
         return cls(algebra.lift(algebra.values[name]))
 

@@ -22,11 +22,7 @@ __all__ = [
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:
-    """Return the step that says how quaternions and positions follow from the velocities.
-
-    Args:
-        algebra: the mechanism's symbols.
-    """
+    """Return the step that says how quaternions and positions follow from the velocities."""
     names = algebra.mechanism.coordinates
     free = [name for name in names if f"{name}'" not in algebra.velocities]
     if not free:

@@ -35,9 +35,6 @@ class Algebra:
     Velocities are q' for a coordinate q and quasi-velocities for a quaternion's joint;
     accelerations are their rates.
 
-    Args:
-        mechanism: any mechanism.
-
     Raises:
         DerivationError: if the coordinate map holds what has no closed form.
     """

@@ -51,11 +51,7 @@ class Link:
 
 
 def links(mechanism: Mechanism) -> tuple[Link, ...]:
-    """Return the elementary links of a mechanism, each after the one that carries it.
-
-    Args:
-        mechanism: any mechanism.
-    """
+    """Return the elementary links of a mechanism, each after the one that carries it."""
     found: list[Link] = []
     place = {mechanism.ground: -1}
 
@@ -118,11 +114,7 @@ def hat(linear: Sequence[float], angular: Sequence[float]) -> np.ndarray:
 
 
 def motions(link: Link) -> tuple[np.ndarray, ...]:
-    """Return the matrix S of each velocity of a link, shape (4, 4): the pose A changes by A S.
-
-    Args:
-        link: the link.
-    """
+    """Return the matrix S of each velocity of a link, shape (4, 4): the pose A changes by A S."""
     zero = (0.0, 0.0, 0.0)
     if link.kind == "turn":
         return (hat(zero, link.axis),)

@@ -30,11 +30,7 @@ Boxes = NDArray[np.float64]
 
 
 def clear_letters(marks: Sequence[Mark]) -> tuple[Mark, ...]:
-    """Return the marks with their words moved off one another and off lines.
-
-    Args:
-        marks: of a figure.
-    """
+    """Return the marks with their words moved off one another and off lines."""
     placed = list(marks)
     lines, weights = _lines(marks)
     numbers = [k for k, mark in enumerate(marks) if isinstance(mark, Words)]
@@ -53,11 +49,7 @@ def clear_letters(marks: Sequence[Mark]) -> tuple[Mark, ...]:
 
 
 def frame(word: Words) -> Point:
-    """Return the box that a word needs, shape (4,): left, top, right, bottom [pt].
-
-    Args:
-        word: anywhere on paper.
-    """
+    """Return the box that a word needs, shape (4,): left, top, right, bottom [pt]."""
     left = word.at[0] - {"start": 0.0, "middle": 0.5, "end": 1.0}[word.anchor] * word.width
     top, bottom = word.at[1] - 0.42 * word.size, word.at[1] + 0.42 * word.size
     return np.array([left - AIR, top, left + word.width + AIR, bottom])

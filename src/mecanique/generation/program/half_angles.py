@@ -21,10 +21,6 @@ def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]
     Where both of an angle are needed, they share a tangent. Those of a sum of angles come from
     those of its parts by the addition theorems, if one of the parts has a sine or cosine of its
     own.
-
-    Args:
-        tape: the program.
-        outputs: its outputs.
     """
     operations, needed = tape.operations, tape.find_needed(outputs)
     wanted: dict[int, set[str]] = {}

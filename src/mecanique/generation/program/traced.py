@@ -13,12 +13,7 @@ __all__ = ["Traced", "arithmetic_on", "trace", "value_of"]
 
 @final
 class Traced:
-    """The place of an operation on a tape, with arithmetic; what becomes a number is a float.
-
-    Args:
-        tape: the tape.
-        place: of the operation.
-    """
+    """The place of an operation on a tape, with arithmetic; what becomes a number is a float."""
 
     __slots__ = ("place", "tape")
     __array_ufunc__ = None  # numpy's numbers leave arithmetic with these to them
@@ -81,11 +76,7 @@ def value_of(scalar: Any) -> Value:
 
 
 def arithmetic_on(tape: Tape) -> Arithmetic:
-    """Return the arithmetic of poses and expressions on a tape.
-
-    Args:
-        tape: what is written on.
-    """
+    """Return the arithmetic of poses and expressions on a tape."""
 
     def function(name: str) -> Callable[..., Any]:
         return lambda *a: trace(tape, tape.call(name, *map(value_of, a)))

@@ -165,11 +165,7 @@ _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
 
 
 def compile_once(mechanism: Mechanism) -> Compiled:
-    """Return what is compiled for a mechanism; the same object as long as the mechanism is there.
-
-    Args:
-        mechanism: what moves.
-    """
+    """Return what is compiled for a mechanism; the same object as long as the mechanism is there."""
     key = id(mechanism)
     found = _known.get(key)
     if found is None or found[0]() is not mechanism:

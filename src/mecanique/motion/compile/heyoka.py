@@ -114,10 +114,6 @@ def _heyoka() -> Any:
 def system(program: Program, heyoka: Any) -> list[tuple[Any, Any]]:
     """Return the equations as heyoka takes them: pairs of a letter and its rate.
 
-    Args:
-        program: the equations.
-        heyoka: the module.
-
     Raises:
         DerivationError: if the equations hold what has no Taylor series here.
     """

@@ -30,11 +30,7 @@ _DEEPEST = 40
 
 
 def scalar(program: Program) -> RightHandSide:
-    """Return f(t, y) = y' of a program without open parameters; each answer is a new array.
-
-    Args:
-        program: the program.
-    """
+    """Return f(t, y) = y' of a program without open parameters; each answer is a new array."""
     return owning(overwriting(program)())
 
 
@@ -52,9 +48,6 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
 
     To make an array takes as long as the equations of a pendulum. Each integration makes a function
     of its own. The program has no open parameters.
-
-    Args:
-        program: the program.
     """
     functions = {
         name: getattr(math, name)

@@ -84,11 +84,7 @@ class Chunk:
 
 
 def run_part(part: Part) -> Chunk:
-    """Integrate the runs of a part.
-
-    Args:
-        part: the runs.
-    """
+    """Integrate the runs of a part."""
     mechanism, nq = _mechanism(part.mechanism), part.q.shape[1]
     integrate_all: dict[str, Callable[[Part, Mechanism], tuple[np.ndarray, np.ndarray]]] = {
         "batch": _batch,

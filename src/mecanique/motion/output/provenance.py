@@ -15,11 +15,7 @@ MAX_TRIALS = 1000
 
 
 def provenance(mechanism: Mechanism) -> dict[str, Any]:
-    """Return what identifies a mechanism: names, values, and its catalogue entry or URDF text.
-
-    Args:
-        mechanism: what moved.
-    """
+    """Return what identifies a mechanism: names, values, and its catalogue entry or URDF text."""
     about: dict[str, Any] = {
         "mechanism": mechanism.name,
         "coordinates": list(mechanism.coordinates.names),

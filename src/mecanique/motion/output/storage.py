@@ -134,10 +134,6 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
 def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
     """Write t, q, v and a to a CSV file: a header with units, then one row per sample, all digits.
 
-    Args:
-        motion: what to write.
-        path: the file.
-
     Raises:
         InputError: if the file cannot be written.
     """
@@ -154,9 +150,6 @@ def to_csv(motion: Motion, path: str | PathLike[str]) -> None:
 
 def to_frame(motion: Motion) -> Any:
     """Return q, v and a as a pandas DataFrame with t as index; units are in `frame.attrs["units"]`.
-
-    Args:
-        motion: what to convert.
 
     Raises:
         InputError: if pandas is not installed.
@@ -178,10 +171,6 @@ def to_frame(motion: Motion) -> Any:
 
 def to_parquet(motion: Motion, path: str | PathLike[str]) -> None:
     """Write t, q, v and a to a Parquet file, with the units in the schema's metadata.
-
-    Args:
-        motion: what to write.
-        path: the file.
 
     Raises:
         InputError: if pyarrow is not installed, or the file cannot be written.

@@ -104,11 +104,7 @@ def energies(
 
 
 def is_rheonomic(mechanism: Mechanism) -> bool:
-    """Return whether the coordinate map depends on time.
-
-    Args:
-        mechanism: whose map it is.
-    """
+    """Return whether the coordinate map depends on time."""
     moving = {"t", *(signal.symbol for signal in mechanism.inputs)}
     return any(
         symbols_in(expression) & moving for expression in mechanism.coordinates.driven.values()

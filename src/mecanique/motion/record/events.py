@@ -72,9 +72,6 @@ class Event:
     def quantity(self, mechanism: Mechanism) -> Quantity:
         """Return the quantity as a function of t, q and v.
 
-        Args:
-            mechanism: the mechanism that moves.
-
         Raises:
             UnknownNameError: if the mechanism has no such name.
         """

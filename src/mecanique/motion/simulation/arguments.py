@@ -22,9 +22,6 @@ Values: TypeAlias = Sequence[float] | np.ndarray | Mapping[str, float]
 def refuse_still(mechanism: Mechanism) -> None:
     """Raise if a mechanism has no coordinate.
 
-    Args:
-        mechanism: what should move.
-
     Raises:
         InputError: if nothing in it can.
     """

@@ -91,10 +91,6 @@ class Choice:
 def first_choice(problem: Problem, method: str) -> Choice:
     """Return what to start with.
 
-    Args:
-        problem: what is integrated.
-        method: what was asked for.
-
     Raises:
         InputError: if the method does not allow what is asked for, or is not installed.
         DerivationError: if the method needs a closed form and there is none.
@@ -235,9 +231,5 @@ def _seconds_left(problem: Problem, t: float) -> float:
 
 
 def _seconds_per_step(mechanism: Mechanism) -> float:
-    """Return about what a step of dop853 takes on the reference [s].
-
-    Args:
-        mechanism: what moves.
-    """
+    """Return about what a step of dop853 takes on the reference [s]."""
     return 12 * (1.5e-6 + 0.5e-6 * mechanism.nv)

@@ -67,9 +67,6 @@ def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
 def refuse_limit(motion: Motion) -> None:
     """Raise if a motion stopped because a coordinate reached its limit.
 
-    Args:
-        motion: what was integrated.
-
     Raises:
         IntegrationError: with the motion until there.
     """

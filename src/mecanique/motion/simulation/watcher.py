@@ -180,11 +180,7 @@ class Watcher:
         return None
 
     def occurrences(self, curve: Curve) -> tuple[Occurrence, ...]:
-        """Return the events that took place, in the order of time.
-
-        Args:
-            curve: the motion.
-        """
+        """Return the events that took place, in the order of time."""
         from scipy.optimize import brentq
 
         for crossing in self._to_record:

@@ -36,10 +36,6 @@ class Chart:
 
     Its arrays are overwritten by the next call.
 
-    Args:
-        mechanism: whose coordinates are mapped.
-        engine: the mechanism inside Pinocchio.
-
     Raises:
         EngineError: if the map follows an input whose derivatives are not known.
     """

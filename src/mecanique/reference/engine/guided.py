@@ -21,11 +21,7 @@ _WHOLE = 1 - 1e-9
 
 @final
 class Guided:
-    """The joints of a mechanism whose reactions depend on guides that it does not describe.
-
-    Args:
-        mechanism: any mechanism.
-    """
+    """The joints of a mechanism whose reactions depend on guides that it does not describe."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism

@@ -89,9 +89,6 @@ def load(mechanism: Mechanism) -> Engine:
     Spherical joints are written as floating ones: the parser knows no ball joint; whoever asks the
     engine must keep their translation at zero.
 
-    Args:
-        mechanism: what to load.
-
     Raises:
         EngineError: if it is too large, or Pinocchio refuses it or reads something else.
     """

@@ -21,12 +21,7 @@ _REACH = 1.0
 
 
 def random_states(mechanism: Mechanism, count: int = 4) -> Iterator[tuple[Array, Array, float]]:
-    """Give positions, velocities and times, the same ones every time.
-
-    Args:
-        mechanism: whose states they are.
-        count: how many.
-    """
+    """Give positions, velocities and times, the same ones every time."""
     random = np.random.default_rng(1788)
     positions = draw_positions(mechanism, count, random, _REACH)
     velocities = random.normal(size=(count, mechanism.nv))

@@ -24,12 +24,7 @@ __all__ = ["Reactions"]
 
 @final
 class Reactions:
-    """Read the reactions of every joint from the engine's work space.
-
-    Args:
-        mechanism: whose joints they are.
-        engine: the mechanism inside Pinocchio.
-    """
+    """Read the reactions of every joint from the engine's work space."""
 
     def __init__(self, mechanism: Mechanism, engine: Engine) -> None:
         self._engine = engine

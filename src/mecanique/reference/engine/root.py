@@ -20,11 +20,7 @@ __all__ = ["MassRoot"]
 
 @final
 class MassRoot:
-    """The root of the mass matrix of a mechanism's tree.
-
-    Args:
-        engine: the mechanism inside Pinocchio.
-    """
+    """The root of the mass matrix of a mechanism's tree."""
 
     def __init__(self, engine: Engine) -> None:
         model = engine.model

@@ -115,11 +115,7 @@ class External:
         self._used: set[int] = set()
 
     def set(self, actions: Iterable[Action]) -> None:
-        """Sum up what acts on the bodies.
-
-        Args:
-            actions: what acts on them.
-        """
+        """Sum up what acts on the bodies."""
         sums: dict[int, list[Any]] = {}
         for action in actions:
             axes = action.site.axes

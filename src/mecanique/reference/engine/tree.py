@@ -32,9 +32,6 @@ _AGREEMENT = 1e-10
 class Tree:
     """The tree of a mechanism inside Pinocchio; every array it takes is right in shape and finite.
 
-    Args:
-        mechanism: what to load.
-
     Raises:
         EngineError: if it is too large for Pinocchio, or is not read as it is written.
     """

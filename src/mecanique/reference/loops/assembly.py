@@ -355,10 +355,6 @@ def _gaps(closed: Closed, q: Array, t: float) -> Array:
 def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:
     """Return which velocities belong to coordinates, shape (nv,) of bool.
 
-    Args:
-        mechanism: whose coordinates.
-        names: of the coordinates.
-
     Raises:
         UnknownNameError: if there is no such coordinate.
     """

@@ -89,13 +89,7 @@ class ScaledClosure(NamedTuple):
 
 @final
 class Closures:
-    """The constraint equations of a mechanism's loops.
-
-    Args:
-        mechanism: whose loops they are.
-        engine: the mechanism inside Pinocchio.
-        chart: its coordinates.
-    """
+    """The constraint equations of a mechanism's loops."""
 
     def __init__(self, mechanism: Mechanism, engine: Engine, chart: Chart) -> None:
         import pinocchio as pin

@@ -54,11 +54,7 @@ _LANDING = 1e-11
 
 
 def closed_rhs(closed: Closed) -> Rhs:
-    """Return f(t, y) = y' for a mechanism with loops.
-
-    Args:
-        closed: the mechanism.
-    """
+    """Return f(t, y) = y' for a mechanism with loops."""
     return _ClosedRhs(closed)
 
 

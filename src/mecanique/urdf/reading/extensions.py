@@ -53,14 +53,7 @@ class Extensions:
 def read_extensions(
     robot: Element, links: Collection[str], joints: list[JointText], report: Report
 ) -> Extensions:
-    """Return springs, dampers and loops of a robot; what cannot be read is reported.
-
-    Args:
-        robot: the root element.
-        links: names of all links.
-        joints: all joints.
-        report: where faults are noted.
-    """
+    """Return springs, dampers and loops of a robot; what cannot be read is reported."""
     found = Extensions()
     frames = _frames(robot, links, report)
     between: dict[frozenset[str], list[JointText]] = {}
@@ -102,13 +95,7 @@ def read_extensions(
 def with_rotors(
     robot: Element, joints: list[JointText], report: Report
 ) -> tuple[list[JointText], list[Element]]:
-    """Return the joints with their drives' rotors, inertia × ratio², and the elements read.
-
-    Args:
-        robot: the root element.
-        joints: all joints.
-        report: where faults are noted.
-    """
+    """Return the joints with their drives' rotors, inertia × ratio², and the elements read."""
     places = {joint.name: k for k, joint in enumerate(joints)}
     joints, used = list(joints), []
     for element in robot.all("transmission"):

@@ -167,12 +167,7 @@ class JointText:
 
 
 def read_joints(robot: Element, report: Report) -> list[JointText]:
-    """Return the joints of a robot; what cannot be read is reported.
-
-    Args:
-        robot: the root element.
-        report: where faults are noted.
-    """
+    """Return the joints of a robot; what cannot be read is reported."""
     joints: dict[str, JointText] = {}
     for element in robot.children:
         if element.tag not in ("joint", DRAKE_JOINT):

@@ -30,12 +30,7 @@ class Follower:
 
 
 def followers(joints: list[JointText], report: Report) -> dict[str, Follower]:
-    """Return how each mimicking joint follows a free one, by its name; what cannot be is reported.
-
-    Args:
-        joints: all joints.
-        report: where faults are noted.
-    """
+    """Return how each mimicking joint follows a free one, by its name; what cannot be is reported."""
     by_name = {joint.name: joint for joint in joints}
     mimics = {
         joint.name: joint

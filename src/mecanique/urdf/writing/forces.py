@@ -89,11 +89,7 @@ def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
 
 
 def load_lines(mechanism: Mechanism) -> Iterator[str]:
-    """Say in a line each what acts on bodies and drives joints, for which URDF has no words.
-
-    Args:
-        mechanism: whose loads they are.
-    """
+    """Say in a line each what acts on bodies and drives joints, for which URDF has no words."""
     for force in mechanism.forces:
         if isinstance(force, BodyLoad):
             wrench = force.wrench

@@ -16,11 +16,7 @@ __all__ = ["Comment", "Node", "Tag", "number", "numbers", "text"]
 @final
 @dataclass(frozen=True)
 class Comment:
-    """A remark.
-
-    Args:
-        lines: what it says.
-    """
+    """A remark."""
 
     lines: Sequence[str]
 
@@ -56,11 +52,7 @@ Node: TypeAlias = Tag | Comment
 
 
 def text(root: Tag) -> str:
-    """Return the XML document, ending with a newline.
-
-    Args:
-        root: its outermost element.
-    """
+    """Return the XML document, ending with a newline."""
     return "\n".join(['<?xml version="1.0"?>', *_lines(root, "")]) + "\n"
 
 

@@ -52,11 +52,7 @@ class Inputs:
         return len(self.t)
 
     def at(self, rows: npt.NDArray[np.intp]) -> Inputs:
-        """Return some of the experiments, or the same ones several times.
-
-        Args:
-            rows: which ones.
-        """
+        """Return some of the experiments, or the same ones several times."""
         return Inputs(*(getattr(self, name)[rows] for name in self.__dataclass_fields__))
 
 

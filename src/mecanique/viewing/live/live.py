@@ -123,10 +123,6 @@ class LiveView:
         """Put equations and a verdict beside the scene; open pages show them without reloading.
 
         It may be called from any thread. A verdict that disagrees appears in a banner.
-
-        Args:
-            derivations: method by method.
-            verdict: what the comparison found.
         """
         with self._texts:
             document = replace(self._scene.document, derivations=derivations, verdict=verdict)

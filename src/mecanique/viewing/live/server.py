@@ -96,9 +96,6 @@ class Server:
     def show(self, scene: Scene) -> Future[str]:
         """Serve a scene from now on; pages that show another load it.
 
-        Args:
-            scene: what to serve.
-
         Returns:
             The page, which is being made: meshes take their time.
         """

@@ -21,12 +21,7 @@ _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 def draw_bodies(bodies: tuple[SceneBody, ...], window: RecorderWindow) -> None:
-    """Send every shape of every body but meshes to a window; body k becomes node `n<k>`.
-
-    Args:
-        bodies: what to draw.
-        window: where to.
-    """
+    """Send every shape of every body but meshes to a window; body k becomes node `n<k>`."""
     root = visualizer(window)
     for k, body in enumerate(bodies):
         root[f"n{k}"].set_transform(np.eye(4))

@@ -47,11 +47,7 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
 
 
 def badge(scene: Scene) -> str:
-    """Return the badge that says whether the derivation agrees with the reference.
-
-    Args:
-        scene: what the page shows.
-    """
+    """Return the badge that says whether the derivation agrees with the reference."""
     agrees, headline = scene.document.verdict.agrees, scene.document.verdict.headline
     if agrees is None:
         return f'<span class="badge">{escape(headline)}</span>' if headline else ""
@@ -60,11 +56,7 @@ def badge(scene: Scene) -> str:
 
 
 def late(scene: Scene) -> dict[str, str]:
-    """Return what a live view learns after it has begun: the badge and the insides of two panels.
-
-    Args:
-        scene: what the page shows.
-    """
+    """Return what a live view learns after it has begun: the badge and the insides of two panels."""
     return {"badge": badge(scene), "equations": _equations(scene), "verdict": _verdict(scene)}
 
 

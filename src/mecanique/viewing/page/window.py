@@ -55,11 +55,7 @@ class Latest:
         self._blobs[key] = blob
 
     def merge(self, later: Latest) -> None:
-        """Add commands that came later.
-
-        Args:
-            later: they win.
-        """
+        """Add commands that came later."""
         for key, blob in sorted(later._blobs.items(), key=self._rank):
             self.put(key, blob, keep_deletions=True)
 
@@ -140,11 +136,7 @@ def _plain(value: Any) -> Any:
 
 
 def visualizer(window: RecorderWindow) -> Any:
-    """Return meshcat's visualizer drawing into a window.
-
-    Args:
-        window: where the commands go.
-    """
+    """Return meshcat's visualizer drawing into a window."""
     return meshcat().Visualizer(window=window)
 
 

@@ -26,9 +26,6 @@ _DEEPEST = 40
 def read_collada(data: bytes) -> tuple[Surface, ...]:
     """Read a COLLADA file.
 
-    Args:
-        data: its bytes.
-
     Raises:
         InputError: if it is no XML, or refers to what it does not hold.
     """
