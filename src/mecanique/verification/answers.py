@@ -43,15 +43,12 @@ class Answers:
 
         They are meant for forms that were asked at all states.
         """
-        part = slice(start, stop)
-        return Answers(
-            {quantity: values[part] for quantity, values in self.engine.items()},
-            {
-                name: {quantity: values[part] for quantity, values in form.items()}
-                for name, form in self.forms.items()
-            },
-            self.notes,
-        )
+
+        def cut(answers: dict[str, Array]) -> dict[str, Array]:
+            return {quantity: values[start:stop] for quantity, values in answers.items()}
+
+        forms = {name: cut(form) for name, form in self.forms.items()}
+        return Answers(cut(self.engine), forms, self.notes)
 
     def rows(
         self, mechanism: Mechanism, states: States, tolerance: float = TOLERANCE
