@@ -32,7 +32,7 @@ ORDER: dict[str, list[str]] = {
     "model": [
         "expression",
         "coordinates parameters placement quaternions values velocity_constraints",
-        "bodies forces joints loops",
+        "bodies contacts forces joints loops",
         "mechanism",
         "guides states units",
         "dynamics random_positions",

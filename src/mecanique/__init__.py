@@ -19,6 +19,7 @@ from mecanique.errors import (
 )
 from mecanique.model import (
     AnyForce,
+    Blade,
     Body,
     Box,
     Coordinates,
@@ -43,6 +44,7 @@ from mecanique.model import (
     Prismatic,
     Record,
     Revolute,
+    Rolling,
     Shape,
     Sphere,
     Spherical,
@@ -103,6 +105,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AnyForce",
     "Audit",
+    "Blade",
     "Body",
     "Box",
     "ClosureError",
@@ -142,6 +145,7 @@ __all__ = [
     "Record",
     "Reference",
     "Revolute",
+    "Rolling",
     "Runs",
     "Shape",
     "Sphere",

@@ -229,9 +229,9 @@ def _row(name: str) -> dict[str, Any]:
 
 
 def _freedom(name: str) -> int:
-    """Return the degrees of freedom of a textbook system; only loops need the engine."""
+    """Return the degrees of freedom of a textbook system; only constraints need the engine."""
     mechanism = mq.textbook.load(name)
-    if not mechanism.loops:
+    if not mechanism.constrained:
         return mechanism.nv
     from mecanique.reference import degrees_of_freedom
 

@@ -218,7 +218,8 @@ class Equations(Dynamics):
         return f"The equations of {name!r} are computed, not written out: {self.why_not}."
 
     def _compute(self, quantity: Quantity, states: States) -> np.ndarray:
-        if quantity == "acceleration" and self.mechanism.loops:
+        itself = self.mechanism.rolls and self.numeric.rolls
+        if quantity == "acceleration" and self.mechanism.constrained and not itself:
             return states.unbatch(self._constrained.motion(states).acceleration)
         if quantity == "inverse_dynamics":
             needed = self.numeric.inverse_dynamics(states, states.a)
@@ -227,12 +228,13 @@ class Equations(Dynamics):
         return states.unbatch(found)
 
     def multipliers(self, q: Given, v: Given, t: float | np.ndarray = 0.0) -> dict[str, np.ndarray]:
-        """Return Lagrange's multipliers λ of the loops, each shape () or (n,).
+        """Return Lagrange's multipliers λ of the constraints, each shape () or (n,).
 
-        They go by row, "loop: motion it closes".
-        With these M a + bias − forces = Jᵀ λ. Along x, y, z and length they are forces [N] of body
-        a on body b, about x, y, z moments [N·m], in the axes of frame a. Redundant rows share their
-        load with the least sum of squares.
+        They go by row, "loop: motion it closes", "contact: motion it prevents" or the name of a
+        velocity constraint. With these M a + bias − forces = Jᵀ λ. Those of a contact are the
+        components of its force on the body that rolls or has the blade [N]. Those of a loop along
+        x, y, z and length are forces [N] of body a on body b, about x, y, z moments [N·m], in the
+        axes of frame a. Redundant rows share their load with the least sum of squares.
 
         Args:
             q: shape (nq,) or (n, nq), or values by coordinate name; the loops closed.
@@ -244,12 +246,16 @@ class Equations(Dynamics):
             DerivationError: if a motion meets no inertia.
         """
         states = States.of(self.mechanism, q, v, t)
-        if not self.mechanism.loops:
+        if not self.mechanism.constrained:
             return {}
-        found = self._constrained.motion(states).multipliers.T
+        found = (
+            self.numeric.multipliers(states)
+            if self.mechanism.rolls and isinstance(self.numeric, Balances)
+            else self._constrained.motion(states).multipliers
+        )
         return {
             name: states.unbatch(row)
-            for name, row in zip(self._constrained.names, found, strict=True)
+            for name, row in zip(self._constrained.names, found.T, strict=True)
         }
 
     @cached_property
@@ -321,6 +327,12 @@ class Equations(Dynamics):
             raise DerivationError(
                 f"mechanism {self.mechanism.name!r} has loops, whose forces the balances of its "
                 "tree leave out; use Reference"
+            )
+        if self.mechanism.velocity_constraints:
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r}: velocity constraint "
+                f"{self.mechanism.velocity_constraints[0].name!r} does not say by which force it "
+                "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
             )
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if states.efforts is not None:

@@ -28,9 +28,9 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
     Args:
         mechanism: what is drawn.
         start: values of coordinates, of which lengths and moderate angles are kept, and all where
-            loops must close.
+            loops must close and wheels touch.
     """
-    if mechanism.loops:
+    if mechanism.constrained:
         from mecanique.reference import assemble
 
         with suppress(MecaniqueError):

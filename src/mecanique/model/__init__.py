@@ -18,6 +18,7 @@ from mecanique.model.bodies.shapes import (
     shell,
 )
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
+from mecanique.model.contacts import Blade, Rolling
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate, time, velocity
 from mecanique.model.forces import (
@@ -50,6 +51,7 @@ from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = [
     "AnyForce",
+    "Blade",
     "Body",
     "Box",
     "Coordinates",
@@ -74,6 +76,7 @@ __all__ = [
     "Prismatic",
     "Record",
     "Revolute",
+    "Rolling",
     "Shape",
     "Sphere",
     "Spherical",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mecanique.model.contacts import Rolling
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.forces import LineLoad
 from mecanique.model.joints import UNITS
@@ -46,6 +47,7 @@ def characteristic_length(mechanism: Mechanism) -> float:
     vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
     for loop in mechanism.loops:
         vectors += [loop.frame_a.xyz, loop.frame_b.xyz, (loop.length,)]
+    vectors += [(contact.radius,) for contact in mechanism.contacts if isinstance(contact, Rolling)]
     if not mechanism.loops:
         vectors += [body.center for body in mechanism.bodies]
         for force in mechanism.forces:

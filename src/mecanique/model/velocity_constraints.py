@@ -1,4 +1,4 @@
-"""Constraints on velocities: rolling, skates and blades. They are recognized, and declined.
+"""Constraints on velocities in general, Σ A_i(q, t) v_i = b(q, t).
 
 A constraint Σ A_i(q) q_i' = 0 that is the rate of some function of q is holonomic in disguise.
 Whether there is such a function is decided by Frobenius' condition: on the velocities that all
@@ -25,19 +25,22 @@ _POINTS = 4
 @final
 @dataclass(frozen=True)
 class VelocityConstraint:
-    """A linear constraint on velocities, Σ A_i q_i' = 0, e.g. a wheel that rolls without slipping.
+    """A linear constraint on velocities, Σ A_i v_i = b, e.g. of a steered wheel or a drive.
 
-    A mechanism that has one is refused, with the reason and the way out in words: either it is
-    integrable, and the coordinate map says the same, or it is not, and no independent coordinates
-    exist.
+    `Rolling` and `Blade` also say by which force a constraint acts, and where; this one does not.
+    One that is the rate of a constraint on positions is refused: the coordinate map or a loop says
+    that.
 
     Args:
         name: its name.
-        coefficients: coordinate -> A_i, an expression in coordinates and parameters.
+        coefficients: velocity, or the coordinate whose rate it is -> A_i, an expression in
+            coordinates, parameters and t.
+        rate: b, an expression in the same.
     """
 
     name: str
     coefficients: Mapping[str, Scalar] | tuple[tuple[str, Scalar], ...]
+    rate: Scalar = 0.0
 
     def __post_init__(self) -> None:
         given = self.coefficients
@@ -45,11 +48,26 @@ class VelocityConstraint:
         object.__setattr__(
             self, "coefficients", tuple((name, plain(scalar)) for name, scalar in pairs)
         )
+        object.__setattr__(self, "rate", plain(self.rate))
 
     @property
     def terms(self) -> dict[str, Scalar]:
-        """Coordinate -> coefficient."""
+        """Velocity, or its coordinate -> coefficient."""
         return dict(self.coefficients)
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        return (*self.terms.values(), self.rate)
+
+    def along(self, velocities: Sequence[str]) -> list[Scalar]:
+        """Return A_i for each velocity of a mechanism.
+
+        Args:
+            velocities: their names.
+        """
+        named = {name if name in velocities else f"{name}'": A for name, A in self.terms.items()}
+        return [named.get(name, 0.0) for name in velocities]
 
 
 def is_integrable(
@@ -66,15 +84,19 @@ def is_integrable(
     """
     from sympy import Symbol, sympify
 
-    symbols = [Symbol(name) for name in coordinates]
-    forms = []
-    for constraint in constraints:
-        forms.append([sympify(constraint.terms.get(name, 0.0)) for name in coordinates])
+    names = (*coordinates, "t")
+    symbols = [Symbol(name) for name in names]
+    rates = [f"{name}'" for name in coordinates]
+    # Σ A_i dq_i − b dt
+    forms = [
+        [*map(sympify, constraint.along(rates)), -sympify(constraint.rate)]
+        for constraint in constraints
+    ]
     curls = [_curl(form, symbols) for form in forms]
     random = np.random.default_rng(1877)
     for _ in range(_POINTS):
-        point = random.uniform(0.2, 1.2, len(coordinates)).tolist()
-        at = {**values, **dict(zip(coordinates, point, strict=True))}
+        point = random.uniform(0.2, 1.2, len(names)).tolist()
+        at = {**values, **dict(zip(names, point, strict=True))}
         A = _numbers(forms, at)
         _, sizes, right = np.linalg.svd(A)
         free = right[int((sizes > 1e-12 * max(sizes[0], 1e-300)).sum()) :]

@@ -29,7 +29,7 @@ class Answering:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self._tree = Tree(mechanism)
-        self._closed = Closed(self._tree) if mechanism.loops else None
+        self._closed = Closed(self._tree) if mechanism.constrained else None
 
     def _answer(
         self, states: States, one: Callable[..., Array], *, accelerations: bool = False

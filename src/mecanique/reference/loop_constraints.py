@@ -56,8 +56,36 @@ class LoopConstraints(Answering):
 
     @property
     def constraint_names(self) -> tuple[str, ...]:
-        """Name of each row of the constraints, "loop: motion it closes"; empty for a tree."""
+        """Name of each row of the constraints, "loop: motion it closes"; empty for a tree.
+
+        Of a contact it is "contact: motion it prevents", of a velocity constraint its name.
+        """
         return () if self._closed is None else self._closed.closures.names
+
+    def multipliers(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Array]:
+        """Return Lagrange's multipliers λ by row of the constraints, each shape () or (n,).
+
+        With these M a + bias − forces = Jᵀ λ. Those of a contact are the components of its force on
+        the body that rolls or has the blade [N], e.g. "wheel: normal"; those of a loop the
+        components of the force [N] or moment [N·m] of body a on body b, in the axes of frame a.
+
+        Args:
+            q: shape (nq,), the loops closed.
+            v: shape (nv,), as the constraints allow.
+            t: time [s].
+            tau: what drives besides the mechanism's own forces, as in `acceleration`.
+
+        Raises:
+            EngineError: if a loop is open.
+            ClosureError: if a motion that the constraints leave free moves no mass.
+        """
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        if self._closed is None:
+            return {}
+        found = self._answer(states, self._closed.multipliers)
+        return dict(zip(self.constraint_names, np.moveaxis(found, -1, 0), strict=True))
 
     def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:
         """Return how far the loops are open, Φ, shape (m,) [m or rad], by `constraint_names`.

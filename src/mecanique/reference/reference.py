@@ -17,7 +17,7 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
 from mecanique.reference.loops.loading import load_once
-from mecanique.reference.loops.singular import closed_rhs
+from mecanique.reference.loops.singular import closed_rhs, plain_rhs
 from mecanique.reference.wrenches import Wrenches
 
 __all__ = ["Reference"]
@@ -149,4 +149,5 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         """
         if self._closed is None:
             return self._tree.rhs(overwriting=overwriting)
-        return closed_rhs(self._closed)
+        # what rolls has no branches to cross
+        return closed_rhs(self._closed) if self.mechanism.loops else plain_rhs(self._closed)

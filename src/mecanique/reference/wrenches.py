@@ -8,6 +8,8 @@ from functools import cached_property, partial
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.model.contacts import Rolling
+from mecanique.model.loops import Loop
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import AppliedForce, Array, Places, Wrench
@@ -35,7 +37,8 @@ class Wrenches(Answering):
         and `reason` says why. `totals` are determined there, too.
 
         After the joints come the loops by their names (after a joint of the same name, with "loop "
-        before it): what body a does to body b, at the origin of the loop's frame on body b. What
+        before it): what body a does to body b, at the origin of the loop's frame on body b; then
+        the contacts: what acts on the body that rolls, at its hub, or at the point of a blade. What
         redundant constraints leave undetermined is the least that will do, and named in
         `undetermined`.
 
@@ -159,8 +162,10 @@ class Wrenches(Answering):
     def _carriers(self) -> list[str]:
         joints = [joint.name for joint in self.mechanism.joints]
         return joints + [
-            f"loop {loop.name}" if loop.name in joints else loop.name
-            for loop in self.mechanism.loops
+            f"{'loop' if isinstance(each, Loop) else 'contact'} {each.name}"
+            if each.name in joints
+            else each.name
+            for each in (*self.mechanism.loops, *self.mechanism.contacts)
         ]
 
     @cached_property
@@ -171,6 +176,10 @@ class Wrenches(Answering):
         for loop in m.loops:
             x, y, z = m.evaluate_all(loop.frame_b.xyz)
             seats.append((loop.body_a, loop.body_b, (x, y, z)))
+        for contact in m.contacts:
+            point = contact.center if isinstance(contact, Rolling) else contact.point
+            x, y, z = (m.evaluate(c) for c in point)
+            seats.append((contact.on, contact.body, (x, y, z)))
         return seats
 
     def _transmit(self, states: States, closed: Closed) -> dict[str, Wrench]:

@@ -110,11 +110,18 @@ def ask(
                 "their cost grows with the cube of the size",
             )
         found[name] = evaluate(form, some, light=light)
-    if mechanism.loops:
+    if mechanism.loops and not mechanism.rolls:
         found[_INDEPENDENT], remarks = forms.independent_accelerations(mechanism, states)
         notes = (*notes, *remarks)
-    elif reactions:
-        balances = forms.balances(ours)
-        found["Newton-Euler"]["reactions"] = forms.reactions(balances, mechanism, states)
-        theirs["reactions"] = forms.reactions(engine, mechanism, states)
+    if reactions and mechanism.contacts:
+        theirs["contact forces"] = forms.contact_forces(engine, engine, states)
+        for name in ("recursion", "Newton-Euler"):
+            touching = forms.contact_forces(ours.forms[name], engine, states)
+            found[name]["contact forces"] = touching
+    if reactions and not (mechanism.loops or mechanism.velocity_constraints):
+        for source, values in ((forms.balances(ours), found["Newton-Euler"]), (engine, theirs)):
+            parts = [forms.reactions(source, mechanism, states)]
+            # reactions are judged against the contact forces that they balance
+            parts += [values["contact forces"]] if mechanism.contacts else []
+            values["reactions"] = np.concatenate(parts, axis=1)
     return Answers(theirs, found, notes)

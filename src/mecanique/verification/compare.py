@@ -38,7 +38,9 @@ def verify(
     Compared are the mass matrix, the bias, gravity, the generalized forces, inverse dynamics, the
     acceleration, the energies and the momenta: each form of the in-house derivation (Lagrange's
     equations by jets, by a recursion and in closed form, Newton and Euler's balances, virtual work)
-    against Pinocchio, which gets the mechanism as URDF text only; and the reactions in all joints.
+    against Pinocchio, which gets the mechanism as URDF text only; the reactions in all joints, and
+    the forces of all contacts. Of what rolls, Lagrange's equations have multipliers, Newton and
+    Euler's balances unknown forces, and virtual work independent quasi-velocities.
     Where they disagree, the verdict ranks likely causes.
 
     Args:

@@ -84,7 +84,7 @@ def rounding(
         mass = values["mass matrix"] / (d[:, :, None] * d[:, None, :])
         scaled = {"bias": values["bias"] / d, "forces": values["forces"] / d}
         scaled["acceleration"] = values["acceleration"] * d
-        if mechanism.loops:
+        if mechanism.constrained:
             linked = constraints(mechanism, states)
             found["acceleration"] = _of_loops(linked, d, mass, s, scaled, beta, 1 / regular)
         else:

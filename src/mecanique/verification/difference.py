@@ -39,6 +39,7 @@ QUANTITIES = (
     "momentum",
     "angular momentum",
     "reactions",
+    "contact forces",
 )
 """What is compared, in the order of the table."""
 

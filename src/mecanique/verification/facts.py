@@ -219,7 +219,7 @@ class _Bench:
 
     def close(self, q: Array, v: Array) -> tuple[Array, Array]:
         """Return the state next to this one at which the loops are closed."""
-        closed = self.reference.closed if self.mechanism.loops else None
+        closed = self.reference.closed if self.mechanism.constrained else None
         if closed is None:
             return q, v
         from mecanique.reference.loops.assembly import close_position, project

@@ -14,6 +14,7 @@ from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import DerivationError
+from mecanique.model.contacts import row_names
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
@@ -25,6 +26,7 @@ __all__ = [
     "InHouse",
     "affordable",
     "balances",
+    "contact_forces",
     "derive_all",
     "derive_quickly",
     "independent_accelerations",
@@ -102,6 +104,28 @@ def reactions(source: Equations | Reference, mechanism: Mechanism, states: State
         else:
             parts += [np.asarray(wrench.force), np.asarray(wrench.moment) / length]
     return np.concatenate(parts, axis=1)
+
+
+def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array:
+    """Return the forces of all contacts at n states, by row; those undetermined are zero.
+
+    Args:
+        source: the equations, or the engine itself.
+        engine: knows which are determined.
+        states: n states.
+    """
+    assert isinstance(source, (Equations, Reference))
+    mechanism, closed = engine.mechanism, engine.closed
+    assert closed is not None, "the mechanism has contacts"
+    found = source.multipliers(states.q, states.v, states.t)
+    of_contacts = np.array([name in row_names(mechanism.contacts) for name in found])
+    columns = np.stack(list(found.values()), axis=-1)
+    determined = [
+        closed.solve(q, v, t).determined
+        for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True)
+    ]
+    kept: Array = np.where(determined, columns, 0.0)[:, of_contacts]
+    return kept
 
 
 def independent_accelerations(

@@ -27,7 +27,14 @@ Values: TypeAlias = Mapping[str, Array]
 TOLERANCE = 1e-9
 """Largest relative difference that counts as agreement."""
 
-_BY_MASS = ("kinetic energy", "potential energy", "momentum", "angular momentum", "reactions")
+_BY_MASS = (
+    "kinetic energy",
+    "potential energy",
+    "momentum",
+    "angular momentum",
+    "reactions",
+    "contact forces",
+)
 """Quantities whose typical size is the moving mass at 1 m/s or 1 m/s²."""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 
@@ -16,6 +17,9 @@ class BatchDynamics(ABC):
 
     All methods take n states and return arrays whose first axis has length n.
     """
+
+    rolls: ClassVar[bool] = False
+    """Whether its accelerations obey contacts and velocity constraints by themselves."""
 
     @abstractmethod
     def mass_matrix(self, states: States) -> np.ndarray:

@@ -13,6 +13,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.contacts import VelocityLaws
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.loops import Closure, Constraints, RowUnits, constraints_of
@@ -21,7 +22,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
 
-__all__ = ["Constrained", "ConstrainedMotion", "HeldMotion", "constraints", "solve_held"]
+__all__ = ["Constrained", "ConstrainedMotion", "Held", "HeldMotion", "constraints", "solve_held"]
 
 _RANK = 1e-9
 """Singular values below this part of the largest count as zero."""
@@ -43,15 +44,85 @@ class ConstrainedMotion:
     determined: np.ndarray
 
 
-def constraints(mechanism: Mechanism, states: States) -> Constraints:
-    """Return Φ, J and γ of a mechanism's loops.
+class Push(NamedTuple):
+    """A unit force of a contact.
 
     Args:
-        mechanism: whose loops they are.
+        place: shape (n, 3), where it acts, in the world [m].
+        direction: shape (n, 3), world axes.
+        ends: the body that it acts on, and the one that has the opposite.
+    """
+
+    place: np.ndarray
+    direction: np.ndarray
+    ends: tuple[str, str]
+
+
+@final
+class Held:
+    """The rows that hold the tree of a mechanism: of its loops, contacts, velocity constraints.
+
+    Args:
+        mechanism: whose they are.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._definition = Definition(mechanism)
+        self._loops, self._laws = Closure(mechanism), VelocityLaws(mechanism)
+        self.names = (*self._loops.names, *self._laws.names)
+        """Name of each row."""
+        first, rest = self._loops.row_units, self._laws.row_units
+        self.row_units = RowUnits(
+            np.concatenate([first.units, rest.units]),
+            np.concatenate([first.blocks, 2 * len(mechanism.loops) + rest.blocks]),
+        )
+        """Plain units of the rows, and their blocks."""
+
+    def at(self, states: States) -> Constraints:
+        """Return Φ, J and γ.
+
+        Args:
+            states: where, how fast and when.
+        """
+        _, poses = self._definition.motion(states, np.zeros_like(states.v))
+        parts = [constraints_of(self._loops.rows(poses))] if self._mechanism.loops else []
+        if self._laws.names:
+            parts.append(self._laws.at(states, poses))
+        return Constraints(
+            np.concatenate([part.residual for part in parts], axis=1),
+            np.concatenate([part.jacobian for part in parts], axis=1),
+            np.concatenate([part.gamma for part in parts], axis=1),
+        )
+
+    def forces(self, states: States) -> dict[int, Push]:
+        """Return where and along what the force of each row of a contact acts, by row.
+
+        Args:
+            states: where, how fast and when.
+        """
+        _, poses = self._definition.motion(states, np.zeros_like(states.v))
+        found, row = {}, len(self._loops.names)
+        for contact in self._mechanism.contacts:
+            touch = self._laws.touch(contact, poses)
+            for direction in touch.directions:
+                found[row] = Push(
+                    touch.place.value[:, :, 0],
+                    direction.value[:, :, 0],
+                    (contact.body, contact.on),
+                )
+                row += 1
+        return found
+
+
+def constraints(mechanism: Mechanism, states: States) -> Constraints:
+    """Return Φ, J and γ of all that holds a mechanism's tree.
+
+    Args:
+        mechanism: a mechanism with loops, contacts or velocity constraints.
         states: where, how fast and when.
     """
-    _, poses = Definition(mechanism).motion(states, np.zeros_like(states.v))
-    return constraints_of(Closure(mechanism).rows(poses))
+    return Held(mechanism).at(states)
 
 
 class HeldMotion(NamedTuple):
@@ -134,24 +205,23 @@ def _energy_units(M: np.ndarray, J: np.ndarray, columns: np.ndarray) -> np.ndarr
 
 @final
 class Constrained:
-    """The motion of a tree that loops hold together.
+    """The motion of a tree that loops, contacts or velocity constraints hold.
 
     Args:
-        mechanism: a mechanism with loops.
+        mechanism: a mechanism with some of them.
         tree: gives M, bias and forces of its tree.
     """
 
     def __init__(self, mechanism: Mechanism, tree: BatchDynamics) -> None:
         self._mechanism = mechanism
         self._tree = tree
-        self._closure = Closure(mechanism)
-        self._definition = Definition(mechanism)
+        self._held = Held(mechanism)
         self._units = velocity_scales(mechanism)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Name of each row of the constraints."""
-        return self._closure.names
+        return self._held.names
 
     def motion(self, states: States) -> ConstrainedMotion:
         """Return accelerations and multipliers.
@@ -162,8 +232,7 @@ class Constrained:
         Raises:
             DerivationError: if a motion that the loops leave free meets no inertia.
         """
-        _, poses = self._definition.motion(states, np.zeros_like(states.v))
-        closed = constraints_of(self._closure.rows(poses))
+        closed = self._held.at(states)
         M, rest = (
             self._tree.mass_matrix(states),
             self._tree.forces(states) - self._tree.bias(states),
@@ -171,9 +240,7 @@ class Constrained:
         found = []
         for k in range(len(states)):
             jacobian, gamma = closed.jacobian[k], closed.gamma[k]
-            motion = solve_held(
-                M[k], rest[k], jacobian, gamma, self._units, self._closure.row_units
-            )
+            motion = solve_held(M[k], rest[k], jacobian, gamma, self._units, self._held.row_units)
             if motion.massless is not None:
                 raise self._massless(motion.massless)
             found.append(motion)

@@ -10,17 +10,21 @@ with applied forces F, their moment M_C, the reaction R and its couple at the bo
 minus the reactions of the joints that hang on the body (action and reaction). A joint transmits
 nothing along or about its free directions, but what turns its rotor; where coordinates are driven,
 reactions along the joints do no work together. Those of joints that a guide crosses are totals, of
-the reaction and of what guides across the joint.
+the reaction and of what guides across the joint. What a contact
+does is an unknown force at the place where two bodies touch, on one of them and the opposite on the
+other; the condition of rolling completes the equations.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple, final
+from functools import cached_property
+from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
+from mecanique.derivation.numeric.multipliers import Held
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import idle_coordinates
@@ -50,10 +54,16 @@ class Balances(BatchDynamics):
         mechanism: any mechanism; of one with loops, its tree.
     """
 
+    rolls: ClassVar[bool] = True
+
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
         self._bodies = FreeBodies(mechanism)
         self._guides = guides_of(mechanism)
+
+    @cached_property
+    def _held(self) -> Held:
+        return Held(self._mechanism)
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv), solved for together with all reactions."""
@@ -102,10 +112,19 @@ class Balances(BatchDynamics):
         Raises:
             DerivationError: if a motion meets no inertia.
         """
-        found = self._solve(states)[:, self._mechanism.nv :].reshape(len(states), -1, 2, 3)
+        nv, count = self._mechanism.nv, len(self._mechanism.joints)
+        found = self._solve(states)[:, nv : nv + 6 * count].reshape(len(states), -1, 2, 3)
         names = [joint.name for joint in self._mechanism.tree]
         by_name = {name: Reaction(found[:, k, 0], found[:, k, 1]) for k, name in enumerate(names)}
         return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
+
+    def multipliers(self, states: States) -> np.ndarray:
+        """Return the force of each row of `Held`, shape (n, m).
+
+        Args:
+            states: where, how fast and when.
+        """
+        return self._solve(states)[:, self._mechanism.nv + 6 * len(self._mechanism.joints) :]
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M: what multiplies the accelerations once the reactions are eliminated."""
@@ -188,8 +207,13 @@ class Balances(BatchDynamics):
         return out
 
     def _solve(self, states: States) -> np.ndarray:
-        """Accelerations and reactions, shape (n, nv + 6 nb)."""
+        """Accelerations, reactions, and what holds the tree, shape (n, nv + 6 nb + m)."""
         at = self._bodies.at(states)
+        if self._mechanism.rolls:
+            A, known = self._held_system(at, states)
+            return np.array(
+                [np.linalg.lstsq(*pair, rcond=_RANK)[0] for pair in zip(A, known, strict=True)]
+            )
         if self._mechanism.nv + 6 * len(at.bodies) <= _DENSE:
             A, known = self._system(at)
             return solve(self._mechanism, A, known)
@@ -233,6 +257,30 @@ class Balances(BatchDynamics):
         known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.motions.gamma)
         return A, known
 
+    def _held_system(self, at: Snapshot, states: States) -> tuple[np.ndarray, np.ndarray]:
+        """The same with the forces of contacts and other rows, and J a = −γ, below."""
+        tree, known = self._system(at)
+        rows = self._held.at(states)
+        (n, size), m, nv = known.shape, rows.gamma.shape[1], self._mechanism.nv
+        A = np.zeros((n, size + m, size + m))
+        A[:, :size, :size] = tree
+        A[:, size:, :nv] = rows.jacobian
+        forces = self._held.forces(states)
+        index = {body.name: k for k, body in enumerate(at.bodies)}
+        for i in range(m):
+            column = A[:, :size, size + i]
+            if i not in forces:
+                column[:, size - nv :] = -rows.jacobian[:, i]
+                continue
+            place, direction, ends = forces[i]
+            for body, sign in zip(ends, (1.0, -1.0), strict=True):
+                if body in index:
+                    k = index[body]
+                    column[:, 6 * k : 6 * k + 3] -= sign * direction
+                    arm = place - at.bodies[k].center
+                    column[:, 6 * k + 3 : 6 * k + 6] -= sign * np.cross(arm, direction)
+        return A, np.concatenate([known, -rows.gamma], axis=1)
+
 
 def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return T = Σ ½ m v_C² + ½ H_C·ω and V of gravity and springs, each shape (n,).
@@ -256,6 +304,9 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
 
 _SHARE = 1e-4
 """Unit wrenches that directions where a joint transmits nothing leave less of are among them."""
+
+_RANK = 1e-12
+"""Singular values of the balances below this part of the largest count as zero."""
 
 _DENSE = 200
 """In systems with more equations than this the reactions are eliminated before solving."""

@@ -14,7 +14,7 @@ from mecanique.errors import DerivationError
 from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.states import States
 
-__all__ = ["JETS", "driven_paths", "joint_paths"]
+__all__ = ["JETS", "coordinate_paths", "driven_paths", "joint_paths"]
 
 JETS = Arithmetic(function)
 """Arithmetic of poses with jets as scalars."""
@@ -54,8 +54,13 @@ def driven_paths(states: States) -> dict[str, np.ndarray]:
     return {name: _lift(values[name], states).c for name in states.mechanism.coordinates.driven}
 
 
-def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
-    """Value of every symbol the map may hold."""
+def coordinate_paths(states: States, a: np.ndarray | None = None) -> dict[str, Any]:
+    """Return the value of every parameter, and the jet of t and of every plain coordinate.
+
+    Args:
+        states: where, how fast and when.
+        a: shape (n, nv), accelerations; zero when left out.
+    """
     mechanism = states.mechanism
     quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     values: dict[str, Any] = dict(mechanism.values)
@@ -66,6 +71,13 @@ def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
         k = place[f"{name}'"]
         values[name] = _jet(states, q, states.v[:, k], 0.0 if a is None else a[:, k], k)
     values["t"] = _jet(states, states.t, 1.0, 0.0, None)
+    return values
+
+
+def _paths(states: States, a: np.ndarray | None) -> dict[str, Any]:
+    """Value of every symbol the map may hold."""
+    mechanism, values = states.mechanism, coordinate_paths(states, a)
+    quasi = {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
     used = {
         symbol: name for name, s in mechanism.coordinates.driven.items() for symbol in symbols_in(s)
     }

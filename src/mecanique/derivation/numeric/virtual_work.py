@@ -6,23 +6,33 @@ work of all forces, those of inertia included, vanishes for every δq (Fundament
 
     Σ (F + m g − m a_C)·δr_C + (M_C − d/dt H_C)·δφ = 0.
 
-Reactions of ideal joints do no work together, so they are not even computed.
+Reactions of ideal joints do no work together, so they are not even computed. Nor are the forces
+of contacts and velocity constraints A δq = 0, where δq = S δπ with independent quasi-coordinates π
+whose rates u are the velocities left free, v = S u + …, A S = 0 (G. A. Maggi, Principii della
+teoria matematica del movimento, 1896; Kane & Levinson, Dynamics, 1985, sect. 4.11, 6.1):
+
+    Sᵀ (M a + bias − forces) = 0.
 """
 
 from __future__ import annotations
 
-from typing import final
+from functools import cached_property
+from typing import ClassVar, final
 
 import numpy as np
 
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
+from mecanique.derivation.numeric.multipliers import Held
 from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 __all__ = ["Works"]
+
+_RANK = 1e-9
+"""Singular values of the constraints below this part of the largest count as zero."""
 
 
 @final
@@ -33,9 +43,15 @@ class Works(BatchDynamics):
         mechanism: any mechanism; of one with loops, its tree.
     """
 
+    rolls: ClassVar[bool] = True
+
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
         self._bodies = FreeBodies(mechanism)
+
+    @cached_property
+    def _held(self) -> Held:
+        return Held(self._mechanism)
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M: the work that inertia forces of unit accelerations take."""
@@ -78,9 +94,29 @@ class Works(BatchDynamics):
 
     def acceleration(self, states: States) -> np.ndarray:
         """Return the accelerations, shape (n, nv)."""
-        return solve(
-            self._mechanism, self.mass_matrix(states), self.forces(states) - self.bias(states)
-        )
+        M, rest = self.mass_matrix(states), self.forces(states) - self.bias(states)
+        if not self._mechanism.rolls:
+            return solve(self._mechanism, M, rest)
+        held = self._held.at(states)
+        return np.array(
+            [
+                self._accelerate(*state)
+                for state in zip(M, rest, held.jacobian, held.gamma, strict=True)
+            ]
+        ).reshape(states.v.shape)
+
+    def _accelerate(
+        self, M: np.ndarray, rest: np.ndarray, J: np.ndarray, gamma: np.ndarray
+    ) -> np.ndarray:
+        """Return a = S u' + σ with J a + γ = 0 and Sᵀ (M a − rest) = 0, shape (nv,)."""
+        size = np.where((length := np.linalg.norm(J, axis=1)) > 0, length, 1.0)
+        left, values, right = np.linalg.svd(J / size[:, None])
+        rank = int((values > _RANK * values.max(initial=0.0)).sum())
+        S = right[rank:].T
+        sigma = -right[:rank].T @ ((left[:, :rank].T @ (gamma / size)) / values[:rank])
+        u = solve(self._mechanism, (S.T @ M @ S)[None], (S.T @ (rest - M @ sigma))[None])[0]
+        a: np.ndarray = S @ u + sigma
+        return a
 
     def energy(self, states: States) -> tuple[np.ndarray, np.ndarray]:
         """Return kinetic and potential energy, each shape (n,) [J]."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from mecanique.errors import UnknownNameError
 from mecanique.model.bodies import Body
+from mecanique.model.contacts import Contact
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.forces import AnyForce
@@ -38,6 +39,7 @@ class Description:
     gravity: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, -9.81)
     ground: str = "ground"
     velocity_constraints: tuple[VelocityConstraint, ...] = ()
+    contacts: tuple[Contact, ...] = ()
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -66,6 +68,16 @@ class Description:
     def nv(self) -> int:
         """Number of generalized velocities."""
         return len(self.velocities)
+
+    @property
+    def constrained(self) -> bool:
+        """Whether loops, contacts or velocity constraints restrict the motion of the tree."""
+        return bool(self.loops or self.rolls)
+
+    @property
+    def rolls(self) -> bool:
+        """Whether contacts or velocity constraints do, which in general are not holonomic."""
+        return bool(self.contacts or self.velocity_constraints)
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:

@@ -32,8 +32,8 @@ class Mechanism(StateSpace, Variants):
         coordinates: generalized coordinates and their map; the joints' own by default.
         gravity: shape (3,), acceleration of free fall in world axes [m/s²].
         ground: name of the body that is fixed in the inertial frame; its frame is the world's.
-        velocity_constraints: rolling, skates and the like; a mechanism that has some is refused,
-            with the reason.
+        velocity_constraints: linear constraints on velocities in general.
+        contacts: wheels, disks and balls that roll, and blades.
 
     Raises:
         MechanismError: with every fault found.
@@ -48,6 +48,7 @@ class Mechanism(StateSpace, Variants):
             "parameters",
             "inputs",
             "velocity_constraints",
+            "contacts",
         ):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))

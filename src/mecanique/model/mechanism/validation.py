@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from mecanique.errors import MecaniqueError
+from mecanique.model.contacts import Rolling
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.forces import JointLoad
 from mecanique.model.joints import Planar, Single
@@ -27,7 +28,7 @@ def faults(mechanism: Description) -> list[str]:
     found = [*_names(mechanism), *_symbols(mechanism)]
     found += [*_tree(mechanism)]
     found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
-    found += [*_velocity_constraints(mechanism)]
+    found += [*_contacts(mechanism), *_velocity_constraints(mechanism)]
     # values can be judged only when every symbol is known
     return found or [
         *_bodies(mechanism),
@@ -69,7 +70,7 @@ def _names(m: Description) -> Iterator[str]:
         "body": [body.name for body in m.bodies],
         "joint": [joint.name for joint in m.joints],
         "force": [force.name for force in m.forces],
-        "loop": [loop.name for loop in m.loops],
+        "loop or contact": [each.name for each in (*m.loops, *m.contacts, *m.velocity_constraints)],
         "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
         "coordinate": [*m.coordinates.names, *driven],
     }
@@ -144,6 +145,8 @@ def _symbols(m: Description) -> Iterator[str]:
         frames = (loop.frame_a, loop.frame_b)
         scalars = (scalar for frame in frames for scalar in (*frame.xyz, *frame.rpy))
         yield from _unknown(f"loop {loop.name!r}", (*scalars, loop.length), constants)
+    for contact in m.contacts:
+        yield from _unknown(f"contact {contact.name!r}", contact.scalars, constants)
     yield from _unknown("gravity", m.gravity, constants)
 
 
@@ -238,15 +241,26 @@ def _loops(m: Description) -> Iterator[str]:
             yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
 
 
+def _contacts(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    for contact in m.contacts:
+        where = f"contact {contact.name!r}"
+        for name in (contact.body, contact.on):
+            if name not in bodies:
+                yield f"{where}: {name!r} is no body"
+        if contact.body == contact.on:
+            yield f"{where}: body {contact.body!r} touches itself"
+
+
 def _velocity_constraints(m: Description) -> Iterator[str]:
-    known = {*m.coordinates.names, *(p.symbol for p in m.parameters)}
+    of_quaternions = {name for j in m.joints if j.quaternion for name in j.coordinates}
+    plain_ones = [name for name in m.coordinates.names if name not in of_quaternions]
+    known = {*plain_ones, *(p.symbol for p in m.parameters), "t"}
     sound = bool(m.velocity_constraints)
     for constraint in m.velocity_constraints:
         where = f"velocity constraint {constraint.name!r}"
-        unknown = sorted(
-            {*constraint.terms, *(s for c in constraint.terms.values() for s in symbols_in(c))}
-            - known
-        )
+        symbols = {symbol for scalar in constraint.scalars for symbol in symbols_in(scalar)}
+        unknown = sorted(({*constraint.terms} - {*m.velocities, *plain_ones}) | (symbols - known))
         if unknown or not constraint.terms:
             sound = False
             fault = (
@@ -257,19 +271,16 @@ def _velocity_constraints(m: Description) -> Iterator[str]:
             yield f"{where} {fault}"
     if not sound:
         return
-    names = ", ".join(repr(constraint.name) for constraint in m.velocity_constraints)
+    rates = {f"{name}'" for name in plain_ones}
+    used = {name for c in m.velocity_constraints for name in c.terms}
     values = {p.symbol: p.value for p in m.parameters}
-    if is_integrable(m.velocity_constraints, m.coordinates.names, values):
+    # of quasi-velocities no position is the integral
+    if used <= {*plain_ones, *rates} and is_integrable(m.velocity_constraints, plain_ones, values):
+        names = ", ".join(repr(constraint.name) for constraint in m.velocity_constraints)
         yield (
             f"velocity constraint {names} is the rate of a constraint on positions; "
             "state that one instead, by the coordinate map or a loop, and the number of "
             "coordinates falls"
-        )
-    else:
-        yield (
-            f"velocity constraint {names} is not holonomic: it restricts velocities and yet no "
-            "position, so that no independent coordinates exist and Lagrange's equations of the "
-            "second kind do not hold; only holonomic mechanisms are treated"
         )
 
 
@@ -314,6 +325,8 @@ def _finite(m: Description) -> Iterator[str]:
             for frame in frames
             for s in (*frame.xyz, *frame.rpy)
         ]
+    for contact in m.contacts:
+        stated += [(f"contact {contact.name!r}: its geometry", s) for s in contact.scalars]
     for force in m.forces:
         stated += [
             (f"force {force.name!r}: its {one.name}", scalar)
@@ -347,6 +360,7 @@ def _constants(m: Description) -> Iterator[str]:
         length = float(evaluate(loop.length, m.values))
         if loop.kind == "distance" and not (math.isfinite(length) and length > 0):
             yield f"loop {loop.name!r}: expected a length above 0, got {length:g}"
+    yield from _radii(m)
     for force in m.forces:
         for stated in force.stated:
             values = [float(evaluate(s, m.values)) for s in stated.scalars if stated.positive]
@@ -356,3 +370,17 @@ def _constants(m: Description) -> Iterator[str]:
                         f"force {force.name!r}: expected a {stated.name} of at least 0, "
                         f"got {value:g}"
                     )
+
+
+def _radii(m: Description) -> Iterator[str]:
+    for contact in m.contacts:
+        if not isinstance(contact, Rolling):
+            continue
+        radius, crown = (float(evaluate(s, m.values)) for s in (contact.radius, contact.crown))
+        if not 0 < radius < math.inf:
+            yield f"contact {contact.name!r}: expected a radius above 0, got {radius:g}"
+        elif not 0 <= crown <= radius:
+            yield (
+                f"contact {contact.name!r}: expected a crown radius from 0, a sharp edge, to the "
+                f"radius {radius:g}, a ball, got {crown:g}"
+            )

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.model.bodies import Body
+from mecanique.model.contacts import Rolling
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.forces import ForceKind
 from mecanique.model.mechanism import Mechanism
@@ -129,6 +130,9 @@ class Actions:
             (loop.body_b, loop.body_a, self._point(poses, loop.body_b, loop.frame_b.xyz))
             for loop in self._mechanism.loops
         ]
+        for contact in self._mechanism.contacts:
+            point = contact.center if isinstance(contact, Rolling) else contact.point
+            seats.append((contact.body, contact.on, self._point(poses, contact.body, point)))
         sums: dict[str, list[np.ndarray]] = {}
         for (name, wrench), (body, other, at) in zip(found.items(), seats, strict=True):
             if name in guided:

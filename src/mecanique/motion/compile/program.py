@@ -58,7 +58,7 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
     Raises:
         DerivationError: if there is no closed form, or none that holds at every state.
     """
-    if mechanism.loops:
+    if mechanism.constrained:
         raise DerivationError(
             f"mechanism {mechanism.name!r} has loops; its closed form is that of the open tree"
         )

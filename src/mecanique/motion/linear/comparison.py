@@ -148,7 +148,7 @@ def compare(
         raise InputError(
             "expected a linearization about an equilibrium; look for one with equilibria(mechanism)"
         )
-    if linearization.mechanism.loops:
+    if linearization.mechanism.constrained:
         raise InputError(
             "expected a mechanism without loops to compare its linear and exact motion"
         )

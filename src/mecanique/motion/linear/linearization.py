@@ -169,7 +169,7 @@ class Linearization:
         from mecanique.derivation import derive
         from mecanique.derivation.small_motions import linearize_equations
 
-        if self.mechanism.loops:
+        if self.mechanism.constrained:
             raise DerivationError(
                 f"mechanism {self.mechanism.name!r} has loops, and M, "
                 "C and K with loops have no closed form here"

@@ -66,6 +66,11 @@ def linearize(
         ClosureError: if the loops cannot be closed.
     """
     t = finite(t, "the time t")
+    if mechanism.rolls:
+        raise InputError(
+            f"mechanism {mechanism.name!r} rolls or has velocity constraints; linear equations of "
+            "such motions are not derived"
+        )
     described = mechanism
     if at is not None and near is not None:
         raise InputError("expected either at or near, got both")
@@ -88,7 +93,7 @@ def linearize(
                 "linearize(mechanism, at={...}), or look for all with equilibria(mechanism)"
             )
     position, velocity = mechanism.position(at), mechanism.velocity(v)
-    if mechanism.loops:
+    if mechanism.constrained:
         from mecanique.motion.record.loops import begin_on_loops
 
         reference, state, _ = begin_on_loops(reference, at, v, t)

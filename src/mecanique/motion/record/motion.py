@@ -213,7 +213,7 @@ class Motion:
             UnknownNameError: if there is no such joint or loop.
         """
         known = [each.name for each in self.mechanism.joints]
-        known += [each.name for each in self.mechanism.loops]
+        known += [each.name for each in (*self.mechanism.loops, *self.mechanism.contacts)]
         if joint not in known:
             raise UnknownNameError("joint or loop", joint, known)
         if t is None:
@@ -389,7 +389,7 @@ class Motion:
 
     def _on_loops(self, state: State) -> State:
         """The state with its loops closed to rounding, not only to the tolerance."""
-        if not self.mechanism.loops:
+        if not self.mechanism.constrained:
             return state
         from mecanique.motion.record.loops import ClosedLoops
 

@@ -119,7 +119,7 @@ def simulate(
     else:
         reference = reference.with_rank(None)
     loops, remark = None, ""
-    if mechanism.loops:
+    if mechanism.constrained:
         reference, start, remark = begin_on_loops(reference, q, v, t0)
         loops = ClosedLoops(reference, rtol)
     problem = Problem(

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 
 from mecanique.errors import ClosureError, InputError, UnknownNameError
+from mecanique.model.contacts import Rolling
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
@@ -86,7 +87,7 @@ def assemble(
     """
     q, t = mechanism.position(guess), finite(t, "time t")
     held = held_columns(mechanism, keep)
-    if not mechanism.loops:
+    if not mechanism.constrained:
         return q
     return position_near(load_loops(mechanism), guess, q, t, held)
 
@@ -163,7 +164,7 @@ def assembly_branches(
         if isinstance(number, bool) or not isinstance(number, (int, np.integer)) or number < 1:
             raise InputError(f"expected a whole number of at least 1 for {name}, got {number!r}")
     start = assemble(mechanism, guess, keep=keep, t=t)
-    if not mechanism.loops:
+    if not mechanism.constrained:
         return (start,)
     closed = load_loops(mechanism)
     named = tuple(guess) if isinstance(guess, Mapping) and not keep else keep
@@ -200,7 +201,7 @@ def close_position(closed: Closed, q: Array, t: float, held: Array | None = None
         ClosureError: naming the loop that cannot be closed, and by how much.
     """
     closures = closed.closures
-    still = np.zeros(closed.mechanism.nv)
+    still, rows = np.zeros(closed.mechanism.nv), closures.positional
     free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
     damping, gaps, stuck = 1e-3, _gaps(closed, q, t), 0
     for _ in range(_STEPS):
@@ -208,8 +209,8 @@ def close_position(closed: Closed, q: Array, t: float, held: Array | None = None
         if widest <= EXACT or not np.isfinite(gaps).all():
             break
         near = widest < _NEAR
-        J = closures.scale(q, still, t).jacobian * free
-        step = free * _damped_step(J, gaps, None if near else damping)
+        J = closures.scale(q, still, t).jacobian[rows] * free
+        step = free * _damped_step(J, gaps[rows], None if near else damping)
         trial = displace(closed, q, closures.columns * step)
         gaps_after = _gaps(closed, trial, t)
         before, after = float(np.linalg.norm(gaps)), float(np.linalg.norm(gaps_after))
@@ -254,9 +255,16 @@ def _refuse_open(closed: Closed, gaps: Array) -> None:
     worst = int(np.nanargmax(np.where(np.isfinite(gaps), gaps, np.inf)))
     name = closures.names[worst]
     unit = "rad" if name.split(": ")[-1] in ("rx", "ry", "rz") else "m"
-    loop = closed.mechanism.loops[int(closures.owner[worst])].name
+    mechanism = closed.mechanism
+    owner = (*mechanism.loops, *mechanism.contacts)[int(closures.owner[worst])]
+    if isinstance(owner, Rolling):
+        raise ClosureError(
+            f"mechanism {mechanism.name!r}: {owner.name!r} cannot be put on the plane of "
+            f"{owner.on!r} from there; the nearest position found leaves it off by "
+            f"{gaps[worst] / closures.rows[worst]:.3g} m; leave free a coordinate that lifts it"
+        )
     raise ClosureError(
-        f"mechanism {closed.mechanism.name!r}: loop {loop!r} cannot be closed from there; "
+        f"mechanism {mechanism.name!r}: loop {owner.name!r} cannot be closed from there; "
         "the nearest position found leaves it open by "
         f"{gaps[worst] / closures.rows[worst]:.3g} {unit} ({name}); try another guess, or check "
         "its lengths"
@@ -330,7 +338,7 @@ def _least_step(J: Array, gaps: Array, most: int | None = None, *, drifted: bool
 
 
 def free_columns(closed: Closed, q: Array, t: float) -> Array:
-    """Return which velocities may be chosen freely, one for each degree of freedom, shape (nv,).
+    """Return which coordinates may be chosen freely near a position, by velocities, shape (nv,).
 
     Args:
         closed: the mechanism.
@@ -340,6 +348,7 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
     from scipy.linalg import qr
 
     J = closed.closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
+    J = J[closed.closures.positional]
     _, R, order = qr(J, mode="economic", pivoting=True)
     pivots = np.abs(np.diag(R))
     rank = int((pivots > PIVOT * max(float(pivots.max(initial=0.0)), TINY)).sum())

@@ -59,6 +59,11 @@ class Closed:
         self._root = MassRoot(tree.engine)
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
         self.most = most
+        self.carriers = (
+            *((loop.body_b, loop.body_a) for loop in self.mechanism.loops),
+            *((contact.body, contact.on) for contact in self.mechanism.contacts),
+        )
+        """Which body each loop and contact acts on, and which one acts."""
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
         """Return accelerations and multipliers.
@@ -121,14 +126,25 @@ class Closed:
         gaps = np.abs(residual) * self.closures.rows
         worst = int(gaps.argmax()) if len(gaps) else 0
         if len(gaps) and not gaps[worst] < OPEN:
+            name = self.closures.names[worst]
+            off = "a wheel is off its plane" if name.endswith(": normal") else "the loops are open"
             raise EngineError(
-                f"mechanism {self.mechanism.name!r}: the loops are open at q = {q.tolist()} "
-                f"({self.closures.names[worst]} by {residual[worst]:.3g}); "
-                "close them first, by mecanique.assemble"
+                f"mechanism {self.mechanism.name!r}: {off} at q = {q.tolist()} "
+                f"({name} by {residual[worst]:.3g}); close them first, by mecanique.assemble"
             )
 
+    def multipliers(self, q: Array, v: Array, t: float) -> Array:
+        """Return λ of each row, shape (m,)."""
+        return self._solve_closed(q, v, t).multipliers
+
     def reactions(self, q: Array, v: Array, t: float) -> Forces:
-        """Return what parents do to their children, and in each loop body a to body b."""
+        """Return what parents do to their children, in each loop body a to body b, and contacts."""
+        if self.mechanism.velocity_constraints:
+            raise EngineError(
+                f"mechanism {self.mechanism.name!r}: velocity constraint "
+                f"{self.mechanism.velocity_constraints[0].name!r} does not say by which force it "
+                "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
+            )
         motion = self._solve_closed(q, v, t)
         tree = self._tree
         loads = tree.loads
@@ -148,7 +164,7 @@ class Closed:
         They are those of the self-stresses: multipliers that balance one another, Jᵀ λ = 0.
         """
         tree = self._tree
-        count = len(self.mechanism.joints) + len(self.mechanism.loops)
+        count = len(self.mechanism.joints) + len(self.carriers)
         zero = np.zeros(self.mechanism.nv)
         left = split(self.closures.scale(q, zero, t).jacobian, least=LEAST).loose
         loose = np.zeros((count, 6), dtype=bool)
@@ -191,10 +207,10 @@ class Closed:
         """What the loops do: on body b, and the opposite on body a."""
         actions = []
         sites = self._tree.loads.sites
-        for loop, force, moment, place in zip(
-            self.mechanism.loops, *(x.tolist() for x in wrenches), strict=True
+        for (acted, acting), force, moment, place in zip(
+            self.carriers, *(x.tolist() for x in wrenches), strict=True
         ):
-            for body, sign in ((loop.body_b, 1.0), (loop.body_a, -1.0)):
+            for body, sign in ((acted, 1.0), (acting, -1.0)):
                 (fx, fy, fz), (mx, my, mz), (x, y, z) = force, moment, place
                 actions.append(
                     Action(

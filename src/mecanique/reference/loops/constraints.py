@@ -22,15 +22,11 @@ from mecanique.model.units import characteristic_length, velocity_scales
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
+from mecanique.reference.loops.contacts import HAT, ContactRows, VelocityRows
 from mecanique.reference.loops.metric import Units
 from mecanique.reference.loops.tolerances import ROUNDING
 
 __all__ = ["Closure", "Closures", "ScaledClosure"]
-
-_HAT = np.array(
-    [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
-)
-"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
 
 _AT = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5}
 
@@ -89,7 +85,7 @@ class ScaledClosure(NamedTuple):
 
 @final
 class Closures:
-    """The constraint equations of a mechanism's loops."""
+    """The constraint equations of a mechanism: its loops', contacts' and velocity constraints'."""
 
     def __init__(self, mechanism: Mechanism, engine: Engine, chart: Chart) -> None:
         import pinocchio as pin
@@ -100,6 +96,8 @@ class Closures:
         self._loops = mechanism.loops
         self._a, self._b = (_ends(pin, mechanism, engine, side) for side in "ab")
         carried = _velocities_that_carry(engine)
+        self._contacts = ContactRows(mechanism, engine, carried)
+        self._velocity_rows = VelocityRows(mechanism)
         self._between: Array = carried[self._b.joints] - carried[self._a.joints]
         self._masks = np.concatenate([self._between, carried[self._a.joints]]).T
         joints = np.stack([self._a.joints, self._b.joints], axis=1)
@@ -108,11 +106,30 @@ class Closures:
         rows = [
             _Row(k, loop, row) for k, loop in enumerate(self._loops) for row in CLOSED[loop.kind]
         ]
-        self.names = tuple(f"{row.loop.name}: {row.motion}" for row in rows)
-        """Name of each row: its loop and the relative motion it closes, in the axes of frame a."""
-        self.owner = np.array([row.owner for row in rows], dtype=int)
-        """Which loop each row belongs to, shape (m,)."""
+        self.names = (
+            *(f"{row.loop.name}: {row.motion}" for row in rows),
+            *self._contacts.names,
+            *self._velocity_rows.names,
+        )
+        """Name of each row: its loop and the relative motion it closes, in the axes of frame a;
+
+        its contact and the motion that prevents; or its velocity constraint.
+        """
+        self._owner = np.array([row.owner for row in rows], dtype=int)
         self._component = np.array([_AT.get(row.motion, 0) for row in rows], dtype=int)
+        many = len(self._velocity_rows.names)
+        self.owner: Array = np.concatenate(
+            [
+                self._owner,
+                len(self._loops) + self._contacts.owner,
+                len(self._loops) + len(mechanism.contacts) + np.arange(many),
+            ]
+        )
+        """Which loop, contact or velocity constraint each row belongs to, shape (m,)."""
+        self.positional: Array = np.concatenate(
+            [np.ones(len(rows), bool), self._contacts.positional, np.zeros(many, bool)]
+        )
+        """Which rows are rates of a Φ, and so restrict positions, shape (m,)."""
         self._rods = [i for i, row in enumerate(rows) if row.motion == "length"]
         self._lengths = [mechanism.evaluate(rows[i].loop.length) for i in self._rods]
         self._plates = [
@@ -122,11 +139,22 @@ class Closures:
         self._welds = [k for k, loop in enumerate(self._loops) if loop.kind == "weld"]
         self.length = characteristic_length(mechanism)
         """What lengths are compared with [m]."""
-        self.rows: Array = np.where(self._component < 3, 1 / self.length, 1.0)
+        self.rows: Array = np.concatenate(
+            [
+                np.where(self._component < 3, 1 / self.length, 1.0),
+                np.full(len(self._contacts.names), 1 / self.length),
+                np.ones(many),
+            ]
+        )
         """Factors that make the rows plain numbers: 1/length for lengths, 1 for angles."""
         self.columns: Array = velocity_scales(mechanism)
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
         self._u: Array = np.zeros(engine.model.nv)
+        self._state: tuple[Array, Array, float] = (
+            np.zeros(mechanism.nq),
+            np.zeros(mechanism.nv),
+            0,
+        )
 
     def at(self, q: Array, v: Array, t: float) -> Closure:
         """Return the constraints in a state.
@@ -142,7 +170,9 @@ class Closures:
     @property
     def units(self) -> Units:
         """Plain units of rows and velocities; a loop's lengths and angles are a block each."""
-        return Units(self.rows, self.columns, 2 * self.owner + (self._component >= 3))
+        angular = np.zeros(len(self.owner), dtype=int)
+        angular[: len(self._component)] = self._component >= 3
+        return Units(self.rows, self.columns, 2 * self.owner + angular)
 
     def rounding(self) -> float:
         """Return the gap that rounding makes of closed loops in the last state, in plain units."""
@@ -176,6 +206,7 @@ class Closures:
         chart = self._chart
         values = chart.place(q, t)
         self._u = chart.at(q, v, t)
+        self._state = (q, v, t)
         self._pin.computeJointJacobiansTimeVariation(
             self._engine.model, self._engine.data, chart.p, self._u
         )
@@ -187,6 +218,16 @@ class Closures:
         Args:
             residual: whether Φ is wanted; it is zero otherwise.
         """
+        parts = [self._of_loops(residual)] if self._loops else []
+        if self._contacts.names:
+            parts.append(self._draw_back(*self._contacts.now(self._u)))
+        if self._velocity_rows.names:
+            parts.append(Closure(*self._velocity_rows.now(*self._state)))
+        if len(parts) == 1:
+            return parts[0]
+        return Closure(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def _of_loops(self, residual: bool) -> Closure:
         data, u = self._engine.data, self._u
         turn, here, place = self._frames()
         # with one velocity the engine's matrices come as vectors
@@ -197,7 +238,7 @@ class Closures:
         (linear, spin, linear_gain, spin_gain), (linear_a, spin_a, *_) = sums.T.reshape(
             2, -1, 4, 3, 1
         ).swapaxes(1, 2)
-        hats = (np.array([place, spin[:, :, 0], spin_a[:, :, 0]]) @ _HAT).reshape(3, -1, 3, 3)
+        hats = (np.array([place, spin[:, :, 0], spin_a[:, :, 0]]) @ HAT).reshape(3, -1, 3, 3)
         at, turning, turning_a = hats
         parting = linear - at @ spin
         moved = linear_a - at @ spin_a + parting
@@ -213,7 +254,7 @@ class Closures:
         J[:, :3] = inverse @ (columns[:3] - at @ columns[3:])
         J[:, 3:] = inverse @ columns[3:]
         J *= self._between[:, None, :]
-        phi = self._residual(here) if residual else np.zeros(len(self.owner))
+        phi = self._residual(here) if residual else np.zeros(len(self._owner))
         return self._select(phi, here, J, six[:, 0], six[:, 1])
 
     def residual(self, q: Array, t: float) -> Array:
@@ -225,23 +266,30 @@ class Closures:
         """
         self._chart.place(q, t)
         self._pin.forwardKinematics(self._engine.model, self._engine.data, self._chart.p)
-        _, here, _ = self._frames()
-        return self._residual(here)
+        parts = [self._residual(self._frames()[1])] if self._loops else []
+        parts += [self._contacts.residual(), np.zeros(len(self._velocity_rows.names))]
+        return np.concatenate(parts)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
         """Return what body a does to b in each loop: force, moment, point of action; world axes.
 
-        The engine's work space must hold the state in question. The point is the origin of frame b.
+        After the loops come the contacts: what acts on the body that rolls, at its hub, or that has
+        the blade. The engine's work space must hold the state in question. The point of a loop is
+        the origin of frame b.
 
         Args:
             multipliers: λ of each row, with M a + h = Jᵀ λ, shape (m,).
 
         Returns:
-            three arrays of shape (loops, 3).
+            three arrays of shape (loops + contacts, 3).
         """
+        first, end = len(self._owner), len(self._owner) + len(self._contacts.names)
+        contacts = self._contacts.wrenches(multipliers[first:end])
+        if not self._loops:
+            return contacts
         turn, here, place = self._frames()
         force, moment = np.zeros((2, len(self._loops), 3))
-        for i, (k, at) in enumerate(zip(self.owner, self._component, strict=True)):
+        for i, (k, at) in enumerate(zip(self._owner, self._component, strict=True)):
             if i in self._rods:
                 force[k] += multipliers[i] * _unit(here[0][k])
             elif i in self._plates:
@@ -250,7 +298,9 @@ class Closures:
                 force[k, at] += multipliers[i]
             else:
                 moment[k, at - 3] += multipliers[i]
-        return (turn @ force[:, :, None])[:, :, 0], (turn @ moment[:, :, None])[:, :, 0], place
+        loops = (turn @ force[:, :, None])[:, :, 0], (turn @ moment[:, :, None])[:, :, 0], place
+        force, moment, place = (np.concatenate(pair) for pair in zip(loops, contacts, strict=True))
+        return force, moment, place
 
     def _frames(self) -> tuple[Array, tuple[Array, Array], Array]:
         """Rotation of each frame a, pose of frame b in it, and origin of frame b in the world."""
@@ -272,11 +322,11 @@ class Closures:
             six[k, 3:5] = _tilt(turn[k])
         for k in self._welds:
             six[k, 3:] = self._pin.log3(turn[k])
-        found: Array = six[self.owner, self._component]
+        found: Array = six[self._owner, self._component]
         for i, length in zip(self._rods, self._lengths, strict=True):
-            found[i] = np.linalg.norm(place[self.owner[i]]) - length
+            found[i] = np.linalg.norm(place[self._owner[i]]) - length
         for i in self._plates:
-            R = turn[self.owner[i]]
+            R = turn[self._owner[i]]
             found[i] = math.atan2(R[1, 0], R[0, 0])
         return found
 
@@ -285,21 +335,21 @@ class Closures:
     ) -> Closure:
         """Choose the rows from the six of each loop; distances and turns in a plane mix them."""
         place, turn = here
-        at = self.owner, self._component
+        at = self._owner, self._component
         rows: Array = J[at]
         gamma: Array = second[at]
         for i in self._rods:
-            k = self.owner[i]
+            k = self._owner[i]
             along, distance = _unit(place[k]), float(np.linalg.norm(place[k]))
             parting = rate[k, :3]
             rows[i] = along @ J[k, :3]
             across = float(parting @ parting) - float(along @ parting) ** 2
             gamma[i] = along @ second[k, :3] + (across / distance if distance else 0.0)
         for i in self._plates:
-            k = self.owner[i]
+            k = self._owner[i]
             spin, x = rate[k, 3:], turn[k][:, 0]
             row, level = _plate_row(turn[k]), float(x[0] ** 2 + x[1] ** 2)
-            slope = (spin @ _HAT).reshape(3, 3) @ x
+            slope = (spin @ HAT).reshape(3, 3) @ x
             rows[i] = row @ J[k, 3:]
             # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z), so θ'' =
             # w·ω' + w'·ω
@@ -307,10 +357,14 @@ class Closures:
             change = np.array([-(da * c + a * dc), -(db * c + b * dc), 0.0]) / level
             change[:2] += np.array([a * c, b * c]) * 2 * (a * da + b * db) / level**2
             gamma[i] = row @ second[k, 3:] + change @ spin
+        return self._draw_back(phi, rows, np.zeros(len(rows)), gamma)
+
+    def _draw_back(self, phi: Array, rows: Array, drift: Array, gamma: Array) -> Closure:
+        """Return rows by the engine's velocities as rows by the mechanism's."""
         chart = self._chart
         if chart.identical:
-            return Closure(phi, rows, np.zeros(len(rows)), gamma)
-        return Closure(phi, rows @ chart.G, rows @ chart.c, gamma + rows @ chart.gamma)
+            return Closure(phi, rows, drift, gamma)
+        return Closure(phi, rows @ chart.G, drift + rows @ chart.c, gamma + rows @ chart.gamma)
 
 
 def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
@@ -322,9 +376,9 @@ def _ends(pin: Any, mechanism: Mechanism, engine: Engine, side: str) -> _Ends:
         joints.append(holder.joint)
         poses.append(holder.placement * pin.SE3(mechanism.matrix(frame)))
     return _Ends(
-        np.array(joints),
-        np.array([pose.rotation for pose in poses]),
-        np.array([pose.translation for pose in poses]),
+        np.array(joints, dtype=int),
+        np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3),
+        np.array([pose.translation for pose in poses]).reshape(-1, 3),
     )
 
 

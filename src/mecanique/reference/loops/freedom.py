@@ -50,6 +50,8 @@ class Freedom:
         rank_here: how many are independent at the position in question.
         q: shape (nq,), that position.
         bodies: number of bodies with mass that are not fixed, and whether all are particles.
+        velocity_rows: how many of the independent equations restrict velocities but no position by
+            themselves, those of rolling along a plane, of blades and of velocity constraints.
     """
 
     coordinates: int
@@ -60,10 +62,16 @@ class Freedom:
     rank_here: int
     q: Array
     bodies: tuple[int, bool]
+    velocity_rows: int = 0
+
+    @property
+    def positions(self) -> int:
+        """Number of independent coordinates n; more than N where something rolls."""
+        return self.N + self.velocity_rows
 
     @property
     def N(self) -> int:
-        """Number of degrees of freedom."""
+        """Number of degrees of freedom: of independent velocities."""
         return self.coordinates - self.rank
 
     def __str__(self) -> str:
@@ -71,6 +79,12 @@ class Freedom:
         if self.constraints:
             text += f" - {self.rank} independent constraint equations (of {self.constraints})"
         text += f" = {self.N}"
+        if self.velocity_rows:
+            text += (
+                f"; {(k := self.rank - self.velocity_rows)} of the equations "
+                f"restrict{'s' if k == 1 else ''} positions, {self.velocity_rows} velocities "
+                f"alone: {self.positions} independent positions"
+            )
         count, particles = self.bodies
         if count:
             b, each = (3 if particles else 6) * count - self.N, "3 n_p" if particles else "6 n"
@@ -102,7 +116,7 @@ def degrees_of_freedom(
         UnknownNameError: if a name is no coordinate.
     """
     given, t = mechanism.position(q), finite(t, "time t")
-    if not mechanism.loops:
+    if not mechanism.constrained:
         return Freedom(mechanism.nv, 0, 0, (), False, 0, given, _heavy_bodies(mechanism))
     closed = load_loops(mechanism)
     none_held = np.zeros(mechanism.nv, dtype=bool)
@@ -131,6 +145,7 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
     if not around and rank_here < mechanism.nv:
         # it may tremble, but it cannot go anywhere
         rank, singular, redundant = mechanism.nv, True, ()
+    of_positions = _split(best[closed.closures.positional]).rank
     return Freedom(
         mechanism.nv,
         len(here),
@@ -140,6 +155,7 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
         rank_here,
         q,
         _heavy_bodies(mechanism),
+        max(rank - of_positions, 0),
     )
 
 

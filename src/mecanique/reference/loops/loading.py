@@ -61,7 +61,7 @@ def load_once(mechanism: Mechanism) -> Loaded:
     if found is None or found.mechanism() is not mechanism:
         # a twin is loaded: what is kept must not keep the mechanism itself alive
         tree = Tree(copy(mechanism))
-        loaded = Loaded(tree, Closed(tree) if mechanism.loops else None)
+        loaded = Loaded(tree, Closed(tree) if mechanism.constrained else None)
         found = _Kept(weakref.ref(mechanism, lambda _: kept.pop(key, None)), loaded)
     kept[key] = found
     if len(kept) > MOST:

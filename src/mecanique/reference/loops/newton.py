@@ -95,7 +95,8 @@ def newton(
         last, gap = gap, float(np.abs(metric.units.rows * closure.residual).max(initial=0.0))
         if gap < EXACT or (gap < near and gap > stagnant * last):
             break
-        step = -least(J, metric.rows * closure.residual)
+        held = closed.closures.positional
+        step = -least(J[held], (metric.rows * closure.residual)[held])
         if tangent is None:
             there = displace(closed, there, metric.columns @ step)
         else:

@@ -24,7 +24,7 @@ from mecanique.reference.loops.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import WEAK
 
-__all__ = ["closed_rhs"]
+__all__ = ["closed_rhs", "plain_rhs"]
 
 _NEAR, _FAR = 0.3, 0.6
 """Distances from a singular position, in characteristic lengths or radians.
@@ -56,6 +56,16 @@ _LANDING = 1e-11
 def closed_rhs(closed: Closed) -> Rhs:
     """Return f(t, y) = y' for a mechanism with loops."""
     return _ClosedRhs(closed)
+
+
+def plain_rhs(closed: Closed) -> Rhs:
+    """Return f(t, y) = y' for a mechanism with constraints that has no singular positions to pass.
+
+    Args:
+        closed: the mechanism.
+    """
+    nq = closed.mechanism.nq
+    return lambda t, y: np.concatenate(_slope(closed, _State(y[:nq], y[nq:], t)))
 
 
 class _State(NamedTuple):

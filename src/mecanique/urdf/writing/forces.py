@@ -72,6 +72,10 @@ def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterat
                 yield Comment(f"{force.kind} {force.name}: URDF has no tag for it")
     for loop in mechanism.loops:
         yield from loop_nodes(mechanism, loop, anchors)
+    for contact in mechanism.contacts:
+        yield Comment(f"contact {contact.name}: URDF has no tag for it")
+    for constraint in mechanism.velocity_constraints:
+        yield Comment(f"velocity constraint {constraint.name}: URDF has no tag for it")
 
 
 def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:

@@ -58,7 +58,7 @@ def random_states(
     lot, found = max(samples, _LOT), list[States]()
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
-        if mechanism.loops:
+        if mechanism.constrained:
             q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
             candidates = replace(candidates.at(at), q=q, v=v)
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))

@@ -145,7 +145,7 @@ def _freedom(motion: Motion) -> tuple[str, ...]:
         sentences.append(
             f"Joint coordinates that follow them: {', '.join(mechanism.coordinates.driven)}."
         )
-    if mechanism.loops:
+    if mechanism.constrained:
         try:
             from mecanique.reference import degrees_of_freedom
 

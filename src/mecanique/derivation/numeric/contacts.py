@@ -1,0 +1,167 @@
+"""The rows of rolling, blades and velocity constraints on our own poses: A v = b and A a + γ = 0.
+
+A body's point that touches has in the body the place s(ε) = R(ε)ᵀ (P(ε) − p(ε)), where P is where
+the contact is, and the velocity H'(ε) s(ε) of that point; s moves too, but is not what moves the
+point. So with jets along the path q + ε v the velocity is [ε⁰] and its rate [ε¹] of H' s, and the
+virtual displacement is δH s.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.loops import Constraints, RowUnits
+from mecanique.derivation.numeric.paths import coordinate_paths
+from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.jets import Jet
+from mecanique.derivation.tree.links import links, place_of
+from mecanique.derivation.tree.poses import placement_matrix
+from mecanique.model.contacts import Blade, Contact, row_names
+from mecanique.model.expression import evaluate
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
+from mecanique.model.units import characteristic_length
+
+__all__ = ["Touch", "VelocityLaws"]
+
+
+class Touch(NamedTuple):
+    """Where a contact is and what it closes there.
+
+    Args:
+        place: trailing shape (n, 3, 1), in the world [m].
+        directions: the same, of each row.
+        gap: shape (n,), Φ of the first row.
+    """
+
+    place: Jet
+    directions: tuple[Jet, ...]
+    gap: np.ndarray
+
+
+@final
+class VelocityLaws:
+    """What the contacts and velocity constraints of a mechanism demand.
+
+    Args:
+        mechanism: whose they are.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self._mechanism = mechanism
+        self._place = place_of(links(mechanism), mechanism)
+        constraints = mechanism.velocity_constraints
+        self.names = (*row_names(mechanism.contacts), *(each.name for each in constraints))
+        """Name of each row: the contact's and the motion it prevents, or the constraint's."""
+        length = characteristic_length(mechanism)
+        contacts = [k for k, contact in enumerate(mechanism.contacts) for _ in contact.rows]
+        units = [length] * len(contacts) + [1.0] * len(constraints)
+        blocks = contacts + [len(mechanism.contacts) + k for k in range(len(constraints))]
+        self.row_units = RowUnits(np.array(units), np.array(blocks, dtype=int))
+        """Plain units of the rows, and their blocks: one for each contact or constraint."""
+
+    def at(self, states: States, poses: list[Jet]) -> Constraints:
+        """Return the rows at n states.
+
+        Args:
+            states: where, how fast and when.
+            poses: of every link along q + ε v, each of trailing shape (n, 4, 4).
+        """
+        found = []
+        for contact in self._mechanism.contacts:
+            touch = self.touch(contact, poses)
+            A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
+            rows = [_no_slip(A, B, touch.place, direction) for direction in touch.directions]
+            jacobian, gamma = (np.stack(parts, axis=1) for parts in zip(*rows, strict=True))
+            residual = np.zeros(gamma.shape)
+            residual[:, 0] = touch.gap
+            found.append(Constraints(residual, jacobian, gamma))
+        found.append(self._state_laws(states))
+        parts = zip(*((one.residual, one.jacobian, one.gamma) for one in found), strict=True)
+        return Constraints(*(np.concatenate(part, axis=1) for part in parts))
+
+    def touch(self, contact: Contact, poses: list[Jet]) -> Touch:
+        """Return where a contact is and which directions it closes.
+
+        Args:
+            contact: one of the mechanism's.
+            poses: of every link.
+        """
+        number = self._mechanism.evaluate
+        A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
+        turn = A[:, :3, :3]
+        if isinstance(contact, Blade):
+            place = turn @ _column([number(c) for c in contact.point]) + A[:, :3, 3:]
+            return Touch(place, (turn @ _column(contact.side),), np.zeros(len(place.value)))
+        frame = B @ placement_matrix(contact.plane, self._mechanism.values)
+        x, y, n = (frame[:, :3, k : k + 1] for k in range(3))
+        crown = number(contact.crown)
+        place = turn @ _column([number(c) for c in contact.center]) + A[:, :3, 3:] - n * crown
+        if contact.axis is not None:
+            e = turn @ _column(contact.axis)
+            up = n - e * _dot(n, e)
+            place = place - up * (_dot(up, up) ** -0.5 * (number(contact.radius) - crown))
+        gap = _dot(n, place - frame[:, :3, 3:])
+        return Touch(place, (n, x, y), gap.value[:, 0, 0])
+
+    def _state_laws(self, states: States) -> Constraints:
+        """The rows Σ A_i v_i − b of the velocity constraints."""
+        constraints, velocities = self._mechanism.velocity_constraints, self._mechanism.velocities
+        n, size = len(states), len(constraints)
+        jacobian, gamma = np.zeros((n, size, len(velocities))), np.zeros((n, size))
+        if not constraints:
+            return Constraints(np.zeros((n, 0)), jacobian, gamma)
+        values = coordinate_paths(states)
+
+        def path(scalar: Any) -> np.ndarray:
+            found = evaluate(scalar, values, function=function)
+            return found.c[:2, 0] if isinstance(found, Jet) else np.array([[found], [0.0]])
+
+        for row, constraint in enumerate(constraints):
+            for k, entry in enumerate(constraint.along(velocities)):
+                now, rate = path(entry)
+                jacobian[:, row, k] = now
+                gamma[:, row] += rate * states.v[:, k]
+            gamma[:, row] -= path(constraint.rate)[1]
+        return Constraints(np.zeros((n, size)), jacobian, gamma)
+
+    def _pose(self, body: str, poses: list[Jet]) -> Jet:
+        place = self._place[body]
+        if place >= 0:
+            return poses[place]
+        c = np.zeros(poses[0].c.shape)
+        c[0, 0] = np.eye(4)
+        return Jet(c)
+
+
+def _no_slip(A: Jet, B: Jet, place: Jet, direction: Jet) -> tuple[np.ndarray, np.ndarray]:
+    """Return δ and γ of n·(v_A − v_B) = 0 for the points of two bodies at a place of contact."""
+    velocity, rate, shifts = (
+        a - b for a, b in zip(_carry(A, place), _carry(B, place), strict=True)
+    )
+    n, turning = direction.c[0, 0, :, :, 0], direction.c[1, 0, :, :, 0]
+    jacobian = np.einsum("ni,kni->nk", n, shifts)
+    gamma = np.einsum("ni,ni->n", n, rate) + np.einsum("ni,ni->n", turning, velocity)
+    return jacobian, gamma
+
+
+def _carry(H: Jet, place: Jet) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return H' s, its rate without accelerations, and δH s, for the point that is there now."""
+    s = H[:, :3, :3].T @ (place - H[:, :3, 3:])
+    one = np.ones((*s.c.shape[2:-2], 1, 1))
+    at = np.concatenate([s.c[0, 0], one], axis=-2)
+    moving = np.concatenate([s.c[1, 0], 0 * one], axis=-2)
+    velocity = H.c[1, 0] @ at
+    rate = 2 * H.c[2, 0] @ at + H.c[1, 0] @ moving
+    shifts = H.c[0, 1:] @ at
+    return velocity[..., :3, 0], rate[..., :3, 0], shifts[..., :3, 0]
+
+
+def _column(components: Any) -> np.ndarray:
+    return np.array(components, dtype=float)[:, None]
+
+
+def _dot(a: Jet, b: Jet) -> Jet:
+    return a.T @ b

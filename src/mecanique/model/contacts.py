@@ -1,0 +1,145 @@
+"""Contacts that guide: wheels, disks and balls that roll without slip, and blades.
+
+Where a body rolls, the point of it that touches has the velocity of the point it touches. Along the
+normal that is the rate of a distance; along the plane it is in general no rate of anything, and so
+restricts velocities but no position (Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch.
+I).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TypeAlias, final
+
+from mecanique.errors import InputError
+from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.placement import Placement, vector
+
+__all__ = ["Blade", "Contact", "Direction", "Rolling", "row_names"]
+
+Direction: TypeAlias = "tuple[float, float, float]"
+"""A direction in a body's frame, of unit length."""
+
+
+@final
+@dataclass(frozen=True)
+class Rolling:
+    """A wheel, a disk or a ball that rolls on a plane without slip, and stays on it.
+
+    Its forces on the body are the normal one, from the plane into the body, and the friction along
+    the x and y axes of the plane's frame.
+
+    Args:
+        name: its name.
+        body: name of the body that rolls.
+        radius: greatest distance of its rim from the center [m].
+        center: shape (3,), in the frame of the body [m].
+        axis: shape (3,), numbers, of the wheel in the frame of the body; None for a ball.
+        crown: radius of the rim's cross section [m]: zero for a sharp edge, `radius` for a ball.
+        on: name of the body that has the plane.
+        plane: frame of the plane in that body; its z axis is the normal, on the side of the wheel.
+    """
+
+    name: str
+    body: str
+    radius: Scalar
+    center: Vector = (0.0, 0.0, 0.0)
+    axis: Vector | None = (0.0, 1.0, 0.0)
+    crown: Scalar = 0.0
+    on: str = "ground"
+    plane: Placement = field(default=Placement())
+
+    def __post_init__(self) -> None:
+        where = f"rolling {self.name!r}"
+        object.__setattr__(self, "radius", plain(self.radius))
+        object.__setattr__(self, "center", vector(self.center, f"center of {where}"))
+        object.__setattr__(self, "crown", self.radius if self.axis is None else plain(self.crown))
+        if self.axis is not None:
+            object.__setattr__(self, "axis", _unit(self.axis, f"the axis of {where}"))
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The motions it prevents: along the normal, and along the plane's x and y."""
+        return ("normal", "x", "y")
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        return (self.radius, self.crown, *self.center, *self.plane.xyz, *self.plane.rpy)
+
+
+@final
+@dataclass(frozen=True)
+class Blade:
+    """A knife edge or a skate: its point moves along the edge only, not sideways.
+
+    Its force on the body acts at the point, along normal × along, to the left of the edge.
+
+    Args:
+        name: its name.
+        body: name of the body that has the edge.
+        point: shape (3,), where it touches, in the frame of the body [m].
+        along: shape (3,), numbers, direction of the edge in the frame of the body.
+        normal: shape (3,), numbers, of the plane it moves in, in the frame of the body.
+        on: name of the body that it moves on.
+    """
+
+    name: str
+    body: str
+    point: Vector = (0.0, 0.0, 0.0)
+    along: Vector = (1.0, 0.0, 0.0)
+    normal: Vector = (0.0, 0.0, 1.0)
+    on: str = "ground"
+
+    def __post_init__(self) -> None:
+        where = f"blade {self.name!r}"
+        object.__setattr__(self, "point", vector(self.point, f"point of {where}"))
+        for name in ("along", "normal"):
+            unit = _unit(getattr(self, name), f"{name!r} of {where}")
+            object.__setattr__(self, name, unit)
+        _unit(_cross(self.normal, self.along), f"normal × along of {where}")
+
+    @property
+    def side(self) -> Direction:
+        """The direction in which it does not move, in the frame of the body."""
+        return _unit(_cross(self.normal, self.along), "the side of a blade")
+
+    @property
+    def rows(self) -> tuple[str, ...]:
+        """The motion it prevents."""
+        return ("side",)
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        return tuple(self.point)
+
+
+Contact: TypeAlias = Rolling | Blade
+
+
+def row_names(contacts: tuple[Contact, ...]) -> tuple[str, ...]:
+    """Return the name of each row of some contacts, "contact: motion it prevents".
+
+    Args:
+        contacts: of a mechanism.
+    """
+    return tuple(f"{contact.name}: {row}" for contact in contacts for row in contact.rows)
+
+
+def _unit(direction: Vector, what: str) -> Direction:
+    """Return a direction with unit length."""
+    try:
+        x, y, z = (float(component) for component in direction)
+    except (TypeError, ValueError):
+        raise InputError(f"expected three numbers for {what}, got {direction!r}") from None
+    length = math.sqrt(x * x + y * y + z * z)
+    if not 1e-12 < length < math.inf:
+        raise InputError(f"expected a finite direction with a length for {what}, got {direction!r}")
+    return x / length, y / length, z / length
+
+
+def _cross(a: Vector, b: Vector) -> Direction:
+    (p, q, r), (x, y, z) = (tuple(map(float, one)) for one in (a, b))
+    return q * z - r * y, r * x - p * z, p * y - q * x

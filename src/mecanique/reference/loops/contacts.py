@@ -1,0 +1,317 @@
+"""The rows of rolling, blades and velocity constraints, from Pinocchio's kinematics.
+
+A contact keeps the point P of one body and the point of the other at the same place from moving
+against each other along a direction n: n·(v_A − v_B) = 0. With twists (l, ω) at the world's origin
+v = l + ω × P, and along the motion
+
+    d/dt (v_A − v_B) = (l_A − l_B)' + (ω_A − ω_B)' × P + (ω_A − ω_B) × P',
+
+where P' is the velocity of the place of contact, not of any point of a body: with the hub C and ρ =
+P − C it is v_C + ρ', and ρ' follows from how the axis e turns, e' = ω_A × e (Basu-Mandal,
+Chatterjee & Papadopoulos, Proc. R. Soc. A 463 (2007) 1983, sect. 4; Neimark & Fufaev, Dynamics of
+Nonholonomic Systems, 1972, ch. I, sect. 4).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.model.contacts import Blade, Contact, Rolling, row_names
+from mecanique.model.expression import Scalar, compile_scalars, symbols_in
+from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.load import Engine
+
+__all__ = ["HAT", "ContactRows", "Rows", "VelocityRows"]
+
+HAT = np.array(
+    [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
+)
+"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
+
+
+class Rows(NamedTuple):
+    """Rows in one state: Φ (zero where there is none), J, what J v lacks of the rate, and γ.
+
+    Args:
+        residual: shape (m,).
+        jacobian: shape (m, n).
+        drift: shape (m,).
+        gamma: shape (m,).
+    """
+
+    residual: Array
+    jacobian: Array
+    drift: Array
+    gamma: Array
+
+
+class _Body(NamedTuple):
+    """A body on the way: its axes, and its twist at the world's origin with that one's rate."""
+
+    turn: Array
+    origin: Array
+    linear: Array
+    spin: Array
+    linear_rate: Array
+    spin_rate: Array
+
+    def at(self, point: Array) -> Array:
+        """Return the velocity of the point of the body at a place of the world."""
+        return self.linear + _cross(self.spin, point)
+
+
+class _Touch(NamedTuple):
+    """Where a contact is, how fast that place moves, and the directions it closes.
+
+    Args:
+        place: shape (3,), P.
+        rate: shape (3,), P'.
+        directions: shape (k, 3).
+        turning: shape (k, 3), their rates.
+        seat: shape (3,), the point of the body that its force is reported at.
+        gap: Φ of the first direction.
+    """
+
+    place: Array
+    rate: Array
+    directions: Array
+    turning: Array
+    seat: Array
+    gap: float
+
+
+@final
+class ContactRows:
+    """The rows of a mechanism's contacts, by the engine's velocities.
+
+    Args:
+        mechanism: whose contacts they are.
+        engine: the mechanism inside Pinocchio.
+        carried: 1 where a velocity of the engine moves a joint of it, else 0, shape (joints, nv).
+    """
+
+    def __init__(self, mechanism: Mechanism, engine: Engine, carried: Array) -> None:
+        self._engine = engine
+        self._carried = carried
+        self.names = row_names(mechanism.contacts)
+        """Name of each row, "contact: motion it prevents"."""
+        self.owner = np.array(
+            [k for k, contact in enumerate(mechanism.contacts) for _ in contact.rows], dtype=int
+        )
+        """Which contact each row belongs to, shape (m,)."""
+        self.positional = np.array([name.endswith(": normal") for name in self.names], dtype=bool)
+        """Which rows are rates of a Φ, shape (m,)."""
+        self._shapes = [_numbers(mechanism, contact) for contact in mechanism.contacts]
+        self._contacts = mechanism.contacts
+
+    def now(self, u: Array) -> Rows:
+        """Return the rows in the state that the engine holds.
+
+        Args:
+            u: shape (n,), the engine's velocities there.
+        """
+        columns = self._engine.data.J.reshape(6, -1)
+        residual, jacobian, gamma = [], [], []
+        for contact, shape in zip(self._contacts, self._shapes, strict=True):
+            a, b = (self._body(name, u) for name in (contact.body, contact.on))
+            touch = shape.touch(a, b)
+            between = self._carries(contact.body) - self._carries(contact.on)
+            # column by column, J_l + J_ω × P
+            J = (columns[:3] - _hat(touch.place) @ columns[3:]) * between
+            parting = a.at(touch.place) - b.at(touch.place)
+            change = (
+                a.linear_rate
+                - b.linear_rate
+                + _cross(a.spin_rate - b.spin_rate, touch.place)
+                + _cross(a.spin - b.spin, touch.rate)
+            )
+            jacobian.append(touch.directions @ J)
+            gamma.append(touch.directions @ change + touch.turning @ parting)
+            residual.append([touch.gap, *[0.0] * (len(touch.directions) - 1)])
+        n = len(self.names)
+        rows = np.concatenate(jacobian) if jacobian else np.zeros((0, columns.shape[1]))
+        return Rows(
+            np.array([gap for each in residual for gap in each]),
+            rows,
+            np.zeros(n),
+            np.concatenate(gamma) if gamma else np.zeros(0),
+        )
+
+    def residual(self) -> Array:
+        """Return Φ of all rows in the position that the engine holds, shape (m,)."""
+        still = np.zeros(self._engine.model.nv)
+        found = []
+        for contact, shape in zip(self._contacts, self._shapes, strict=True):
+            a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
+            found += [shape.touch(a, b).gap, *[0.0] * (len(contact.rows) - 1)]
+        return np.array(found)
+
+    def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
+        """Return what acts on each body that touches: force, moment, point; world axes.
+
+        Args:
+            multipliers: λ of each row, shape (m,).
+
+        Returns:
+            three arrays of shape (contacts, 3); the moment is about the point, the hub of what
+            rolls or the point of a blade.
+        """
+        still = np.zeros(self._engine.model.nv)
+        found = np.zeros((3, len(self._contacts), 3))
+        for k, (contact, shape) in enumerate(zip(self._contacts, self._shapes, strict=True)):
+            a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
+            touch = shape.touch(a, b)
+            force = multipliers[self.owner == k] @ touch.directions
+            found[:, k] = force, _cross(touch.place - touch.seat, force), touch.seat
+        return found[0], found[1], found[2]
+
+    def _carries(self, body: str) -> Array:
+        carries: Array = self._carried[self._engine.holders[body].joint]
+        return carries
+
+    def _body(self, name: str, u: Array, *, moving: bool = True) -> _Body:
+        holder, data = self._engine.holders[name], self._engine.data
+        pose = data.oMi[holder.joint] * holder.placement
+        if not moving:
+            zero = np.zeros(3)
+            return _Body(pose.rotation, pose.translation, zero, zero, zero, zero)
+        own = u * self._carried[holder.joint]
+        twist, rate = data.J.reshape(6, -1) @ own, data.dJ.reshape(6, -1) @ own
+        return _Body(pose.rotation, pose.translation, twist[:3], twist[3:], rate[:3], rate[3:])
+
+
+class _Wheel(NamedTuple):
+    """The numbers of a rolling body and its plane."""
+
+    center: Array
+    axis: Array | None
+    radius: float
+    crown: float
+    point: Array
+    axes: Array
+
+    def touch(self, a: _Body, b: _Body) -> _Touch:
+        """Return where it touches."""
+        hub = a.origin + a.turn @ self.center
+        frame = (b.turn @ self.axes).T
+        n, n_rate = frame[2], _cross(b.spin, frame[2])
+        rho, rho_rate = -self.crown * n, -self.crown * n_rate
+        if self.axis is not None:
+            e = a.turn @ self.axis
+            e_rate = _cross(a.spin, e)
+            lean, lean_rate = n @ e, n_rate @ e + n @ e_rate
+            s, s_rate = n - lean * e, n_rate - lean_rate * e - lean * e_rate
+            size = float(np.linalg.norm(s))
+            up = s / size
+            up_rate = (s_rate - (up @ s_rate) * up) / size
+            ring = self.radius - self.crown
+            rho, rho_rate = rho - ring * up, rho_rate - ring * up_rate
+        place = hub + rho
+        ground = b.origin + b.turn @ self.point
+        return _Touch(
+            place,
+            a.at(hub) + rho_rate,
+            frame[[2, 0, 1]],
+            frame[[2, 0, 1]] @ _hat(b.spin).T,
+            hub,
+            float(n @ (place - ground)),
+        )
+
+
+class _Edge(NamedTuple):
+    """The numbers of a blade."""
+
+    point: Array
+    side: Array
+
+    def touch(self, a: _Body, b: _Body) -> _Touch:
+        """Return where it touches."""
+        place = a.origin + a.turn @ self.point
+        side = (a.turn @ self.side)[None]
+        return _Touch(place, a.at(place), side, side @ _hat(a.spin).T, place, 0.0)
+
+
+def _hat(x: Array) -> Array:
+    """Return the matrix of x ×."""
+    hat: Array = (x @ HAT).reshape(3, 3)
+    return hat
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return a × b, faster than numpy for two short vectors."""
+    product: Array = _hat(a) @ b
+    return product
+
+
+def _numbers(mechanism: Mechanism, contact: Contact) -> _Wheel | _Edge:
+    def vector(scalars: tuple[Scalar, ...]) -> Array:
+        return np.array([mechanism.evaluate(scalar) for scalar in scalars])
+
+    match contact:
+        case Rolling():
+            return _Wheel(
+                vector(tuple(contact.center)),
+                None if contact.axis is None else np.array(contact.axis),
+                mechanism.evaluate(contact.radius),
+                mechanism.evaluate(contact.crown),
+                vector(contact.plane.xyz),
+                np.array([vector(row) for row in contact.plane.rotation]),
+            )
+        case Blade():
+            return _Edge(vector(tuple(contact.point)), np.array(contact.side))
+
+
+@final
+class VelocityRows:
+    """The rows A(q, t) v = b(q, t) of a mechanism's velocity constraints.
+
+    Args:
+        mechanism: whose velocity constraints they are.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        from sympy import Symbol, sympify
+
+        constraints, velocities = mechanism.velocity_constraints, mechanism.velocities
+        self.names = tuple(constraint.name for constraint in constraints)
+        """Name of each row: the constraint's."""
+        self._size = mechanism.nv
+        self._values = tuple(mechanism.values.values())
+        entries = [
+            sympify(entry)
+            for constraint in constraints
+            for entry in (*constraint.along(velocities), constraint.rate)
+        ]
+        rates = {name: f"{name}'" for name in mechanism.coordinates if f"{name}'" in velocities}
+
+        def change(entry: Scalar) -> Scalar:
+            moved = [
+                entry.diff(Symbol(name)) * Symbol(rates[name])
+                for name in sorted(symbols_in(entry) & rates.keys())
+            ]
+            return sum(moved, entry.diff(Symbol("t")))
+
+        names = (*mechanism.coordinates, *velocities, *mechanism.values, "t")
+        self._entries = compile_scalars([*entries, *map(change, entries)], names)
+
+    def now(self, q: Array, v: Array, t: float) -> Rows:
+        """Return the rows in a state.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        if not self.names:
+            return Rows(np.zeros(0), np.zeros((0, self._size)), np.zeros(0), np.zeros(0))
+        found = np.array(self._entries(*q.tolist(), *v.tolist(), *self._values, t), dtype=float)
+        now, change = found.reshape(2, len(self.names), self._size + 1)
+        return Rows(
+            np.zeros(len(self.names)),
+            now[:, :-1],
+            -now[:, -1],
+            change[:, :-1] @ v - change[:, -1],
+        )

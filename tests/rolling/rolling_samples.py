@@ -1,0 +1,93 @@
+"""Mechanisms that roll."""
+
+from __future__ import annotations
+
+from mecanique.model import (
+    Blade,
+    Body,
+    Coordinates,
+    Floating,
+    Mechanism,
+    Parameter,
+    Placement,
+    Planar,
+    Prismatic,
+    Revolute,
+    Rolling,
+    VelocityConstraint,
+    ball,
+    box,
+    coordinate,
+    disk,
+    time,
+)
+
+QUARTER = 1.5707963267948966
+m, r, g = Parameter("m", 1.3, "kg"), Parameter("r", 0.5, "m"), Parameter("g", 9.81, "m/s²")
+W = Parameter("W", 0.9, "rad/s")
+
+
+def coin() -> Mechanism:
+    """A thin disk with a sharp edge, by yaw, lean and spin."""
+    return Mechanism(
+        "coin",
+        (
+            Body("ground"),
+            *(Body(name) for name in "abcde"),
+            Body("disk", disk(m, r).at(rpy=(QUARTER, 0, 0))),
+        ),
+        (
+            Prismatic("jx", "ground", "a", axis=(1, 0, 0), coordinate="x"),
+            Prismatic("jy", "a", "b", axis=(0, 1, 0), coordinate="y"),
+            Prismatic("jz", "b", "c", axis=(0, 0, 1), coordinate="z"),
+            Revolute("yawing", "c", "d", axis=(0, 0, 1), coordinate="yaw"),
+            Revolute("leaning", "d", "e", axis=(1, 0, 0), coordinate="lean"),
+            Revolute("spinning", "e", "disk", axis=(0, 1, 0), coordinate="spin"),
+        ),
+        parameters=(m, r, g),
+        gravity=(0, 0, -g),
+        contacts=(Rolling("rim", "disk", r),),
+    )
+
+
+def wheel(crown: float = 0.0, plane: Placement | None = None) -> Mechanism:
+    """A free disk on a plane."""
+    return Mechanism(
+        "wheel",
+        (Body("ground"), Body("disk", disk(m, r).at(rpy=(QUARTER, 0, 0)))),
+        (Floating("free", "ground", "disk"),),
+        parameters=(m, r, g),
+        gravity=(0, 0, -g),
+        contacts=(Rolling("rim", "disk", r, crown=crown, plane=plane or Placement()),),
+    )
+
+
+def turntable() -> Mechanism:
+    """A homogeneous ball on a table that turns at W."""
+    return Mechanism(
+        "turntable",
+        (Body("ground"), Body("table", disk(5.0, 2.0)), Body("ball", ball(m, r))),
+        (
+            Revolute("axle", "ground", "table", axis=(0, 0, 1), coordinate="turn"),
+            Floating("free", "ground", "ball"),
+        ),
+        coordinates=Coordinates((), {"turn": W * time()}),
+        parameters=(m, r, g, W),
+        gravity=(0, 0, -g),
+        contacts=(Rolling("contact", "ball", r, axis=None, on="table"),),
+    )
+
+
+def sleigh(ahead: float = 0.3, *, by_element: bool = True) -> Mechanism:
+    """Chaplygin's sleigh: its center of mass lies ahead of the blade."""
+    from sympy import cos, sin
+
+    theta = coordinate("theta")
+    edge = VelocityConstraint("edge", {"x": -sin(theta), "y": cos(theta)})
+    return Mechanism(
+        "sleigh",
+        (Body("ground"), Body("sleigh", box(2.0, (1, 0.4, 0.1)).at((ahead, 0, 0)))),
+        (Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
+        contacts=(Blade("edge", "sleigh"),) if by_element else (),
+        velocity_constraints=() if by_element else (edge,),
+    )

@@ -1,0 +1,88 @@
+"""What rolls, against solutions in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rolling_samples import W, coin, g, m, r, sleigh, turntable, wheel
+
+from mecanique import Placement, Reference, simulate
+from mecanique.verification.states.random import random_states
+
+
+def test_a_disk_down_a_slope() -> None:
+    """a = 2 g sin(α)/3, N = m g cos(α), friction −m g sin(α)/3."""
+    slope = 0.3
+    reference = Reference(wheel(plane=Placement(rpy=(0, slope, 0))))
+    place = {
+        "free_x": r.value * np.sin(slope),
+        "free_z": r.value * np.cos(slope),
+        "free_qy": np.sin(slope / 2),
+        "free_qw": np.cos(slope / 2),
+    }
+    v = {"free_vx": 2.0, "free_wy": 2.0 / r.value}
+    weight = m.value * g.value
+    assert reference.acceleration(place, v)[0] == pytest.approx(2 * g.value * np.sin(slope) / 3)
+    forces = reference.multipliers(place, v)
+    assert forces["rim: normal"] == pytest.approx(weight * np.cos(slope))
+    assert forces["rim: x"] == pytest.approx(-weight * np.sin(slope) / 3)
+    assert forces["rim: y"] == pytest.approx(0, abs=1e-12)
+    wrench = reference.reactions(place, v)["rim"]
+    # about the hub the friction turns the disk
+    assert wrench.moment[1] == pytest.approx(r.value * weight * np.sin(slope) / 3)
+
+
+def test_a_coin_by_its_equations() -> None:
+    """Euler's equations of a thin disk (J. I. Neimark & N. A. Fufaev, 1972, ch. II)."""
+    mechanism = coin()
+    states = random_states(mechanism, 40, 3)
+    # leaning further it touches with the other half of its rim
+    states = states.at(np.flatnonzero(np.abs(states.q[:, 4]) < np.pi / 2))
+    found = Reference(mechanism).acceleration(states.q, states.v)[:, 3:]
+    lean = states.q[:, 4]
+    yaw_rate, lean_rate, spin_rate = states.v[:, 3:].T
+    sine, cosine, tangent = np.sin(lean), np.cos(lean), np.tan(lean)
+    expected = np.stack(
+        [
+            -2 * lean_rate * spin_rate / cosine,
+            4 * g.value * sine / (5 * r.value)
+            + sine * cosine * yaw_rate**2
+            + 6 * cosine * yaw_rate * spin_rate / 5,
+            -(5 * cosine * yaw_rate - 6 * tangent * spin_rate) * lean_rate / 3,
+        ],
+        axis=1,
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_a_ball_on_a_turntable_goes_round_at_two_sevenths() -> None:
+    """Milne, Vectorial Mechanics, 1948, sect. 285: v' = (2/7) W z × v for a homogeneous ball."""
+    mechanism = turntable()
+    reference = Reference(mechanism)
+    states = random_states(mechanism, 10, 4)
+    moved = reference.point("ball", (0, 0, 0), states.q, states.v, None, states.t)
+    a = reference.acceleration(states.q, states.v, states.t)
+    found = reference.point("ball", (0, 0, 0), states.q, states.v, a, states.t).acceleration
+    x, y, _ = moved.velocity.T
+    rate = 2 * W.value / 7
+    np.testing.assert_allclose(found, np.stack([-rate * y, rate * x, 0 * x], -1), atol=1e-9)
+
+
+def test_the_sleigh_by_its_closed_form() -> None:
+    """Chaplygin's sleigh: u = U tanh(a U t/b²), ω = U/(b cosh(a U t/b²)), b² = I/m + a²."""
+    a, mass = 0.3, 2.0
+    inertia = mass * (1 + 0.4**2) / 12
+    b = np.sqrt(inertia / mass + a * a)
+    start = 1.2  # of ω, with u = 0
+    U = b * start
+    motion = simulate(sleigh(a), v={"theta'": start}, duration=5.0, rtol=1e-10)
+    phase = a * U * motion.t / b**2
+    theta = motion["theta"]
+    u = np.cos(theta) * motion["x'"] + np.sin(theta) * motion["y'"]
+    np.testing.assert_allclose(u, U * np.tanh(phase), atol=1e-8)
+    np.testing.assert_allclose(motion["theta'"], U / b / np.cosh(phase), atol=1e-8)
+    # the blade alone turns the path: λ = m (a ω' + u ω)
+    omega = U / b / np.cosh(phase)
+    force = mass * (-a * a * (U * np.tanh(phase)) * omega / b**2 + U * np.tanh(phase) * omega)
+    found = motion.reference.multipliers(motion.q, motion.v, motion.t)["edge: side"]
+    np.testing.assert_allclose(found, force, atol=1e-7)

@@ -1,0 +1,81 @@
+"""Derivation and reference agree about everything that rolls."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rolling_samples import coin, sleigh, turntable, wheel
+
+from mecanique import Mechanism, Placement, Reference, degrees_of_freedom, derive, verify
+from mecanique.derivation.numeric.multipliers import Held
+from mecanique.errors import DerivationError, EngineError
+from mecanique.verification.states.random import random_states
+
+ALL = [
+    coin(),
+    wheel(),
+    wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),
+    turntable(),
+    sleigh(),
+    sleigh(by_element=False),
+]
+NAMES = ["coin", "edge", "crowned_wheel_on_a_slope", "turntable", "sleigh", "velocity_constraint"]
+
+
+@pytest.mark.parametrize("mechanism", ALL, ids=NAMES)
+def test_the_verdict_agrees(mechanism: Mechanism) -> None:
+    verdict = verify(mechanism, 30)
+    assert verdict.agrees, str(verdict)
+    quantities = {row.quantity for row in verdict.rows}
+    assert ("contact forces" in quantities) == bool(mechanism.contacts)
+
+
+@pytest.mark.parametrize("mechanism", ALL, ids=NAMES)
+def test_rows_agree_and_their_rates_are_those_of_differences(mechanism: Mechanism) -> None:
+    states = random_states(mechanism, 5, 1)
+    closed = Reference(mechanism).closed
+    assert closed is not None
+    held = Held(mechanism).at(states)
+    for k, (q, v) in enumerate(zip(states.q, states.v, strict=True)):
+        t = float(states.t[k])
+        here = closed.closures.at(q, v, t)
+        np.testing.assert_allclose(held.jacobian[k], here.jacobian, atol=1e-13)
+        np.testing.assert_allclose(held.gamma[k], here.gamma, rtol=1e-11, atol=1e-12)
+        # (J v + b)' along q' = q'(v) with v constant is γ
+        h = 1e-5
+        after, before = (closed.closures.at(q + s * closed.rates(q, v), v, t + s) for s in (h, -h))
+        rate = [(one.jacobian @ v + one.drift) for one in (after, before)]
+        np.testing.assert_allclose((rate[0] - rate[1]) / (2 * h), here.gamma, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize("mechanism", ALL, ids=NAMES)
+def test_every_method_has_its_own_way_to_the_same_motion(mechanism: Mechanism) -> None:
+    states = random_states(mechanism, 5, 2)
+    expected = Reference(mechanism).acceleration(states.q, states.v, states.t)
+    for method in ("lagrange", "newton_euler", "virtual_work"):
+        found = derive(mechanism, method).acceleration(states.q, states.v, states.t)
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
+
+
+def test_positions_and_velocities_are_counted() -> None:
+    found = degrees_of_freedom(coin())
+    assert (found.N, found.positions, found.velocity_rows, found.redundant) == (3, 5, 2, ())
+    assert "1 of the equations restricts positions, 2 velocities alone" in str(found)
+    found = degrees_of_freedom(sleigh())
+    assert (found.N, found.positions) == (2, 3)
+
+
+def test_a_velocity_constraint_has_a_multiplier_but_no_place_for_its_force() -> None:
+    mechanism = sleigh(by_element=False)
+    q, v = {"theta": 0.4}, {"theta'": 1.0, "x'": np.cos(0.4), "y'": np.sin(0.4)}
+    by_element = Reference(sleigh()).multipliers(q, v)["edge: side"]
+    assert Reference(mechanism).multipliers(q, v)["edge"] == pytest.approx(by_element)
+    with pytest.raises(EngineError, match="does not say by which force it acts"):
+        Reference(mechanism).reactions(q, v)
+    with pytest.raises(DerivationError, match="does not say by which force it acts"):
+        derive(mechanism, "newton_euler").reactions(q, v)
+
+
+def test_a_wheel_off_its_plane_is_refused() -> None:
+    with pytest.raises(EngineError, match="a wheel is off its plane"):
+        Reference(coin()).acceleration({"z": 0.7})
