@@ -11,7 +11,15 @@ from typing import Any, final
 
 from mecanique.derivation.scalars.monomials import REACH, exact, exponents, largest_exponent, power
 from mecanique.derivation.scalars.polynomials import Parts, accumulate
-from mecanique.derivation.scalars.series import Angle, Atom, Generator, Kind, Series, canonical
+from mecanique.derivation.scalars.series import (
+    Angle,
+    Atom,
+    Basis,
+    Generator,
+    Kind,
+    Series,
+    canonical,
+)
 from mecanique.errors import DerivationError, UnknownNameError
 
 __all__ = ["Euler", "Ring"]
@@ -39,7 +47,7 @@ class Euler:
 
 
 @final
-class Ring:
+class Ring(Basis):
     """The generators that Poisson series are written in, and the chain rule of each.
 
     Args:
@@ -47,15 +55,10 @@ class Ring:
     """
 
     def __init__(self, most_terms: int = 20_000) -> None:
-        self.most_terms = most_terms
-        self.generators: list[Generator] = []
-        self.angles: list[Angle] = []
-        self.atoms: dict[int, Atom] = {}
-        self.rates: dict[int, Series] = {}
+        super().__init__(most_terms)
         self._indices: dict[str, int] = {}
         self._angle_indices: dict[tuple[int, Fraction], int] = {}
         self._atom_indices: dict[tuple[str, Series], int] = {}
-        self.roots: list[tuple[int, int]] = []
 
     def coordinate(self, name: str) -> Series:
         """Adjoin and return a coordinate, with its velocity name' and acceleration name''."""

@@ -8,10 +8,11 @@ revisited", Science 168 (1970), 1569).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, Protocol, final
+from typing import Any, final
 
 from mecanique.derivation.scalars.generators import Generator, Kind
 from mecanique.derivation.scalars.monomials import REACH, exponent, exponents, generators_in, power
@@ -65,27 +66,38 @@ class Atom:
     named: bool
 
 
-class Basis(Protocol):
-    """What a series must know about the ring it belongs to."""
+class Basis(ABC):
+    """What series are written in, and what arithmetic asks of it; a `Ring` is one.
 
-    most_terms: int
-    generators: list[Generator]
-    angles: list[Angle]
-    atoms: dict[int, Atom]
-    rates: dict[int, Series]
-    roots: list[tuple[int, int]]
+    Args:
+        most_terms: a series with more terms is refused; beyond it a closed form helps nobody.
+    """
 
+    def __init__(self, most_terms: int) -> None:
+        self.most_terms = most_terms
+        self.generators: list[Generator] = []
+        self.angles: list[Angle] = []
+        self.atoms: dict[int, Atom] = {}
+        self.rates: dict[int, Series] = {}
+        self.roots: list[tuple[int, int]] = []
+
+    @abstractmethod
     def number(self, value: object) -> Series:
         """Return a number as a series."""
 
-    def __getitem__(self, name: str) -> Series: ...
+    @abstractmethod
+    def __getitem__(self, name: str) -> Series:
+        """Return a generator as a series."""
 
+    @abstractmethod
     def index(self, generator: str | Series) -> int:
         """Return the place of a generator."""
 
+    @abstractmethod
     def angle(self, monomial: int, multiple: Fraction) -> int:
         """Return a multiple of an angle, packed."""
 
+    @abstractmethod
     def adjoin(
         self,
         function: str,
@@ -96,10 +108,12 @@ class Basis(Protocol):
     ) -> Series:
         """Return a function of a series as an atom."""
 
+    @abstractmethod
     def inverse(self, series: Series) -> Series:
         """Return 1/series for a series that is no unit, as an atom."""
 
-    def sum(self, series: Sequence[Series]) -> Series:
+    @abstractmethod
+    def sum(self, series: Iterable[Series]) -> Series:
         """Return the sum of many series."""
 
 
