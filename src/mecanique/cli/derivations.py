@@ -12,14 +12,7 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
 
 
 def derivation(mechanism: mq.Mechanism, method: str, form: Form, steps: bool) -> str:
-    """Return the equations of motion by one method.
-
-    Args:
-        mechanism: what to derive.
-        method: by which method.
-        form: how to print.
-        steps: whether to show each step.
-    """
+    """Return the equations of motion by one method."""
     equations = mq.derive(mechanism, method=method)
     return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
         steps=steps

@@ -13,9 +13,6 @@ __all__ = ["agreement", "derivations"]
 def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
     """Return the derivations by all methods in the same symbols, by method, in textbook order.
 
-    Args:
-        mechanism: any mechanism without loops.
-
     Raises:
         DerivationError: if it has loops, or no closed form of reasonable length.
     """
@@ -28,9 +25,6 @@ def agreement(mechanism: Mechanism) -> str:
 
     Quaternions are of unit length only along a motion, so that with one the difference need not
     vanish identically.
-
-    Args:
-        mechanism: any mechanism without loops.
 
     Raises:
         DerivationError: if it has loops, or no closed form of reasonable length.

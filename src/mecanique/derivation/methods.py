@@ -74,5 +74,5 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
 
 
 def readable(mechanism: Mechanism) -> tuple[str, ...]:
-    """Return the methods whose derivations can be written out, if short enough, in textbook order."""
+    """Return the methods whose derivations can be written out in textbook order."""
     return ("lagrange",) if mechanism.loops else tuple(METHODS)

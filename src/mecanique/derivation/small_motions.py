@@ -113,10 +113,6 @@ class Linearized:
 def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linearized:
     """Linearize symbolic equations of motion about an equilibrium.
 
-    Args:
-        derivation: the exact equations.
-        q: the equilibrium, by coordinate name.
-
     Raises:
         DerivationError: if the forces do not balance there, or the linear equations' coefficients
             change with time.

@@ -129,15 +129,7 @@ class Setting:
 
 
 def setting(mechanism: Mechanism, reference: Reference, q: Floats, v: Floats, t: float) -> Setting:
-    """Return a mechanism at one instant, in the view and at the scale it is best drawn in.
-
-    Args:
-        mechanism: what is drawn.
-        reference: its `Reference`.
-        q: shape (nq,).
-        v: shape (nv,).
-        t: [s].
-    """
+    """Return a mechanism at one instant, in the view and at the scale it is best drawn in."""
     poses = np.asarray(reference.poses(q, t))
     found = tuple(solids(mechanism, poses))
     axes = side_of(mechanism, poses)

@@ -111,12 +111,7 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
 
 
 def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
-    """Yield the marks of a solid.
-
-    Args:
-        solid: what is drawn.
-        camera: how it is looked at.
-    """
+    """Yield the marks of a solid."""
     if solid.kind == "ball":
         yield Circle(camera.at(solid.ends[0]), radius_of(solid, camera), "mass")
     elif solid.kind == "box":
@@ -128,12 +123,7 @@ def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
 
 
 def radius_of(solid: Solid, camera: Camera) -> float:
-    """Return the radius a ball is drawn with: a particle is a dot of moderate size [pt].
-
-    Args:
-        solid: a ball.
-        camera: how it is looked at.
-    """
+    """Return the radius a ball is drawn with: a particle is a dot of moderate size [pt]."""
     return min(max(solid.size * camera.scale, 5.5), 9.0 if solid.point else math.inf)
 
 

@@ -120,11 +120,7 @@ Contact: TypeAlias = Rolling | Blade
 
 
 def row_names(contacts: tuple[Contact, ...]) -> tuple[str, ...]:
-    """Return the name of each row of some contacts, "contact: motion it prevents".
-
-    Args:
-        contacts: of a mechanism.
-    """
+    """Return the name of each row of some contacts, "contact: motion it prevents"."""
     return tuple(f"{contact.name}: {row}" for contact in contacts for row in contact.rows)
 
 

@@ -52,11 +52,7 @@ def draw_positions(
 
 
 def angles(mechanism: Mechanism) -> set[str]:
-    """Return the coordinates that are angles and the velocities that are angular.
-
-    Args:
-        mechanism: the mechanism.
-    """
+    """Return the coordinates that are angles and the velocities that are angular."""
     driven = {name: plain(scalar) for name, scalar in mechanism.coordinates.driven.items()}
     turning: set[str] = set()
     lengths: set[str] = set()

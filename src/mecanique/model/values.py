@@ -78,10 +78,6 @@ def numbers_of(
 def column_of(value: Any, what: str) -> np.ndarray:
     """Return one value, shape (), or those of many states, shape (n,), as an array.
 
-    Args:
-        value: what was given.
-        what: what it is, for messages.
-
     Raises:
         InputError: if the shape is wrong or a number is not finite.
     """

@@ -75,13 +75,7 @@ def is_integrable(
     coordinates: Sequence[str],
     values: Mapping[str, float],
 ) -> bool:
-    """Return whether constraints on velocities are, together, constraints on positions.
-
-    Args:
-        constraints: all of a mechanism's.
-        coordinates: names of its coordinates.
-        values: of its parameters.
-    """
+    """Return whether constraints on velocities are, together, constraints on positions."""
     from sympy import Symbol, sympify
 
     names = (*coordinates, "t")

@@ -25,9 +25,6 @@ def names() -> tuple[str, ...]:
 def entry(name: str) -> System:
     """Return what the catalogue states about a system.
 
-    Args:
-        name: its name.
-
     Raises:
         UnknownNameError: if there is none of this name; it carries the near matches.
     """

@@ -131,12 +131,7 @@ def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array
 def independent_accelerations(
     mechanism: Mechanism, states: States
 ) -> tuple[dict[str, Array], tuple[str, ...]]:
-    """Return the accelerations from equations in independent coordinates, and what was left out.
-
-    Args:
-        mechanism: a mechanism with loops.
-        states: states with closed loops.
-    """
+    """Return the accelerations from equations in independent coordinates, and what was left out."""
     try:
         reduced = Reduced(mechanism)
     except DerivationError as error:

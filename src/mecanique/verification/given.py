@@ -57,9 +57,6 @@ class Functions:
     def of(cls, given: Mapping[str, Callable[..., Any]]) -> Functions:
         """Return functions by name; M, C and g are short for mass_matrix, coriolis and gravity.
 
-        Args:
-            given: function of each name.
-
         Raises:
             UnknownNameError: if a name is none of these.
         """

@@ -89,11 +89,7 @@ def export(
 
 
 def frame(motion: Motion) -> str:
-    """Return a motion's page in a frame for a notebook: its scripts see nothing around them.
-
-    Args:
-        motion: what `simulate` returned.
-    """
+    """Return a motion's page in a frame for a notebook: its scripts see nothing around them."""
     text = escape(page(scene(motion)), quote=True)
     return (
         f'<iframe sandbox="allow-scripts allow-downloads" title="{escape(repr(motion))}"'

@@ -112,9 +112,6 @@ class Chart:
     def motions(self, states: States) -> Motions:
         """Return joint coordinates and velocities.
 
-        Args:
-            states: generalized positions, velocities and times.
-
         Raises:
             DerivationError: if the map cannot be differentiated.
         """

@@ -83,12 +83,7 @@ class VelocityLaws:
         return Constraints(*(np.concatenate(part, axis=1) for part in parts))
 
     def touch(self, contact: Contact, poses: list[Jet]) -> Touch:
-        """Return where a contact is and which directions it closes.
-
-        Args:
-            contact: one of the mechanism's.
-            poses: of every link.
-        """
+        """Return where a contact is and which directions it closes."""
         number = self._mechanism.evaluate
         A, B = (self._pose(body, poses) for body in (contact.body, contact.on))
         turn = A[:, :3, :3]

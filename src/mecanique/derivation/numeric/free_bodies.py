@@ -137,11 +137,7 @@ class FreeBodies:
         self._masses = [self._mass(joint.child) for joint in self._joints]
 
     def at(self, states: States) -> Snapshot:
-        """Return the free bodies at n states.
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return the free bodies at n states."""
         move = self._chart.motions(states)
         found = frames(self._tree, self._origins, move)
         axes = np.concatenate(

@@ -59,7 +59,7 @@ class _Along:
 
 @final
 class Definition(BatchDynamics):
-    """Mass matrix, bias, forces, acceleration and energies of a mechanism by Lagrange's operator."""
+    """Mass matrix, bias, forces, accelerations and energies by Lagrange's operator."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism

@@ -80,11 +80,7 @@ class Held:
         """Plain units of the rows, and their blocks."""
 
     def at(self, states: States) -> Constraints:
-        """Return Φ, J and γ.
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return Φ, J and γ."""
         _, poses = self._definition.motion(states, np.zeros_like(states.v))
         parts = [constraints_of(self._loops.rows(poses))] if self._mechanism.loops else []
         if self._laws.names:
@@ -96,11 +92,7 @@ class Held:
         )
 
     def forces(self, states: States) -> dict[int, Push]:
-        """Return where and along what the force of each row of a contact acts, by row.
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return where and along what the force of each row of a contact acts, by row."""
         _, poses = self._definition.motion(states, np.zeros_like(states.v))
         found, row = {}, len(self._loops.names)
         for contact in self._mechanism.contacts:

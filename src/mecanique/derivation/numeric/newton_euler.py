@@ -74,9 +74,6 @@ class Balances(BatchDynamics):
 
         Components that depend on what guides the joint, and is not described, are not numbers.
 
-        Args:
-            states: where, how fast and when.
-
         Raises:
             DerivationError: if a motion meets no inertia.
         """
@@ -106,9 +103,6 @@ class Balances(BatchDynamics):
     def totals(self, states: States) -> dict[str, Reaction]:
         """Return what crosses each joint by name, its reaction and what guides across it together.
 
-        Args:
-            states: where, how fast and when.
-
         Raises:
             DerivationError: if a motion meets no inertia.
         """
@@ -119,11 +113,7 @@ class Balances(BatchDynamics):
         return {joint.name: by_name[joint.name] for joint in self._mechanism.joints}
 
     def multipliers(self, states: States) -> np.ndarray:
-        """Return the force of each row of `Held`, shape (n, m).
-
-        Args:
-            states: where, how fast and when.
-        """
+        """Return the force of each row of `Held`, shape (n, m)."""
         return self._solve(states)[:, self._mechanism.nv + 6 * len(self._mechanism.joints) :]
 
     def mass_matrix(self, states: States) -> np.ndarray:

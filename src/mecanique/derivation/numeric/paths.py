@@ -44,9 +44,6 @@ def joint_paths(
 def driven_paths(states: States) -> dict[str, np.ndarray]:
     """Return the jets' coefficients of driven coordinates at constant v, each (3, 1 + nv, n).
 
-    Args:
-        states: where, how fast and when.
-
     Raises:
         DerivationError: if the coordinate map cannot be differentiated.
     """

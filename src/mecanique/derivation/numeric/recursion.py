@@ -29,7 +29,7 @@ __all__ = ["Recursion", "solve"]
 
 @final
 class Recursion(BatchDynamics):
-    """Mass matrix, bias, forces, acceleration and energies of a mechanism, for many states at once."""
+    """Mass matrix, bias, forces, accelerations and energies, for many states at once."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism

@@ -38,12 +38,7 @@ def to_sympy(series: Series) -> Expr:
 
 
 def letters(ring: Basis, monomial: int) -> Expr:
-    """Return a monomial as a sympy expression; atoms without a name are written out.
-
-    Args:
-        ring: the ring.
-        monomial: the packed monomial.
-    """
+    """Return a monomial as a sympy expression; atoms without a name are written out."""
     return _product([_letter(ring, i) ** e for i, e in exponents(monomial)])
 
 

@@ -33,13 +33,7 @@ class Notation:
 
 
 def write(terms: Iterable[tuple[Any, Any]], notation: Notation, writer: Writer) -> str:
-    """Return the sum of coefficient × motion in a format, in the order given.
-
-    Args:
-        terms: pairs of sympy expressions.
-        notation: what letters stand for.
-        writer: the format.
-    """
+    """Return the sum of coefficient × motion in a format, in the order given."""
     walk = _Walk(notation, writer)
     return writer.sum([walk.term([coefficient, motion]) for coefficient, motion in terms])
 

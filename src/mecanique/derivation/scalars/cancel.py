@@ -37,12 +37,7 @@ def tidy(series: Series) -> Series:
 
 
 def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
-    """Return a series tidied velocity by velocity, so that roots cancel where they belong together.
-
-    Args:
-        series: a polynomial in the velocities.
-        velocities: their names.
-    """
+    """Return a series tidied velocity by velocity, so that roots that belong together cancel."""
     v = [series.ring[name] for name in velocities]
     terms = []
     for powers, coefficient in series.coefficients(velocities).items():

@@ -19,10 +19,6 @@ __all__ = ["cos", "of_series", "sin", "sqrt"]
 def of_series(name: str, *arguments: Any) -> Series:
     """Return a function of a series.
 
-    Args:
-        name: the function's sympy name.
-        arguments: what it is taken of.
-
     Raises:
         DerivationError: if the function of this series has no form in the ring.
     """

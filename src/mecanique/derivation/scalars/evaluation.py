@@ -50,9 +50,6 @@ class Evaluation:
     def __call__(self, series: Series) -> Any:
         """Return the value of a series.
 
-        Args:
-            series: a series of the ring.
-
         Raises:
             UnknownNameError: if a generator it depends on has no value.
         """

@@ -115,12 +115,7 @@ class Ring(Basis):
         return self[name] if name in self._indices else self._adjoin(name, Kind.CONSTANT)
 
     def unknown(self, name: str, kind: Kind) -> Series:
-        """Adjoin (once) a reaction or a virtual displacement, which has no rate, and return it.
-
-        Args:
-            name: its name.
-            kind: `Kind.REACTION` or `Kind.VARIATION`.
-        """
+        """Adjoin (once) a reaction or a virtual displacement, which has no rate, and return it."""
         return (
             self[name]
             if name in self._indices and self._kind(name) is kind

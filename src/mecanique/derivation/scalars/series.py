@@ -367,9 +367,6 @@ class Series:
     def linear(self, generators: Sequence[str]) -> tuple[list[Series], Series]:
         """Return coefficients Cᵢ and remainder R of Σ Cᵢ xᵢ + R, e.g. a row of M.
 
-        Args:
-            generators: names of the xᵢ.
-
         Raises:
             DerivationError: if it is not linear in them.
         """

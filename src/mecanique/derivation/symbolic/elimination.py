@@ -122,14 +122,7 @@ def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
 def project(
     cuts: Cuts, rates: Iterable[JointRate], found: Mapping[str, Wrench], *, rotors: bool
 ) -> list[Series]:
-    """Return the work of reactions by each displacement, Σ ∂u/∂v × (reaction · axis + rotor).
-
-    Args:
-        cuts: the bodies.
-        rates: the joint velocities u.
-        found: what the joints transmit.
-        rotors: whether the rotors are counted.
-    """
+    """Return the work of reactions by each displacement, Σ ∂u/∂v × (reaction · axis + rotor)."""
     ring = cuts.algebra.ring
     sums: list[list[Series]] = [[] for _ in cuts.algebra.velocities]
     for rate in rates:

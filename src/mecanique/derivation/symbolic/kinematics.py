@@ -165,7 +165,7 @@ class Kinematics:
         return rate + lift(self.algebra.ring, turned)
 
     def seat(self, body: str) -> Vector:
-        """Return the origin of a body's frame against that of its carrier, in the carrier's axes."""
+        """Return the origin of a body's frame against its carrier's, in the carrier's axes."""
         return lift(self.algebra.ring, [row[3] for row in self._pose(self.place[body])])
 
     def turn(self, place: int) -> Matrix:

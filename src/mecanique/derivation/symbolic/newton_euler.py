@@ -217,7 +217,7 @@ class NewtonEuler:
         return found
 
     def turning(self, cut: Cut) -> Vector:
-        """Return the moment of the rates of momentum, about the fixed point or the center of mass."""
+        """Return the moment of the rates of momentum, about the fixed point or mass center."""
         return total([cut.turning, cross(_back(cut), cut.push)])
 
     def moment(self, cut: Cut) -> Vector:

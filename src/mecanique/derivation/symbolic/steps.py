@@ -88,13 +88,7 @@ def energy_stages(
 
 
 def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stage]:
-    """Return the steps that treat dampers, drives and loads.
-
-    Args:
-        algebra: the mechanism's symbols.
-        works: what each force contributes.
-        D: Rayleigh's dissipation function.
-    """
+    """Return the steps that treat dampers, drives and loads."""
     found = []
     if D:
         sentence = (
@@ -118,11 +112,7 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
 
 
 def loop_stages(ties: Sequence[Tie]) -> list[Stage]:
-    """Return the step that says what the loops demand.
-
-    Args:
-        ties: the equations of the loops.
-    """
+    """Return the step that says what the loops demand."""
     if not ties:
         return []
     sentence = (

@@ -96,11 +96,7 @@ class Algebra:
         return series
 
     def series(self, scalar: Scalar) -> Series:
-        """Return a scalar of the description as a series.
-
-        Args:
-            scalar: a number or an expression.
-        """
+        """Return a scalar of the description as a series."""
         return self.lift(self.arithmetic(scalar, self.values))
 
     def lift(self, value: Any) -> Series:
@@ -123,11 +119,7 @@ class Algebra:
         return -root if self.at_rest(root) < 0 else root
 
     def at_rest(self, series: Series) -> float:
-        """Return the value of a series with all coordinates zero, at t = 0.
-
-        Args:
-            series: depends on no velocity.
-        """
+        """Return the value of a series with all coordinates zero, at t = 0."""
         zeros = zip(self.mechanism.coordinates, self.mechanism.neutral().tolist(), strict=True)
         values = {**dict(zeros), **self.mechanism.values, "t": 0.0}
         for signal in self.mechanism.inputs:

@@ -78,12 +78,7 @@ def links(mechanism: Mechanism) -> tuple[Link, ...]:
 
 
 def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
-    """Return the place of each body's link in the tree, −1 for the ground, by the body's name.
-
-    Args:
-        tree: the links of the mechanism.
-        mechanism: the mechanism.
-    """
+    """Return the place of each body's link in the tree, −1 for the ground, by the body's name."""
     return {
         mechanism.ground: -1,
         **{link.body: place for place, link in enumerate(tree) if link.body is not None},
@@ -91,11 +86,7 @@ def place_of(tree: tuple[Link, ...], mechanism: Mechanism) -> dict[str, int]:
 
 
 def moving(tree: tuple[Link, ...]) -> tuple[bool, ...]:
-    """Return of each link whether a joint lets it move against the ground.
-
-    Args:
-        tree: the links of the mechanism.
-    """
+    """Return of each link whether a joint lets it move against the ground."""
     found: list[bool] = []
     for link in tree:
         found.append(link.kind != "fixed" or (link.parent >= 0 and found[link.parent]))

@@ -47,9 +47,6 @@ class Lowering:
     def __call__(self, series: Series) -> Value:
         """Write a series.
 
-        Args:
-            series: a series of the ring.
-
         Raises:
             DerivationError: if a generator it depends on has no value.
         """

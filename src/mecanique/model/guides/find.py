@@ -31,11 +31,7 @@ _NEAR = (0.3, 0.1, 0.03, 0.01, 0.001)
 
 
 def guides_of(mechanism: Mechanism) -> tuple[Guide, ...]:
-    """Return what ties the joints of a mechanism by its coordinate map without being described.
-
-    Args:
-        mechanism: any mechanism.
-    """
+    """Return what ties the joints of a mechanism by its coordinate map without being described."""
     driven = mechanism.coordinates.driven
     if not driven:
         return ()

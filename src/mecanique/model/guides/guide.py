@@ -39,12 +39,7 @@ class Guide:
 
 
 def explain_joint(guides: Sequence[Guide], joint: str) -> str:
-    """Return why the reaction in a joint is undetermined; empty if no guide crosses it.
-
-    Args:
-        guides: of its mechanism.
-        joint: its name.
-    """
+    """Return why the reaction in a joint is undetermined; empty if no guide crosses it."""
     return "; ".join(guide.reason for guide in guides if joint in guide.crossed)
 
 
@@ -52,10 +47,6 @@ def idle_coordinates(guides: Sequence[Guide], joint: Joint) -> frozenset[str]:
     """Return the coordinates of a joint along or about which the joint itself transmits nothing.
 
     Left out are those that a guide of this joint alone holds, and those that turn a rotor.
-
-    Args:
-        guides: of its mechanism.
-        joint: any joint.
     """
     if joint.followers or getattr(joint, "armature", 0.0) != 0:
         return frozenset()

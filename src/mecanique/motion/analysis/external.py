@@ -35,13 +35,7 @@ class External:
     def __call__(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the resultant force and its moment about the world's origin, shape (n, 3) each.
-
-        Args:
-            t: shape (n,) [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
-        """
+        """Return the resultant force and its moment about the world's origin, shape (n, 3) each."""
         force, moment = np.zeros((len(t), 3)), np.zeros((len(t), 3))
         for action in (*self._actions.applied(t, q, v), *self._actions.reactions(t, q, v)):
             if action.body != self._ground and action.other in (None, self._ground):

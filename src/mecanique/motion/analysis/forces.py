@@ -75,13 +75,7 @@ class Actions:
         ]
 
     def applied(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
-        """Yield weights, springs, dampers, drives and loads.
-
-        Args:
-            t: shape (n,) [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
-        """
+        """Yield weights, springs, dampers, drives and loads."""
         poses = self._reference.poses(q, t)
         zero = np.zeros((len(t), 3))
         for body in self._heavy:
@@ -113,11 +107,6 @@ class Actions:
 
         Where something that is not described acts across joints of a body, their reactions are not
         determined: what all of them and the guides do to the body comes as one, `TOGETHER`.
-
-        Args:
-            t: shape (n,) [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
         """
         poses = self._reference.poses(q, t)
         found = self._reference.totals(q, v, t)

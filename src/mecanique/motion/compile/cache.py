@@ -52,9 +52,6 @@ class Compiled:
     def program(self, reference: Reference) -> Program:
         """Return the equations as a program, after it was compared with the reference.
 
-        Args:
-            reference: the mechanism's `Reference`.
-
         Raises:
             DerivationError: if there is no closed form, or it does not agree.
         """
@@ -73,9 +70,6 @@ class Compiled:
         """Return the equations as a function of floats, which overwrites its last answer.
 
         Each call returns a function of its own.
-
-        Args:
-            reference: the mechanism's `Reference`.
 
         Raises:
             DerivationError: if there is no closed form, or it does not agree.
@@ -109,11 +103,6 @@ class Compiled:
     def build_integrator(self, reference: Reference, tolerance: float, *, optimized: bool) -> None:
         """Build a Taylor integrator, if none is there.
 
-        Args:
-            reference: the mechanism's `Reference`.
-            tolerance: relative error of a step.
-            optimized: whether its code is.
-
         Raises:
             InputError: if heyoka is not installed.
             DerivationError: if there is no closed form, it does not agree, or has no Taylor series.
@@ -122,12 +111,7 @@ class Compiled:
         self.give_back(tolerance, machine, optimized=optimized)
 
     def pays_to_optimize(self, tolerance: float, steps: int = 0) -> bool:
-        """Return whether motions of a tolerance have taken enough steps for optimized code.
-
-        Args:
-            tolerance: relative error of a step.
-            steps: how many more were taken.
-        """
+        """Return whether motions of a tolerance have taken enough steps for optimized code."""
         if self._taken.get(tolerance, 0) + steps >= OPTIMIZED:
             self._optimized.add(tolerance)
         return self.is_optimized(tolerance)
@@ -137,14 +121,7 @@ class Compiled:
         return tolerance in self._optimized
 
     def give_back(self, tolerance: float, machine: Any, steps: int = 0, *, optimized: bool) -> None:
-        """Take a Taylor integrator back, for the next motion.
-
-        Args:
-            tolerance: relative error of a step.
-            machine: the integrator.
-            steps: how many steps it took.
-            optimized: whether its code is.
-        """
+        """Take a Taylor integrator back, for the next motion."""
         self._taken[tolerance] = self._taken.get(tolerance, 0) + steps
         self._pools.setdefault((tolerance, optimized), []).append(machine)
 
@@ -165,7 +142,7 @@ _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
 
 
 def compile_once(mechanism: Mechanism) -> Compiled:
-    """Return what is compiled for a mechanism; the same object as long as the mechanism is there."""
+    """Return what is compiled for a mechanism: one object as long as the mechanism lives."""
     key = id(mechanism)
     found = _known.get(key)
     if found is None or found[0]() is not mechanism:

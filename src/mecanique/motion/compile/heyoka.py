@@ -47,12 +47,7 @@ def is_installed() -> bool:
 
 
 def build_seconds(program: Program, *, optimized: bool = True) -> float:
-    """Return about how long an integrator takes to compile [s].
-
-    Args:
-        program: the equations.
-        optimized: whether it is optimized.
-    """
+    """Return about how long an integrator takes to compile [s]."""
     return building(len(program.tape.find_needed(program.rates)), optimized=optimized)
 
 
@@ -60,10 +55,6 @@ def building(operations: float, *, optimized: bool = True) -> float:
     """Return about how long a program of so many operations takes to compile [s].
 
     To import heyoka always counts, so that what is chosen by it depends on nothing that ran before.
-
-    Args:
-        operations: their number.
-        optimized: whether it is optimized.
     """
     once, each = _BUILDING[optimized]
     return _IMPORTING + once + each * operations

@@ -35,11 +35,7 @@ def scalar(program: Program) -> RightHandSide:
 
 
 def owning(rhs: RightHandSide) -> RightHandSide:
-    """Return a right-hand side with new arrays as answers, from one that overwrites its last.
-
-    Args:
-        rhs: f(t, y).
-    """
+    """Return a right-hand side with new arrays as answers, from one that overwrites its last."""
     return lambda t, y: rhs(t, y).copy()
 
 

@@ -67,9 +67,6 @@ class Store:
     def keep(self, chunk: Chunk) -> None:
         """Keep a chunk; one that is there already is left as it is.
 
-        Args:
-            chunk: some of the runs.
-
         Raises:
             InputError: if it cannot be written.
         """

@@ -19,12 +19,6 @@ def sweep(
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """Return the starts of all runs, shape (n, nq + nv), and the given parameters, shape (n,) each.
 
-    Args:
-        mechanism: what moves.
-        q: positions: arrays or by name.
-        v: velocities: arrays or by name.
-        parameters: by symbol.
-
     Raises:
         InputError: if a shape is wrong, a number is not finite, or the numbers of runs differ.
         UnknownNameError: if a name does not exist.

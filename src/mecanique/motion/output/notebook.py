@@ -18,18 +18,10 @@ _makers: list[Callable[[Motion], str]] = []
 
 
 def shown_by(maker: Callable[[Motion], str]) -> None:
-    """Name the function that gives a motion's HTML; the last one named counts.
-
-    Args:
-        maker: called with the motion.
-    """
+    """Name the function that gives a motion's HTML; the last one named counts."""
     _makers[:] = [maker]
 
 
 def html(motion: Motion) -> str | None:
-    """Return a motion as HTML, or None if no maker is named.
-
-    Args:
-        motion: the `Motion`.
-    """
+    """Return a motion as HTML, or None if no maker is named."""
     return _makers[0](motion) if _makers else None

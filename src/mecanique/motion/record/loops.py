@@ -130,13 +130,7 @@ class ClosedLoops:
     def close_all(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return the states on the loops next to some states, shape (n, nq) and (n, nv).
-
-        Args:
-            t: shape (n,) [s].
-            q: shape (n, nq).
-            v: shape (n, nv).
-        """
+        """Return the states on the loops next to some states, shape (n, nq) and (n, nv)."""
         both = [self._project(*state) for state in zip(q, v, t.tolist(), strict=True)]
         return np.array([position for position, _ in both]), np.array(
             [velocity for _, velocity in both]

@@ -16,11 +16,7 @@ MAX_LISTED = 12
 
 
 def summary(motion: Motion) -> str:
-    """Return what moved, for how long, how it was integrated and how well energy balances.
-
-    Args:
-        motion: the `Motion`.
-    """
+    """Return what moved, for how long, how it was integrated and how well energy balances."""
     mechanism, statistics = motion.mechanism, motion.statistics
     energy = motion.energy()
     lines = [

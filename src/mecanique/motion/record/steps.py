@@ -49,13 +49,7 @@ class Steps:
         return len(self.breaks) if self.spread else len(self.t) - len(self.breaks)
 
     def add(self, t: float, y: np.ndarray, dy: np.ndarray) -> None:
-        """Note a step.
-
-        Args:
-            t: its time [s].
-            y: the state there; copied.
-            dy: its rate.
-        """
+        """Note a step."""
         self.t.append(t)
         self.y.append(y.copy())
         self.dy.append(dy)

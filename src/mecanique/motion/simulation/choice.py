@@ -120,13 +120,7 @@ def first_choice(problem: Problem, method: str) -> Choice:
 
 
 def next_choice(problem: Problem, choice: Choice, integration: Integration) -> Choice | None:
-    """Return what to integrate with again from the start, after an integration; None if it stands.
-
-    Args:
-        problem: what is integrated.
-        choice: what it was integrated with.
-        integration: how that went.
-    """
+    """Return what to integrate with again after an integration; None if that one stands."""
     kind = integration.outcome.kind
     if kind == "stiff" and choice.automatic and choice.method == "dop853":
         reason = f"stiff equations, found by dop853 at t = {integration.t:.4g} s"
@@ -137,12 +131,7 @@ def next_choice(problem: Problem, choice: Choice, integration: Integration) -> C
 
 
 def may_change(problem: Problem, choice: Choice) -> bool:
-    """Return whether another choice may pay after a while.
-
-    Args:
-        problem: what is integrated.
-        choice: what it is integrated with.
-    """
+    """Return whether another choice may pay after a while."""
     if problem.loops is not None or choice.method != "dop853":
         return False
     return choice.compiles or _can_tighten(problem, choice)

@@ -35,10 +35,6 @@ EPSILON = 2.2e-16
 def integrate(problem: Problem, choice: Choice) -> Integration:
     """Integrate a problem once, as far as it goes.
 
-    Args:
-        problem: what to integrate.
-        choice: the method and the equations.
-
     Raises:
         MecaniqueError: if the equations refuse the start.
         UnknownNameError: if an event depends on a name that does not exist.

@@ -89,10 +89,6 @@ def refuse_limit(motion: Motion) -> None:
 def report_end(progress: Callable[[float], object] | None, motion: Motion) -> None:
     """Report that a motion is complete; what `progress` raises then does not lose it.
 
-    Args:
-        progress: called with the fraction done.
-        motion: the whole motion.
-
     Raises:
         IntegrationError: with the motion, if `progress` raises an exception.
     """

@@ -134,12 +134,7 @@ class Chart:
         return self._gamma
 
     def place(self, q: Array, t: float) -> list[float]:
-        """Set the engine's position p and return q followed by the driven joint coordinates.
-
-        Args:
-            q: shape (nq,).
-            t: time [s].
-        """
+        """Set the engine's position p and return q followed by the driven joint coordinates."""
         values: list[float] = q.tolist()
         if self._map is not None:
             values += self._map(*values, t, *self._values)
@@ -158,13 +153,7 @@ class Chart:
         return values
 
     def at(self, q: Array, v: Array, t: float) -> Array:
-        """Set G, c and γ at a state and return the engine's velocities u, shape (engine's nv,).
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Set G, c and γ at a state and return the engine's velocities u, shape (engine's nv,)."""
         if self.identical:
             return v
         if self._jet is not None:

@@ -88,15 +88,7 @@ class Tree:
         return values, u, rate
 
     def drive(self, efforts: Efforts, k: int, q: Array, v: Array, t: float) -> None:
-        """Let torques act besides the mechanism's own forces, until `loads.drive(0)`.
-
-        Args:
-            efforts: of n states.
-            k: which of these states.
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Let torques act besides the mechanism's own forces, until `loads.drive(0)`."""
         chart = self.chart
         torques = np.zeros(self.engine.model.nv)
         for name, column in efforts.in_joints.items():

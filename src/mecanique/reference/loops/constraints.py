@@ -157,13 +157,7 @@ class Closures:
         )
 
     def at(self, q: Array, v: Array, t: float) -> Closure:
-        """Return the constraints in a state.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Return the constraints in a state."""
         self.move(q, v, t)
         return self.now()
 
@@ -181,13 +175,7 @@ class Closures:
         return ROUNDING * (1 + extent / self.length)
 
     def scale(self, q: Array, v: Array, t: float) -> ScaledClosure:
-        """Return the constraints in a state, scaled by `rows` and `columns`.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Return the constraints in a state, scaled by `rows` and `columns`."""
         closure = self.at(q, v, t)
         return ScaledClosure(
             self.rows * closure.residual,
@@ -196,13 +184,7 @@ class Closures:
         )
 
     def move(self, q: Array, v: Array, t: float) -> tuple[list[float], Array]:
-        """Put the engine's bodies in a state; return q with the driven joint coordinates, and u.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Put the engine's bodies in a state; return q with the driven joint coordinates, and u."""
         chart = self._chart
         values = chart.place(q, t)
         self._u = chart.at(q, v, t)
@@ -258,12 +240,7 @@ class Closures:
         return self._select(phi, here, J, six[:, 0], six[:, 1])
 
     def residual(self, q: Array, t: float) -> Array:
-        """Return Φ, shape (m,).
-
-        Args:
-            q: shape (nq,).
-            t: time [s].
-        """
+        """Return Φ, shape (m,)."""
         self._chart.place(q, t)
         self._pin.forwardKinematics(self._engine.model, self._engine.data, self._chart.p)
         parts = [self._residual(self._frames()[1])] if self._loops else []

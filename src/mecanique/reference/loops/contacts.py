@@ -298,13 +298,7 @@ class VelocityRows:
         self._entries = compile_scalars([*entries, *map(change, entries)], names)
 
     def now(self, q: Array, v: Array, t: float) -> Rows:
-        """Return the rows in a state.
-
-        Args:
-            q: shape (nq,).
-            v: shape (nv,).
-            t: time [s].
-        """
+        """Return the rows in a state."""
         if not self.names:
             return Rows(np.zeros(0), np.zeros((0, self._size)), np.zeros(0), np.zeros(0))
         found = np.array(self._entries(*q.tolist(), *v.tolist(), *self._values, t), dtype=float)

@@ -73,9 +73,6 @@ def load_once(mechanism: Mechanism) -> Loaded:
 def load_loops(mechanism: Mechanism) -> Closed:
     """Return the loops of a mechanism that has some, loaded as `load_once` does.
 
-    Args:
-        mechanism: what to load.
-
     Raises:
         EngineError: if it is too large for Pinocchio, or is not read as it is written.
     """

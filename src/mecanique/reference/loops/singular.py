@@ -59,11 +59,7 @@ def closed_rhs(closed: Closed) -> Rhs:
 
 
 def plain_rhs(closed: Closed) -> Rhs:
-    """Return f(t, y) = y' for a mechanism with constraints that has no singular positions to pass.
-
-    Args:
-        closed: the mechanism.
-    """
+    """Return f(t, y) = y' for constraints without singular positions to pass."""
     nq = closed.mechanism.nq
     return lambda t, y: np.concatenate(_slope(closed, _State(y[:nq], y[nq:], t)))
 

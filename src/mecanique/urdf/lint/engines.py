@@ -17,12 +17,7 @@ _VELOCITIES = {**dict.fromkeys(SINGLE, 1), "planar": 3, "universal": 2, "ball": 
 
 
 def check(document: Document, report: Report) -> None:
-    """Note what other programs make of the text.
-
-    Args:
-        document: what the text says.
-        report: where findings are noted.
-    """
+    """Note what other programs make of the text."""
     joints = document.joints
     _each(document, report)
     report.together("M501", document.lost, "its mesh file is not found")

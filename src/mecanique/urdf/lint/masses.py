@@ -15,12 +15,7 @@ _TINY = 2.2e-16
 
 
 def check(document: Document, report: Report) -> None:
-    """Note masses and inertias that are allowed but suspect.
-
-    Args:
-        document: what the text says.
-        report: where findings are noted.
-    """
+    """Note masses and inertias that are allowed but suspect."""
     root = document.root
     points = [link for link in document.links if link.mass and not any(link.inertia)]
     report.together(

@@ -82,12 +82,7 @@ _OTHERS = {
 
 
 def check(document: Document, report: Report) -> None:
-    """Note elements and attributes that are not read, and the version and namespace of the whole.
-
-    Args:
-        document: what the text says.
-        report: where findings are noted.
-    """
+    """Note elements and attributes that are not read, and the version and namespace."""
     robot = document.element
     version = robot.attributes.get("version", "1.0")
     if version != "1.0":

@@ -21,12 +21,7 @@ _DENSE = 30_000.0
 
 
 def check(document: Document, report: Report) -> None:
-    """Note numbers that look like other units than kg, m, s and radians.
-
-    Args:
-        document: what the text says.
-        report: where findings are noted.
-    """
+    """Note numbers that look like other units than kg, m, s and radians."""
     reach: dict[str, float] = {}
     for joint in document.joints:
         distance = math.hypot(*joint.origin.xyz)

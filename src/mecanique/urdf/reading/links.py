@@ -66,13 +66,7 @@ class Link:
 
 
 def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]:
-    """Return the links of a robot; what cannot be read is reported.
-
-    Args:
-        robot: the root element.
-        report: where faults are noted.
-        pictures: reads what they look like.
-    """
+    """Return the links of a robot; what cannot be read is reported."""
     links: dict[str, Link] = {}
     for element in robot.all("link"):
         name = name_of(element, report)

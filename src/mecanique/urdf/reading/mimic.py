@@ -30,7 +30,7 @@ class Follower:
 
 
 def followers(joints: list[JointText], report: Report) -> dict[str, Follower]:
-    """Return how each mimicking joint follows a free one, by its name; what cannot be is reported."""
+    """Return how each mimicking joint follows a free one, by its name; report what cannot."""
     by_name = {joint.name: joint for joint in joints}
     mimics = {
         joint.name: joint

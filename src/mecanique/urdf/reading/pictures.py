@@ -45,13 +45,7 @@ class Pictures:
                             self._material(element, "")
 
     def visuals(self, link: Element, tag: str, where: str) -> tuple[Visual, ...]:
-        """Return the visuals or collisions of a link, without those that cannot be drawn.
-
-        Args:
-            link: the link's element.
-            tag: "visual" or "collision".
-            where: the link, for the report.
-        """
+        """Return the visuals or collisions of a link, without those that cannot be drawn."""
         found = (self._visual(element, where) for element in link.all(tag))
         return tuple(visual for visual in found if visual is not None)
 

@@ -79,13 +79,7 @@ def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterat
 
 
 def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
-    """Give the element that holds a joint's damping, if it has some.
-
-    Args:
-        mechanism: whose joint it is.
-        joint: its name.
-        where: what is written, for messages.
-    """
+    """Give the element that holds a joint's damping, if it has some."""
     dampers = loads_in(mechanism.forces, joint, "damper")
     if dampers:
         damping = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
@@ -110,11 +104,7 @@ def load_lines(mechanism: Mechanism) -> Iterator[str]:
 
 
 def format_scalars(*scalars: Scalar) -> str:
-    """Return scalars as text, numbers so that they are read back exactly.
-
-    Args:
-        scalars: numbers or expressions.
-    """
+    """Return scalars as text, numbers so that they are read back exactly."""
     return ", ".join(number(s, "a load") if isinstance(s, float) else str(s) for s in scalars)
 
 

@@ -53,20 +53,12 @@ class _Reading:
 
 
 def state_changes(evidence: Evidence) -> Iterator[Change]:
-    """Axes of the other sign, degrees for radians, joints in another order.
-
-    Args:
-        evidence: what is to be explained.
-    """
+    """Axes of the other sign, degrees for radians, joints in another order."""
     yield from promising(evidence, _readings(evidence), partial(_answers, evidence))
 
 
 def map_changes(evidence: Evidence) -> Iterator[Change]:
-    """Followers (mimic joints, driven coordinates) that follow wrongly, and their axes.
-
-    Args:
-        evidence: what is to be explained.
-    """
+    """Followers (mimic joints, driven coordinates) that follow wrongly, and their axes."""
     mechanism = evidence.mechanism
     driven = mechanism.coordinates.driven
     names = tuple(mechanism.coordinates)

@@ -34,11 +34,7 @@ class _Variant:
 
 
 def frame_changes(evidence: Evidence) -> Iterator[Change]:
-    """Joint frames misread, of one joint and of all.
-
-    Args:
-        evidence: what is to be explained.
-    """
+    """Joint frames misread, of one joint and of all."""
     yield from promising(evidence, _variants(evidence), partial(_answers, evidence))
 
 

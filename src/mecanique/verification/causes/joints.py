@@ -27,11 +27,7 @@ _UNITS = {
 
 
 def joint_changes(evidence: Evidence) -> Iterator[Change]:
-    """Armature, damping and dry friction, of one joint and of all alike.
-
-    Args:
-        evidence: what is to be explained.
-    """
+    """Armature, damping and dry friction, of one joint and of all alike."""
     inputs, mechanism = evidence.inputs, evidence.mechanism
     # what acts in joints is looked for among the forces if the other source tells them apart from
     # the inertia forces
@@ -77,11 +73,7 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
 
 
 def gravity_changes(evidence: Evidence) -> Iterator[Change]:
-    """Gravity of the other sign, in another direction, of another strength.
-
-    Args:
-        evidence: what is to be explained.
-    """
+    """Gravity of the other sign, in another direction, of another strength."""
     inputs, own, recursion = evidence.inputs, evidence.gravity, evidence.recursion
     still = evidence.answers(recursion, inputs, np.zeros(3))
     pulls = np.array([evidence.answers(recursion, inputs, axis) - still for axis in np.eye(3)])

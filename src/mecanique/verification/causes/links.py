@@ -40,11 +40,7 @@ _BASIS = np.array(
 
 
 def link_changes(evidence: Evidence) -> Iterator[Change]:
-    """Wrong points, axes, signs and units of inertias, wrong masses, of one link and of all.
-
-    Args:
-        evidence: what is to be explained.
-    """
+    """Wrong points, axes, signs and units of inertias, wrong masses, of one link and of all."""
     inputs, recursion = evidence.inputs, evidence.recursion
     if not inputs.inertia.any():
         return

@@ -89,11 +89,6 @@ def _draw(mechanism: Mechanism, samples: int, random: np.random.Generator) -> St
 def whole(number: object, what: str, least: int) -> int:
     """Return a whole number, or raise.
 
-    Args:
-        number: what was given.
-        what: its name, for the message.
-        least: the smallest that will do.
-
     Raises:
         InputError: if it is no whole number or too small.
     """

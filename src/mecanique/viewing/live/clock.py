@@ -50,11 +50,7 @@ class PacedClock:
             self._shown, self._wall = t, time.monotonic()
 
     def until(self, t: float) -> float:
-        """Return how long it is till a time is shown [s of wall time]; a frame's time while paused.
-
-        Args:
-            t: [s].
-        """
+        """Return how long until a time is shown [s of wall time]; a frame's time while paused."""
         return max(0.0, (t - self.now()) / self._rate) if self._rate > 0 else FRAME
 
     def rest(self, period: float) -> None:

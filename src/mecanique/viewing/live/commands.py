@@ -24,11 +24,7 @@ _KEYS = {
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
-    """Return a page's message if it is exactly what a page sends, else None.
-
-    Args:
-        text: JSON.
-    """
+    """Return a page's message if it is exactly what a page sends, else None."""
     if not isinstance(text, str) or len(text) > LONGEST:
         return None
     try:
@@ -71,20 +67,12 @@ class Controls:
         self._values: dict[tuple[str, str], float] = {}
 
     def begin(self, speed: float) -> None:
-        """Start a stream: running, at a speed, with nothing asked for.
-
-        Args:
-            speed: seconds shown per second.
-        """
+        """Start a stream: running, at a speed, with nothing asked for."""
         with self._lock:
             self._speed, self._paused, self._restart = float(speed), False, False
 
     def obey(self, message: dict[str, Any]) -> None:
-        """Note what a page asks for.
-
-        Args:
-            message: as `read` returns it.
-        """
+        """Note what a page asks for."""
         do, value = message["do"], float(message.get("value", 0.0))
         with self._lock:
             if do in ("pause", "resume"):

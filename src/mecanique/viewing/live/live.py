@@ -146,9 +146,6 @@ class LiveView:
     def send(self, frame: Frame) -> None:
         """Show an instant at once, without waiting for any clock.
 
-        Args:
-            frame: fits the present scene.
-
         Raises:
             InputError: if it has other bodies, arrows, lines, traces or series than the scene.
         """

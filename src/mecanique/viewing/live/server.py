@@ -112,12 +112,7 @@ class Server:
         return made
 
     def publish(self, t: float, row: bytes) -> None:
-        """Make a frame the present one; a page gets it when ready, unless a later one comes first.
-
-        Args:
-            t: time [s].
-            row: single precision numbers.
-        """
+        """Make a frame the present one; a page gets it when ready unless a later one comes."""
         with self._lock:
             self._frame, self._number = (t, row), self._number + 1
         self._wake()
@@ -133,11 +128,7 @@ class Server:
         self._call(self._spread, json.dumps({"notes": notes}))
 
     def announce(self, *, restart: bool = False) -> None:
-        """Send all pages the state of the view.
-
-        Args:
-            restart: whether the motion starts again.
-        """
+        """Send all pages the state of the view."""
         self._call(self._tell, restart)
 
     def close(self) -> None:

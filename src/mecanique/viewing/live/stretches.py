@@ -34,11 +34,7 @@ FAINT = 1e-6
 
 
 def names_of(scene: Scene) -> frozenset[str]:
-    """Return the arrows and reactions of a scene that are not zero all along.
-
-    Args:
-        scene: a complete one.
-    """
+    """Return the arrows and reactions of a scene that are not zero all along."""
     sizes: dict[str, tuple[str, float]] = {
         f"arrow {a.name}": (a.unit, float(np.abs(a.vector).max(initial=0.0))) for a in scene.arrows
     }
@@ -56,12 +52,7 @@ def names_of(scene: Scene) -> frozenset[str]:
 
 
 def fit(scene: Scene, names: frozenset[str]) -> Scene:
-    """Return a complete scene with those arrows and reactions only.
-
-    Args:
-        scene: a complete one.
-        names: as `names_of` gives them.
-    """
+    """Return a complete scene with those arrows and reactions only."""
     return replace(
         scene,
         arrows=tuple(a for a in scene.arrows if f"arrow {a.name}" in names),
@@ -72,11 +63,7 @@ def fit(scene: Scene, names: frozenset[str]) -> Scene:
 
 
 def density(speed: float) -> float:
-    """Return how many samples a second of the motion needs for smooth pictures at a speed.
-
-    Args:
-        speed: seconds shown per second.
-    """
+    """Return how many samples a second of the motion needs for smooth pictures at a speed."""
     return 60 / min(speed, 4.0)
 
 

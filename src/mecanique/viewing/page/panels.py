@@ -56,7 +56,7 @@ def badge(scene: Scene) -> str:
 
 
 def late(scene: Scene) -> dict[str, str]:
-    """Return what a live view learns after it has begun: the badge and the insides of two panels."""
+    """Return what a live view learns after its start: the badge and the insides of two panels."""
     return {"badge": badge(scene), "equations": _equations(scene), "verdict": _verdict(scene)}
 
 

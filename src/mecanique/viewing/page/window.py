@@ -86,9 +86,6 @@ class RecorderWindow:
     def send(self, command: Command) -> None:
         """Take a command from meshcat's visualizer.
 
-        Args:
-            command: `SetObject`, `SetTransform`, `SetProperty` or `Delete`.
-
         Raises:
             InputError: if the command holds a number that is not finite, or is of another type.
         """

@@ -77,11 +77,7 @@ def scene_of(
 
 
 def actions_of(motion: Motion) -> tuple[Action, ...]:
-    """Return the forces on the moving bodies along a motion; none if they are too many to draw.
-
-    Args:
-        motion: the `Motion`.
-    """
+    """Return the forces on the moving bodies along a motion; none if they are too many to draw."""
     mechanism: Mechanism = motion.mechanism
     if 2 * len(mechanism.joints) + len(mechanism.forces) + 2 * len(mechanism.bodies) > MOST_ARROWS:
         return ()

@@ -300,11 +300,7 @@ class Scene:
                 raise InputError(f"{name!r} sits on {body!r}, which is no body of the scene")
 
     def frame(self, k: int) -> Frame:
-        """Return the scene at its k-th instant.
-
-        Args:
-            k: index into `t`.
-        """
+        """Return the scene at its k-th instant."""
         ledger = [row.values[k] for row in self.document.ledger.rows]
         return Frame(
             t=float(self.t[k]),

@@ -72,11 +72,7 @@ def letter(name: str) -> str:
 
 
 def derivation_of(equations: Equations) -> Derivation:
-    """Return the steps of a derivation.
-
-    Args:
-        equations: derived `Equations`.
-    """
+    """Return the steps of a derivation."""
     if not equations.symbolic:
         return Derivation(
             equations.title, (Block("Equations of motion", equations.text(), final=True),)
@@ -93,11 +89,7 @@ def derivation_of(equations: Equations) -> Derivation:
 
 
 def table_of(verdict: Verdict) -> VerdictTable:
-    """Return what a comparison found.
-
-    Args:
-        verdict: the `Verdict`.
-    """
+    """Return what a comparison found."""
     columns, *rows = verdict.table
     versions = ", ".join(f"{name} {number}" for name, number in verdict.versions.items())
     notes = (
@@ -156,11 +148,7 @@ def _freedom(motion: Motion) -> tuple[str, ...]:
 
 
 def explain_reactions(motion: Motion) -> tuple[str, ...]:
-    """Return why reactions of a motion are undetermined, in sentences; none if all are determined.
-
-    Args:
-        motion: the `Motion`.
-    """
+    """Return why reactions of a motion are undetermined, in sentences; none if all are known."""
     reasons = dict.fromkeys(motion.reference.guided.values())
     return tuple(
         f"Undetermined reactions: {reason}. What all of it does to a body is shown as one force, "
