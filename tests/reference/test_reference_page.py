@@ -16,7 +16,7 @@ by name, one state or many. Angles in radians, all else in SI units; the convent
 
 """
 
-NO_ANSWERS = {"closed", "of", "with_rank"}
+NO_ANSWERS = {"closed", "of"}
 
 
 def signature(name: str) -> str:

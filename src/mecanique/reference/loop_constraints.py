@@ -51,7 +51,7 @@ class LoopConstraints(Answering):
             return self
         counted = copy(self)
         rank = generic_rank(self._closed, self.mechanism.position(q), finite(t, "time t"))
-        counted._closed = Closed(self._tree, rank)
+        counted._closed = self._closed.with_rank(rank)
         return counted
 
     @property

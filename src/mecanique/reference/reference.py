@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from copy import copy
 from functools import cached_property
 from typing import final
 
@@ -44,7 +43,7 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
     """
 
     @classmethod
-    def of(cls, mechanism: Mechanism) -> Reference:
+    def of(cls, mechanism: Mechanism, rank: int | None = None) -> Reference:
         """Return a reference that was loaded once for a mechanism, in this thread.
 
         All who ask for it share Pinocchio's work space, so that it must stay in this thread; its
@@ -52,28 +51,15 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
 
         Args:
             mechanism: what to load; it is not kept alive.
+            rank: how many of the loops' constraints are independent, if that is known.
 
         Raises:
             EngineError: if it is too large for Pinocchio, or is not read as it is written.
         """
         found = cls.__new__(cls)
-        found._tree, found._closed = load_once(mechanism)
+        found._tree, closed = load_once(mechanism)
+        found._closed = None if closed is None else closed.with_rank(rank)
         found.mechanism = found._tree.mechanism
-        return found
-
-    def with_rank(self, rank: int | None) -> Reference:
-        """Return the same reference, with its loops' constraints taken to have a certain rank.
-
-        Off the loops redundant constraints seem to be independent.
-
-        Args:
-            rank: how many constraints are independent; None if that is not known.
-        """
-        if self._closed is None:
-            return self
-        found = copy(self)
-        found._closed = copy(self._closed)
-        found._closed.most = rank
         return found
 
     @cached_property

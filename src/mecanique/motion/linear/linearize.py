@@ -81,7 +81,6 @@ def linearize(
         from mecanique.reference import Reference
 
         reference = Reference.of(mechanism)
-    reference = reference.with_rank(None)
     if isinstance(at, State):
         t, v, at = float(at.t), at.v, at.q
     if at is None:

@@ -104,7 +104,7 @@ class Motion:
             return self.engine
         from mecanique.reference import Reference
 
-        return Reference.of(self.mechanism).with_rank(self.rank)
+        return Reference.of(self.mechanism, self.rank)
 
     @cached_property
     def a(self) -> np.ndarray:

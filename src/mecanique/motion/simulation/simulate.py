@@ -116,8 +116,6 @@ def simulate(
         from mecanique.reference import Reference
 
         reference = Reference.of(mechanism)
-    else:
-        reference = reference.with_rank(None)
     loops, remark = None, ""
     if mechanism.constrained:
         reference, start, remark = begin_on_loops(reference, q, v, t0)

@@ -8,6 +8,7 @@ reaction.
 
 from __future__ import annotations
 
+from copy import copy
 from typing import NamedTuple, final
 
 import numpy as np
@@ -64,6 +65,12 @@ class Closed:
             *((contact.body, contact.on) for contact in self.mechanism.contacts),
         )
         """Which body each loop and contact acts on, and which one acts."""
+
+    def with_rank(self, most: int | None) -> Closed:
+        """Return the same with another rank of the constraints; None if that is not known."""
+        found = copy(self)
+        found.most = most
+        return found
 
     def solve(self, q: Array, v: Array, t: float, *, weak: float = 0.0) -> ConstrainedMotion:
         """Return accelerations and multipliers.

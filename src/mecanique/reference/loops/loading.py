@@ -22,7 +22,7 @@ class Loaded(NamedTuple):
 
     Args:
         tree: its tree, whose work space is shared by all who load the mechanism in one thread.
-        closed: its loops, for one user alone; None for a tree.
+        closed: its loops, with constraints of unknown rank; None for a tree.
     """
 
     tree: Tree
@@ -48,7 +48,7 @@ _shelf = _Shelf()
 def load_once(mechanism: Mechanism) -> Loaded:
     """Return a mechanism inside Pinocchio, loaded at the first call only.
 
-    Answers do not depend on what was asked before; the rank of the constraints is not known.
+    Answers do not depend on what was asked before.
 
     Args:
         mechanism: what to load; it is not kept alive.
@@ -66,8 +66,7 @@ def load_once(mechanism: Mechanism) -> Loaded:
     kept[key] = found
     if len(kept) > MOST:
         del kept[next(iter(kept))]
-    tree, closed = found.loaded
-    return Loaded(tree, None if closed is None else copy(closed))
+    return found.loaded
 
 
 def load_loops(mechanism: Mechanism) -> Closed:
