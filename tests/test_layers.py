@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
 from pathlib import Path
@@ -149,8 +150,14 @@ def literal(node: ast.Call) -> str | None:
     return None if own else "."  # a room may reach into itself
 
 
-def imports(text: str) -> Iterator[str]:
-    """Yield every module a text imports, as a dotted name; relative imports as a lone dot."""
+@cache
+def imports(text: str) -> tuple[str, ...]:
+    """Return every module a text imports, as a dotted name; relative imports as a lone dot."""
+    return tuple(read_imports(text))
+
+
+def read_imports(text: str) -> Iterator[str]:
+    """Read them one by one."""
     for node in ast.walk(ast.parse(text)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -188,8 +195,10 @@ def outside(text: str) -> set[str]:
     return {name.split(".")[0] for name in imports(text)}
 
 
-EDGES = {name: own_modules(path.read_text()) for name, path in NAMES.items()}
-"""What each module of the package imports from it, except what is stated in `UPWARD`."""
+@cache
+def edges() -> dict[str, set[str]]:
+    """Return what each module of the package imports from it."""
+    return {name: own_modules(path.read_text()) for name, path in NAMES.items()}
 
 
 def place(room: str, name: str) -> str | None:
@@ -206,7 +215,7 @@ def place(room: str, name: str) -> str | None:
 @pytest.mark.parametrize("room", ORDER)
 def test_a_room_imports_only_what_lies_below_it(room: str) -> None:
     rank = {entry: i for i, line in enumerate(ORDER[room]) for entry in line.split()}
-    for name, targets in EDGES.items():
+    for name, targets in edges().items():
         here = place(room, name)
         if here is None or name == room:
             continue
@@ -218,7 +227,7 @@ def test_a_room_imports_only_what_lies_below_it(room: str) -> None:
 
 
 def test_there_is_no_circle() -> None:
-    graph = {name: targets - UPWARD.get(name, set()) for name, targets in EDGES.items()}
+    graph = {name: targets - UPWARD.get(name, set()) for name, targets in edges().items()}
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
@@ -227,7 +236,7 @@ def test_there_is_no_circle() -> None:
 
 def test_the_exceptions_are_all_needed() -> None:
     for name, targets in UPWARD.items():
-        assert targets <= EDGES[name], name
+        assert targets <= edges()[name], name
 
 
 def test_every_folder_has_an_order_or_is_small() -> None:

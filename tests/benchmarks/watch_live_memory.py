@@ -20,8 +20,8 @@ from pathlib import Path
 
 from playwright.sync_api import Page, sync_playwright
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
-from conftest import FLAGS
+sys.path.insert(0, str(Path(__file__).parents[1] / "viewing"))
+from viewing_browser import FLAGS
 
 EVERY = 20.0
 FILLED = 120.0

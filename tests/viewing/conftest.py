@@ -1,4 +1,4 @@
-"""A real browser that watches itself: every request, console message and page error is recorded."""
+"""A browser for all tests of the room, and pages opened in it."""
 
 from __future__ import annotations
 
@@ -6,22 +6,16 @@ import os
 import shutil
 import signal
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import pytest
-from playwright.sync_api import Browser, ConsoleMessage, Page, sync_playwright
+from playwright.sync_api import Browser, sync_playwright
 from playwright.sync_api import Error as PlaywrightError
+from viewing_browser import FLAGS, Visit
 from viewing_scenes import write_page
 
 from mecanique.viewing.scene.scene import Scene
-
-FLAGS = (
-    "--no-sandbox --disable-quic --no-first-run --disable-background-networking"
-    " --disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader"
-    " --enable-unsafe-swiftshader --ignore-gpu-blocklist"
-)
 
 
 @pytest.fixture(autouse=True)
@@ -30,50 +24,6 @@ def interruptible() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
     signal.signal(signal.SIGINT, before)
-
-
-@dataclass
-class Visit:
-    """A page that was opened, and what happened while it was open."""
-
-    page: Page
-    requests: list[str] = field(default_factory=list)
-    messages: list[str] = field(default_factory=list)
-    errors: list[str] = field(default_factory=list)
-
-    def hear(self, message: ConsoleMessage) -> None:
-        if message.type in ("error", "warning"):
-            self.messages.append(f"{message.type}: {message.text}")
-
-    def js(self, expression: str, argument: Any = None) -> Any:
-        return self.page.evaluate(expression, argument)
-
-    def seek(self, t: float) -> None:
-        """Stop the clock at a time and wait for two pictures, so that the scene has followed."""
-        self.js("t => { mecanique.clock.pause(); mecanique.clock.seek(t); }", t)
-        self.settle()
-
-    def settle(self) -> None:
-        self.js(
-            "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-        )
-
-    def body(self, k: int) -> list[float]:
-        """Position and quaternion of a body in the viewer's scene, in a mechanism's axes."""
-        found = self.js(
-            """k => {
-                const { position, quaternion } = mecanique.stage.nodes[k];
-                return [...position.toArray(), ...quaternion.toArray()];
-            }""",
-            k,
-        )
-        return [float(x) for x in found]
-
-    def clean(self) -> None:
-        """Nothing was requested but the page itself, and nothing was complained about."""
-        assert self.requests[1:] == []
-        assert self.messages == []
-        assert self.errors == []
 
 
 @pytest.fixture(scope="session")
@@ -109,6 +59,7 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
         }
         context = browser.new_context(**(usual | options))
         contexts.append(context)
+        context.set_default_timeout(120_000)
         seen = Visit(context.new_page())
         seen.page.on("request", lambda request: seen.requests.append(request.url))
         seen.page.on("console", seen.hear)
@@ -116,7 +67,7 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
         seen.page.goto(address)
         if wait:
             try:
-                seen.page.wait_for_selector("body.ready", timeout=60_000)
+                seen.page.wait_for_selector("body.ready")
             except PlaywrightError as error:
                 raise AssertionError(
                     f"the page did not start: {seen.messages} {seen.errors}"

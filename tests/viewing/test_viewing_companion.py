@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from conftest import Visit
+from viewing_browser import Visit
 from viewing_scenes import raised
 
 from mecanique.viewing.live.live import LiveView

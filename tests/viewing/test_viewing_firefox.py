@@ -80,8 +80,10 @@ def test_it_plays_and_stops_by_the_keyboard_and_the_cursor_is_on_the_clock(
 ) -> None:
     opened(fox, pendulum(), tmp_path)
     fox.press(" ")
-    fox.js("new Promise(done => setTimeout(done, 300))")
-    assert fox.js("mecanique.clock.time") > 0.05
+    fox.js(
+        """(async () => {
+        while (mecanique.clock.time < 0.05) await new Promise(done => setTimeout(done, 20)); })()"""
+    )
     fox.press(" ")
     assert fox.js("mecanique.clock.playing") is False
     fox.js("document.getElementById('tab-plots').click()")

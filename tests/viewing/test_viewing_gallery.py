@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Visit
+from viewing_browser import Visit
 
 import mecanique as mq
 from mecanique.errors import UnknownNameError

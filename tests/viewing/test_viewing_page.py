@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Visit
 from PIL import Image
+from viewing_browser import Visit
 from viewing_scenes import GRAVITY, MASS, about_y, blocks, pendulum, reach, swarm, swing, write_page
 
 from mecanique.viewing.page.page import page
@@ -69,8 +69,7 @@ def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
 
 def test_the_motion_plays_by_itself_and_by_the_keyboard(show: Show) -> None:
     seen = show(pendulum(), reduced_motion="no-preference")
-    seen.page.wait_for_timeout(400)
-    assert seen.js("mecanique.clock.time") > 0.1
+    seen.page.wait_for_function("mecanique.clock.time > 0.1")
     seen.page.keyboard.press("Space")
     stopped = seen.js("mecanique.clock.time")
     seen.page.wait_for_timeout(150)

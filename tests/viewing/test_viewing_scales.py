@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import Visit
+from viewing_browser import Visit
 from viewing_scenes import pendulum
 
 from mecanique.viewing.live.live import LiveView
@@ -19,21 +19,38 @@ def plotted(*series: Series) -> Scene:
     return replace(scene, arrows=(), series=series)
 
 
-def along(seen: Visit, axis: str) -> list[str]:
-    """Return what is written at the ticks of the first chart, along x or y."""
+def along(seen: Visit, axis: str, chart: int = 0) -> list[str]:
+    """Return what is written at the ticks of a chart, along x or y."""
     anchor = {"x": "middle", "y": "end"}[axis]
     texts = seen.js(
-        """anchor => [...document.querySelectorAll(
-            `#charts figure:first-child text[text-anchor=${anchor}]:not(.unit)`)]
-        .map(text => text.textContent)""",
-        anchor,
+        """([chart, anchor]) => {
+            const figure = document.querySelectorAll('#charts figure')[chart];
+            const texts = figure.querySelectorAll(`text[text-anchor=${anchor}]:not(.unit)`);
+            return [...texts].map(text => text.textContent);
+        }""",
+        [chart, anchor],
     )
     return [str(text) for text in texts]
 
 
-def heights(seen: Visit) -> list[float]:
-    points = str(seen.js("document.querySelector('#charts polyline').getAttribute('points')"))
-    return [float(point.split(",")[1]) for point in points.split()]
+def heights(seen: Visit, chart: int = 0) -> list[float]:
+    """Return how high the points of a chart's first curve are drawn."""
+    points = seen.js(
+        """chart => document.querySelectorAll('#charts figure')[chart]
+        .querySelector('polyline').getAttribute('points')""",
+        chart,
+    )
+    return [float(point.split(",")[1]) for point in str(points).split()]
+
+
+def unit(seen: Visit, chart: int) -> str:
+    """Return what is written above a chart's upright axis."""
+    texts = seen.js(
+        """chart => [...document.querySelectorAll('#charts figure')[chart]
+        .querySelectorAll('text.unit')].map(text => text.textContent)""",
+        chart,
+    )
+    return "".join(text for text in texts if text != "t [s]")
 
 
 def number(text: str) -> float:
@@ -43,37 +60,33 @@ def number(text: str) -> float:
 T = pendulum().t
 
 
-@pytest.mark.parametrize(
-    ("values", "power"),
-    [
-        (3e-6 * np.sin(T), "×10⁻⁶"),
-        (2.5e7 * np.sin(T), "×10⁷"),
-        (0.7 * np.sin(T), ""),
-        (5.0 + 0.001 * np.sin(T), ""),
-        (-40 - 3 * T, ""),
-        (1e5 + 20 * np.sin(T), "×10⁵"),
-        (8e-31 * np.cos(T), "×10⁻³¹"),
-    ],
+CURVES = (
+    (3e-6 * np.sin(T), "×10⁻⁶"),
+    (2.5e7 * np.sin(T), "×10⁷"),
+    (0.7 * np.sin(T), ""),
+    (5.0 + 0.001 * np.sin(T), ""),
+    (-40 - 3 * T, ""),
+    (1e5 + 20 * np.sin(T), "×10⁵"),
+    (8e-31 * np.cos(T), "×10⁻³¹"),
 )
-def test_ticks_are_round_and_written_once(
-    show: Callable[..., Visit], values: np.ndarray, power: str
-) -> None:
-    seen = show(plotted(Series("x", "x", "K", values, shown=True)))
+
+
+def test_ticks_are_round_and_written_once(show: Callable[..., Visit]) -> None:
+    series = [Series(f"x{k}", "x", f"K{k}", x, shown=True) for k, (x, _) in enumerate(CURVES)]
+    seen = show(plotted(*series))
     seen.page.click("#tab-plots")
-    for axis in "xy":
-        texts = along(seen, axis)
-        assert 2 <= len(texts) <= 12
-        assert len(set(texts)) == len(texts)
-        steps = np.diff([number(text) for text in texts])
-        assert steps == pytest.approx(np.full(len(steps), steps[0]), rel=1e-6)
-        first = f"{abs(steps[0]):.3e}"
-        assert first[:5] in ("1.000", "2.000", "5.000")
-    assert all(len(text) <= 8 for text in along(seen, "y"))
-    units = seen.js(
-        "[...document.querySelectorAll('#charts text.unit')].map(text => text.textContent)"
-    )
-    assert ([unit for unit in units if unit != "t [s]"] or [""]) == [power]
-    assert np.ptp(heights(seen)) > 40
+    for k, (_, power) in enumerate(CURVES):
+        for axis in "xy":
+            texts = along(seen, axis, k)
+            assert 2 <= len(texts) <= 12
+            assert len(set(texts)) == len(texts)
+            steps = np.diff([number(text) for text in texts])
+            assert steps == pytest.approx(np.full(len(steps), steps[0]), rel=1e-6)
+            first = f"{abs(steps[0]):.3e}"
+            assert first[:5] in ("1.000", "2.000", "5.000")
+        assert all(len(text) <= 8 for text in along(seen, "y", k))
+        assert unit(seen, k) == power
+        assert np.ptp(heights(seen, k)) > 40
     seen.clean()
 
 

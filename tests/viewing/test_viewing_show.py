@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Visit
 from PIL import Image
 from playwright.sync_api import Error
 from scipy.spatial.transform import Rotation
+from viewing_browser import Visit
 from viewing_scenes import reach
 
 import mecanique as mq
@@ -281,7 +281,7 @@ def test_a_live_view_moves_and_starts_again_with_a_changed_parameter(
     assert seen.messages == []
     assert seen.errors == []
     run.send_signal(signal.SIGINT)
-    said, complaint = run.communicate(timeout=10)
+    said, complaint = run.communicate(timeout=60)
     assert said.endswith("ended\n")
     assert complaint == ""
     assert run.returncode == 0
@@ -322,14 +322,14 @@ def moving(
 
 def interrupt(run: subprocess.Popen[str]) -> None:
     run.send_signal(signal.SIGINT)
-    said, complaint = run.communicate(timeout=10)
+    said, complaint = run.communicate(timeout=60)
     assert said.endswith("ended\n")
     assert complaint == ""
     assert run.returncode == 0
 
 
 @pytest.mark.parametrize(
-    "moving", ["mq.textbook.load('rigid_bar_pendulum'), q={'q': 2.0}"], indirect=True
+    "moving", ["mq.textbook.load('rigid_bar_pendulum'), q={'q': 2.0}, speed=4.0"], indirect=True
 )
 def test_a_mechanism_moves_on_while_it_is_shown_and_starts_again_with_a_changed_parameter(
     moving: tuple[str, subprocess.Popen[str]], visit: Callable[..., Visit]
@@ -360,7 +360,10 @@ def test_a_mechanism_moves_on_while_it_is_shown_and_starts_again_with_a_changed_
 
 @pytest.mark.parametrize(
     "moving",
-    ["mq.textbook.load('four_bar_linkage'), q=mq.textbook.entry('four_bar_linkage').start"],
+    [
+        "mq.textbook.load('four_bar_linkage'), q=mq.textbook.entry('four_bar_linkage').start,"
+        " speed=4.0"
+    ],
     indirect=True,
 )
 def test_a_closed_mechanism_moves_on_while_it_is_shown(

@@ -27,7 +27,7 @@ PREFERENCES: dict[str, bool | int | str] = {
     "ui.prefersReducedMotion": 1,
     "webgl.force-enabled": True,
 }
-PATIENCE = 30.0  # seconds for an answer
+PATIENCE = 120.0  # seconds for an answer
 
 
 @final

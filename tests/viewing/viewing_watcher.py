@@ -41,7 +41,7 @@ class Watcher:
 
     def __enter__(self) -> Watcher:
         self._thread.start()
-        assert self._ready.wait(10)
+        assert self._ready.wait(60)
         return self
 
     def __exit__(
@@ -52,7 +52,7 @@ class Watcher:
     ) -> None:
         if self._link is not None:
             self._loop.call_soon_threadsafe(self._link.close)
-        self._thread.join(10)
+        self._thread.join(60)
         self._loop.close()
 
     @property
@@ -78,6 +78,10 @@ class Watcher:
         """Wait for a time to be shown; return the row."""
         self.until(lambda watcher: bool(watcher.times) and watcher.times[-1] >= t, seconds)
         return self.rows[-1]
+
+    def begin_again(self, t: float) -> None:
+        """Wait until a time below this one was shown, since the record began."""
+        self.until(lambda watcher: any(shown < t for shown in watcher.times))
 
     def forget(self) -> None:
         """Start the record again."""

@@ -1,0 +1,63 @@
+"""A real browser that watches itself: every request, console message and page error is recorded."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from playwright.sync_api import ConsoleMessage, Page
+
+FLAGS = (
+    "--no-sandbox --disable-quic --no-first-run --disable-background-networking"
+    " --disable-component-update --disable-sync --use-gl=angle --use-angle=swiftshader"
+    " --enable-unsafe-swiftshader --ignore-gpu-blocklist"
+    # without a graphics card, letters are drawn faster by the processor itself
+    " --disable-gpu-rasterization"
+    # no second page, for an address bar that nobody sees; the others are Playwright's own
+    " --disable-features=WebUIOmniboxPopup,WebUIOmniboxAimPopup,PaintHolding,HttpsUpgrades"
+    ",MediaRouter,OptimizationHints,DestroyProfileOnBrowserClose"
+)
+
+
+@dataclass
+class Visit:
+    """A page that was opened, and what happened while it was open."""
+
+    page: Page
+    requests: list[str] = field(default_factory=list)
+    messages: list[str] = field(default_factory=list)
+    errors: list[str] = field(default_factory=list)
+
+    def hear(self, message: ConsoleMessage) -> None:
+        if message.type in ("error", "warning"):
+            self.messages.append(f"{message.type}: {message.text}")
+
+    def js(self, expression: str, argument: Any = None) -> Any:
+        return self.page.evaluate(expression, argument)
+
+    def seek(self, t: float) -> None:
+        """Stop the clock at a time and wait for two pictures, so that the scene has followed."""
+        self.js("t => { mecanique.clock.pause(); mecanique.clock.seek(t); }", t)
+        self.settle()
+
+    def settle(self) -> None:
+        self.js(
+            "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
+        )
+
+    def body(self, k: int) -> list[float]:
+        """Position and quaternion of a body in the viewer's scene, in a mechanism's axes."""
+        found = self.js(
+            """k => {
+                const { position, quaternion } = mecanique.stage.nodes[k];
+                return [...position.toArray(), ...quaternion.toArray()];
+            }""",
+            k,
+        )
+        return [float(x) for x in found]
+
+    def clean(self) -> None:
+        """Nothing was requested but the page itself, and nothing was complained about."""
+        assert self.requests[1:] == []
+        assert self.messages == []
+        assert self.errors == []
