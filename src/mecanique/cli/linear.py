@@ -20,11 +20,14 @@ __all__ = ["figures", "inertial_figures", "response_table", "small_motions"]
 
 def small_motions(linearization: Linearization) -> str:
     """Return a linearization as text: equations in letters, matrices and modes in numbers."""
+    if not len(linearization.M):
+        return str(linearization)
     lines = [_letters(linearization), ""]
     names = _independent(linearization)
     lines.append(
         f"In numbers (SI), about the {'stable' if linearization.stable else 'unstable'} equilibrium"
     )
+    lines.append(f"({linearization.chosen})")
     place = zip(linearization.mechanism.coordinates, linearization.q, strict=True)
     lines.append("  " + ", ".join(f"{name} = {value:.6g}" for name, value in place))
     for letter, matrix in (("M", linearization.M), ("C", linearization.C), ("K", linearization.K)):
@@ -52,6 +55,7 @@ def figures(linearization: Linearization) -> str:
     data = {
         "mechanism": m.name,
         "equilibrium": dict(zip(m.coordinates, linearization.q.tolist(), strict=True)),
+        "chosen": linearization.chosen,
         "stable": linearization.stable,
         **symbolic,
         "deviations": list(_independent(linearization)),

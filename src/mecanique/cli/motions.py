@@ -50,7 +50,10 @@ def simulate(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate a motion; print its final state and its energy balance."""
+    """Simulate a motion; print its final state and its energy balance.
+
+    Exit code 2 where nothing can be set in motion: a mechanism without coordinates, or locked.
+    """
     motion = simulate_motion(choose(system, parameters), q, v, duration, rtol)
     if csv is not None:
         motion.to_csv(csv)
@@ -103,7 +106,11 @@ def linearize(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Linearize about an equilibrium: M, C, K, natural frequencies, damping ratios, modes."""
+    """Linearize about an equilibrium: M, C, K, natural frequencies, damping ratios, modes.
+
+    Without --at, one that is found from the neutral position or, failing that, from random ones; it
+    is named. Exit code 2 where there is none; where nothing can move, a sentence and code 0.
+    """
     mechanism = choose(system, parameters).mechanism
     linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
     if force:

@@ -62,9 +62,11 @@ class Answers:
                 explains less.
         """
         usual = rounding(mechanism, states, self.engine)
-        reduced = rounding(mechanism, states, self.engine, regular=REGULAR)
         rows: list[Row] = []
         for name, ours in self.forms.items():
+            most = usual
+            if name == _INDEPENDENT:
+                most = rounding(mechanism, states, self.engine, regular=REGULAR)
             count = min(map(len, ours.values()), default=0)
             rows += rows_of(
                 (name, _ENGINE),
@@ -72,7 +74,7 @@ class Answers:
                 {quantity: values[:count] for quantity, values in self.engine.items()},
                 states.at(np.arange(count)),
                 mechanism,
-                rounding=reduced if name == _INDEPENDENT else usual,
+                rounding=most,
                 tolerance=tolerance,
             )
         return tuple(rows)

@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.errors import EngineError, InputError
+from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.units import units
+from mecanique.motion.linear.about import linearize_about
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
-from mecanique.motion.linear.linearize import linearize
 from mecanique.motion.simulation.arguments import Values
 from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["Equilibrium", "equilibria"]
+__all__ = ["Equilibrium", "Found", "equilibria", "random_starts"]
 
 _REACH = 1.0
 """Lengths of random starts lie within this of zero [m]."""
 
 SAME = 1e-6
 """Positions closer than this are one equilibrium."""
+
+SINGULAR = 1e-10
+"""Where the least inertia is this part of its usual one, or less, two coordinates fall in line."""
 
 
 @final
@@ -88,23 +91,100 @@ def equilibria(
     if isinstance(starts, int):
         if starts < 0:
             raise InputError(f"expected a number of starts of at least 0, got {starts}")
-        drawn = draw_positions(mechanism, starts, np.random.default_rng(seed), _REACH)
-        positions = [mechanism.neutral(), *drawn]
+        positions = random_starts(mechanism, starts, seed)
     else:
         positions = [mechanism.position(start) for start in starts]
-    turning = [k for k, name in enumerate(mechanism.coordinates) if units(mechanism)[name] == "rad"]
-    found: list[Equilibrium] = []
+    found = Found(reference, positions, t)
     for start in positions:
-        q = equilibrium_near(reference, start, t)
+        found.add(start)
+    return found.sorted
+
+
+@final
+class Found:
+    """The equilibria that starts have led to so far.
+
+    Args:
+        reference: the mechanism.
+        starts: positions, each shape (nq,), which show how large inertias are in general.
+        t: time at which forces are taken [s].
+    """
+
+    def __init__(self, reference: Reference, starts: Sequence[np.ndarray], t: float) -> None:
+        self.equilibria: list[Equilibrium] = []
+        self.refused: list[MecaniqueError] = []
+        """Why positions of rest cannot be linearized about."""
+        self._reference, self._t = reference, t
+        mechanism = reference.mechanism
+        unit = units(mechanism)
+        self._turning = [k for k, name in enumerate(mechanism.coordinates) if unit[name] == "rad"]
+        self._scales, self._least = _usual_inertia(reference, starts, t)
+
+    @property
+    def sorted(self) -> tuple[Equilibrium, ...]:
+        """The equilibria in the order of their potential energy."""
+        energy = self._reference.energy
+        return tuple(
+            sorted(self.equilibria, key=lambda e: float(energy(e.q, None, self._t).potential))
+        )
+
+    def add(self, start: np.ndarray) -> None:
+        """Add the equilibrium that a start leads to, if it leads to one that is not there yet."""
+        q = equilibrium_near(self._reference, start, self._t)
         if q is None:
-            continue
-        q = _unwind(reference, q, turning, t)
-        if not any(_same(q, other, turning) for other in found):
-            # where the axes of a gimbal fall in line the mass matrix has no inverse, and next to a
-            # singular position the loops leave no small motion
-            with suppress(EngineError, InputError):
-                found.append(Equilibrium(q, linearize(mechanism, q, t=t, reference=reference)))
-    return tuple(sorted(found, key=lambda e: float(reference.energy(e.q, None, t).potential)))
+            return
+        q = _unwind(self._reference, q, self._turning, self._t)
+        if any(_same(q, other, self._turning) for other in self.equilibria):
+            return
+        # where the axes of a gimbal fall in line the mass matrix has no inverse, and next to a
+        # singular position the loops leave no small motion
+        try:
+            self._refuse_singular(q)
+            linearization = linearize_about(self._reference, q, t=self._t)
+        except (EngineError, InputError) as error:
+            self.refused.append(error)
+        else:
+            self.equilibria.append(Equilibrium(q, linearization))
+
+    def _refuse_singular(self, q: np.ndarray) -> None:
+        mechanism = self._reference.mechanism
+        if mechanism.constrained or not mechanism.nv:
+            return
+        mass = self._reference.mass_matrix(q, self._t)
+        values, motions = np.linalg.eigh(mass / np.outer(self._scales, self._scales))
+        if values[0] <= SINGULAR * self._least:
+            still = np.abs(motions[:, 0])
+            names = [
+                name
+                for name, part in zip(mechanism.velocities, still, strict=True)
+                if part > 0.1 * still.max()
+            ]
+            place = ", ".join(
+                f"{name} = {round(x, 6) + 0.0:.6g}"
+                for name, x in zip(mechanism.coordinates, q, strict=True)
+            )
+            raise InputError(f"a motion of {', '.join(names)} moves no mass at {place}")
+
+
+def _usual_inertia(
+    reference: Reference, positions: Sequence[np.ndarray], t: float
+) -> tuple[np.ndarray, float]:
+    """Return √M_ii at its largest, shape (nv,), and the largest least eigenvalue of M so scaled."""
+    nv = reference.mechanism.nv
+    masses: list[np.ndarray] = [np.zeros((nv, nv))]
+    for position in positions:
+        with suppress(MecaniqueError):
+            masses.append(reference.mass_matrix(position, t))
+    largest = np.max([np.diagonal(mass) for mass in masses], axis=0)
+    scales = np.sqrt(np.where(largest > 0, largest, 1.0))
+    scaled = np.array(masses) / np.outer(scales, scales)
+    return scales, float(np.linalg.eigvalsh(scaled)[:, 0].max()) if nv else 0.0
+
+
+def random_starts(mechanism: Mechanism, count: int, seed: int) -> list[np.ndarray]:
+    """Return the neutral position and random ones: angles in −π…π, lengths in −1…1 m."""
+    drawn = draw_positions(mechanism, count, np.random.default_rng(seed), _REACH)
+    return [mechanism.neutral(), *drawn]
 
 
 def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -> np.ndarray:
@@ -122,9 +202,11 @@ def _unwind(reference: Reference, q: np.ndarray, turning: list[int], t: float) -
 def _same(q: np.ndarray, other: Equilibrium, turning: list[int]) -> bool:
     gap = q - other.q
     gap[turning] = (gap[turning] + np.pi) % (2 * np.pi) - np.pi
-    K = other.linearization.K
-    if len(gap) == len(K) > 0:
+    K, tangent = other.linearization.K, other.linearization.tangent
+    if len(gap) == len(tangent) and len(K):
+        # along these directions nothing resists: it is one equilibrium, anywhere
         _, resistance, directions = np.linalg.svd(K)
-        free = directions[resistance <= 1e-9 * resistance.max(initial=0.0)]
-        gap = gap - free.T @ (free @ gap)
+        idle = tangent @ directions[resistance <= 1e-9 * resistance.max(initial=0.0)].T
+        free = np.linalg.qr(idle)[0]
+        gap = gap - free @ (free.T @ gap)
     return bool(np.abs(gap).max(initial=0.0) < SAME)

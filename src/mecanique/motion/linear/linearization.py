@@ -46,6 +46,7 @@ class Linearization:
         acceleration: shape (nv,), of the state itself; zero at an equilibrium.
         tangent: shape (nv, n), deviations along all velocities by the independent ones; unity
             without loops.
+        chosen: which equilibrium it is and how it was found; "" about a state that was given.
     """
 
     mechanism: Mechanism
@@ -58,6 +59,7 @@ class Linearization:
     error: float
     acceleration: np.ndarray
     tangent: np.ndarray
+    chosen: str = ""
 
     @property
     def deviations(self) -> tuple[str, ...]:
@@ -284,6 +286,8 @@ class Linearization:
         kind = "equilibrium" if self.at_equilibrium else "state (no equilibrium)"
         stable = "stable" if self.stable else "unstable"
         lines = [f"{m.name} about the {stable} {kind} {at}".rstrip()]
+        if self.chosen:
+            lines.append(f"  {self.chosen}")
         if not len(self.M):
             lines.append("  nothing can move there, so there is no mode")
         for omega, zeta, mode in zip(self.frequencies, self.damping, self.modes.T, strict=True):

@@ -1,36 +1,31 @@
-"""Differentiate the equations of motion at a state, by differences of the reference's answers."""
+"""Linearize a mechanism about the state asked for, or about an equilibrium that is looked for."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from mecanique.errors import ClosureError, InputError
-from mecanique.model.expression import finite, symbols_in
+from mecanique.errors import EngineError, InputError
+from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.parameters import Input
-from mecanique.motion.linear.equilibrium import effort, equilibrium_near
+from mecanique.motion.linear.about import drop_disturbances, linearize_about, refuse_rolling
+from mecanique.motion.linear.equilibria import Found, random_starts
+from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State
-from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import Values
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification.stencil import differences
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-    from mecanique.reference.loops.independent import Independent
 
-__all__ = ["drop_disturbances", "linearize"]
+__all__ = ["linearize"]
 
-STEPS = (0.02, 0.004, 0.0008, 0.00016)
-"""Steps of the differences, in the unit of each coordinate, tried until one is accurate."""
+STARTS = 20
+"""From how many random positions an equilibrium is looked for where none is near neutral."""
 
-ACCURATE = 1e-11
-"""Relative error that is good enough."""
+HOPELESS = 8
+"""After so many of them in vain the search ends."""
 
 
 @one_thread_for_loops
@@ -50,27 +45,29 @@ def linearize(
     mechanism with loops is linearized in independent deviations, about the state on the loops next
     to the one given.
 
+    Without `at` an equilibrium is looked for by Newton's method from `near`, or from the neutral
+    position; inputs that change with time are then zero. Where neither is given and the neutral
+    position leads nowhere, 20 random positions follow: of the equilibria found a stable one is
+    chosen if there is any, and of these the one with the least potential energy. `chosen` says
+    which it is; `equilibria` gives them all.
+
     Args:
         mechanism: what moves.
         at: positions, shape (nq,) or by name, or a `State` with time and velocities; by default an
             equilibrium.
-        near: where to start the search for the equilibrium, shape (nq,) or by name; by default at
-            the neutral position. Inputs that change with time are then zero.
+        near: where to start the search for the equilibrium, shape (nq,) or by name.
         v: velocities, shape (nv,) or by name; zero by default.
         t: time [s].
         reference: the mechanism's `Reference`, if you have one already.
 
     Raises:
         InputError: if the state is not what is expected, or no equilibrium is found.
+        EngineError: if a motion moves no mass in the state given.
         UnknownNameError: if a coordinate or velocity does not exist.
         ClosureError: if the loops cannot be closed.
     """
     t = finite(t, "the time t")
-    if mechanism.rolls:
-        raise InputError(
-            f"mechanism {mechanism.name!r} rolls or has velocity constraints; linear equations of "
-            "such motions are not derived"
-        )
+    refuse_rolling(mechanism)
     described = mechanism
     if at is not None and near is not None:
         raise InputError("expected either at or near, got both")
@@ -83,134 +80,66 @@ def linearize(
         reference = Reference.of(mechanism)
     if isinstance(at, State):
         t, v, at = float(at.t), at.v, at.q
-    if at is None:
-        at = equilibrium_near(reference, mechanism.position(near), t)
-        if at is None:
-            start = "the neutral position" if near is None else "there"
-            raise InputError(
-                f"no equilibrium of {mechanism.name!r} was found from {start}; give one: "
-                "linearize(mechanism, at={...}), or look for all with equilibria(mechanism)"
-            )
-    position, velocity = mechanism.position(at), mechanism.velocity(v)
-    if mechanism.constrained:
-        from mecanique.motion.record.loops import begin_on_loops
-
-        reference, state, _ = begin_on_loops(reference, at, v, t)
-        position, velocity = state[: mechanism.nq], state[mechanism.nq :]
-    acceleration = reference.acceleration(position, velocity, t)
-    tangent = np.eye(mechanism.nv)
-    if reference.closed is None:
-        by_position, by_velocity = _of_tree(reference, position, velocity, acceleration, t)
-    else:
-        from mecanique.reference.loops.independent import Independent
-
-        free = Independent(reference.closed, position, t)
-        tangent = free.tangent
-        by_position, by_velocity = _of_loops(reference, free, position, velocity, acceleration, t)
-    K, error_k = _slopes(by_position, tangent.shape[1])
-    C, error_c = _slopes(by_velocity, tangent.shape[1])
-    M = tangent.T @ reference.mass_matrix(position, t) @ tangent
-    # what differs from symmetry by no more than the differences' error is symmetric
-    if np.abs(K - K.T).max(initial=0.0) <= 1e-11 * np.abs(K).max(initial=0.0):
-        K = (K + K.T) / 2
-    error = max(error_k, error_c)
-    return Linearization(
-        described,
-        position,
-        velocity,
-        t,
-        M=M,
-        C=C,
-        K=K,
-        error=error,
-        acceleration=acceleration,
-        tangent=tangent,
-    )
+    if at is not None:
+        return linearize_about(reference, at, v, t, described=described)
+    q = equilibrium_near(reference, mechanism.position(near), t)
+    place = "the neutral position" if near is None else "the start given"
+    if q is None and near is not None:
+        raise InputError(_no_equilibrium(mechanism, place))
+    if q is not None:
+        chosen = f"the equilibrium that Newton's method reaches from {place}"
+        try:
+            return linearize_about(reference, q, v, t, described=described, chosen=chosen)
+        except (EngineError, InputError):
+            # e.g. where the axes of a gimbal fall in line; there may be another
+            if near is not None:
+                raise
+    found = _search(reference, t, described)
+    if v is None:
+        return found
+    return linearize_about(reference, found.q, v, t, described=described, chosen=found.chosen)
 
 
-_Function: TypeAlias = Callable[[np.ndarray], np.ndarray]
-"""Residuals at many deviations, shape (m, n) both."""
+def _search(reference: Reference, t: float, described: Mechanism) -> Linearization:
+    """Linearize about the equilibrium that is chosen of those which random starts lead to.
 
-
-def _of_tree(
-    reference: Reference,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    t: float,
-) -> tuple[_Function, _Function]:
-    """Return M a + bias − forces by deviations of the position, and of the velocities."""
-    rates = Rates.of(reference.mechanism)
-
-    def by_position(step: np.ndarray) -> np.ndarray:
-        q = rates.displace(np.repeat(position[None], len(step), axis=0), step)
-        v, a = (np.repeat(x[None], len(step), axis=0) for x in (velocity, acceleration))
-        residual: np.ndarray = reference.inverse_dynamics(q, v, a, t)
-        return residual
-
-    def by_velocity(step: np.ndarray) -> np.ndarray:
-        q, a = (np.repeat(x[None], len(step), axis=0) for x in (position, acceleration))
-        residual: np.ndarray = reference.inverse_dynamics(q, velocity + step, a, t)
-        return residual
-
-    return by_position, by_velocity
-
-
-def _of_loops(
-    reference: Reference,
-    free: Independent,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    acceleration: np.ndarray,
-    t: float,
-) -> tuple[_Function, _Function]:
-    """Return the same on the loops, in the independent coordinates."""
-    w, rate = velocity[free.chosen], acceleration[free.chosen]
-
-    def by_position(step: np.ndarray) -> np.ndarray:
-        return np.array([effort(reference, free, _near(free, x), w, rate, t) for x in step])
-
-    def by_velocity(step: np.ndarray) -> np.ndarray:
-        return np.array([effort(reference, free, position, w + x, rate, t) for x in step])
-
-    return by_position, by_velocity
-
-
-def _near(free: Independent, step: np.ndarray) -> np.ndarray:
-    try:
-        return free.position(step)
-    except ClosureError as error:
-        raise InputError(
-            "the loops cannot be closed near this state, which is next to a singular position; "
-            f"linearize about another one: {error}"
-        ) from error
-
-
-def _changes(signal: Input) -> bool:
-    return callable(signal.signal) or "t" in symbols_in(signal.signal)
-
-
-def drop_disturbances(mechanism: Mechanism) -> Mechanism:
-    """Return a mechanism whose inputs that change with time are zero."""
-    if not any(_changes(signal) for signal in mechanism.inputs):
-        return mechanism
-    inputs = tuple(
-        replace(signal, signal=0.0) if _changes(signal) else signal for signal in mechanism.inputs
-    )
-    return replace(mechanism, inputs=inputs)
-
-
-def _slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
-    """Return ∂f/∂x as a matrix, and its error relative to its largest entry."""
-    if not count:
-        return np.zeros((0, 0)), 0.0
-    best, error = np.zeros((count, count)), np.inf
-    for h in STEPS:
-        fine, coarse = differences(function, count, h), differences(function, count, 2 * h)
-        scale = float(np.abs(fine).max())
-        found = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
-        if found < error:
-            best, error = fine, found
-        if error < ACCURATE:
+    Raises:
+        InputError: if none is found, or none can be linearized about.
+        ClosureError: if the loops cannot be closed at all.
+    """
+    mechanism = reference.mechanism
+    first, *starts = random_starts(mechanism, STARTS, 0)
+    found = Found(reference, [first, *starts], t)
+    for k, start in enumerate(starts):
+        if k == HOPELESS and not (found.equilibria or found.refused):
             break
-    return best, error
+        found.add(start)
+    if not found.equilibria:
+        if reference.closed is not None:
+            from mecanique.reference.loops.freedom import refuse_locked
+
+            refuse_locked(reference.closed, t)
+        if found.refused:
+            raise InputError(
+                f"the equilibria found of {mechanism.name!r} cannot be linearized about: "
+                f"{found.refused[-1]}; choose other coordinates, or give a state: "
+                "linearize(mechanism, at={...})"
+            )
+        raise InputError(_no_equilibrium(mechanism, "the neutral position or random ones"))
+    best = min(found.sorted, key=lambda equilibrium: not equilibrium.stable)
+    count = len(found.equilibria)
+    if count == 1:
+        chosen = f"the only equilibrium that {STARTS} random starts lead to"
+    else:
+        kind = "the stable one" if best.stable else "of which none is stable, the one"
+        chosen = f"of {count} equilibria that {STARTS} random starts lead to, {kind} with the least"
+        chosen += " potential energy"
+    return replace(best.linearization, mechanism=described, chosen=chosen)
+
+
+def _no_equilibrium(mechanism: Mechanism, start: str) -> str:
+    return (
+        f"no equilibrium of {mechanism.name!r} was found from {start}; if it has one, say where: "
+        "linearize(mechanism, near={...}); a motion or a fall that nothing balances has none, but "
+        "can be linearized about any state: linearize(mechanism, at={...})"
+    )

@@ -25,7 +25,7 @@ from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 
-__all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank"]
+__all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank", "refuse_locked"]
 
 _AROUND = 8
 """How many positions around the one in question are looked at."""
@@ -182,6 +182,17 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
             "without bound to hold it; change its lengths, or leave out a loop"
         )
     return freedom.rank
+
+
+def refuse_locked(closed: Closed, t: float) -> None:
+    """Raise if a mechanism with loops is locked in a singular position, or cannot be closed.
+
+    Raises:
+        ClosureError: if the loops cannot be closed.
+        InputError: if the mechanism is locked without being held.
+    """
+    neutral, none_held = closed.mechanism.neutral(), np.zeros(closed.mechanism.nv, dtype=bool)
+    generic_rank(closed, position_near(closed, None, neutral, t, none_held), t)
 
 
 def _heavy_bodies(mechanism: Mechanism) -> tuple[int, bool]:

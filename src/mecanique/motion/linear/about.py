@@ -1,0 +1,191 @@
+"""Differentiate the equations of motion about a state, by differences of a reference's answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from mecanique.errors import ClosureError, InputError
+from mecanique.model.expression import symbols_in
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Input
+from mecanique.motion.linear.equilibrium import effort
+from mecanique.motion.linear.linearization import Linearization
+from mecanique.motion.record.rates import Rates
+from mecanique.motion.simulation.arguments import Values
+from mecanique.verification.stencil import differences
+
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
+    from mecanique.reference.loops.independent import Independent
+
+__all__ = ["drop_disturbances", "linearize_about", "refuse_rolling"]
+
+STEPS = (0.02, 0.004, 0.0008, 0.00016)
+"""Steps of the differences, in the unit of each coordinate, tried until one is accurate."""
+
+ACCURATE = 1e-11
+"""Relative error that is good enough."""
+
+
+def linearize_about(
+    reference: Reference,
+    at: Values,
+    v: Values | None = None,
+    t: float = 0.0,
+    *,
+    described: Mechanism | None = None,
+    chosen: str = "",
+) -> Linearization:
+    """Linearize the equations of motion about a state.
+
+    Args:
+        reference: the mechanism.
+        at: positions, shape (nq,) or by name; loops are closed next to them.
+        v: velocities, shape (nv,) or by name; zero by default.
+        t: time [s].
+        described: the mechanism as described, where the reference's leaves disturbances out.
+        chosen: how the state came about.
+
+    Raises:
+        InputError: if the state is not what is expected, or nothing can be linearized there.
+        EngineError: if a motion moves no mass in this state.
+        ClosureError: if the loops cannot be closed.
+    """
+    mechanism = reference.mechanism
+    refuse_rolling(mechanism)
+    position, velocity = mechanism.position(at), mechanism.velocity(v)
+    if mechanism.constrained:
+        from mecanique.motion.record.loops import begin_on_loops
+
+        reference, state, _ = begin_on_loops(reference, at, v, t)
+        position, velocity = state[: mechanism.nq], state[mechanism.nq :]
+    acceleration = reference.acceleration(position, velocity, t)
+    tangent = np.eye(mechanism.nv)
+    if reference.closed is None:
+        by_position, by_velocity = _of_tree(reference, position, velocity, acceleration, t)
+    else:
+        from mecanique.reference.loops.independent import Independent
+
+        free = Independent(reference.closed, position, t)
+        tangent = free.tangent
+        by_position, by_velocity = _of_loops(reference, free, position, velocity, acceleration, t)
+    K, error_k = _slopes(by_position, tangent.shape[1])
+    C, error_c = _slopes(by_velocity, tangent.shape[1])
+    M = tangent.T @ reference.mass_matrix(position, t) @ tangent
+    # what differs from symmetry by no more than the differences' error is symmetric
+    if np.abs(K - K.T).max(initial=0.0) <= 1e-11 * np.abs(K).max(initial=0.0):
+        K = (K + K.T) / 2
+    return Linearization(
+        described or mechanism,
+        position,
+        velocity,
+        t,
+        M=M,
+        C=C,
+        K=K,
+        error=max(error_k, error_c),
+        acceleration=acceleration,
+        tangent=tangent,
+        chosen=chosen,
+    )
+
+
+def refuse_rolling(mechanism: Mechanism) -> None:
+    """Raise if a mechanism rolls or has velocity constraints."""
+    if mechanism.rolls:
+        raise InputError(
+            f"mechanism {mechanism.name!r} rolls or has velocity constraints; linear equations of "
+            "such motions are not derived"
+        )
+
+
+_Function: TypeAlias = Callable[[np.ndarray], np.ndarray]
+"""Residuals at many deviations, shape (m, n) both."""
+
+
+def _of_tree(
+    reference: Reference,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    t: float,
+) -> tuple[_Function, _Function]:
+    """Return M a + bias − forces by deviations of the position, and of the velocities."""
+    rates = Rates.of(reference.mechanism)
+
+    def by_position(step: np.ndarray) -> np.ndarray:
+        q = rates.displace(np.repeat(position[None], len(step), axis=0), step)
+        v, a = (np.repeat(x[None], len(step), axis=0) for x in (velocity, acceleration))
+        residual: np.ndarray = reference.inverse_dynamics(q, v, a, t)
+        return residual
+
+    def by_velocity(step: np.ndarray) -> np.ndarray:
+        q, a = (np.repeat(x[None], len(step), axis=0) for x in (position, acceleration))
+        residual: np.ndarray = reference.inverse_dynamics(q, velocity + step, a, t)
+        return residual
+
+    return by_position, by_velocity
+
+
+def _of_loops(
+    reference: Reference,
+    free: Independent,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    t: float,
+) -> tuple[_Function, _Function]:
+    """Return the same on the loops, in the independent coordinates."""
+    w, rate = velocity[free.chosen], acceleration[free.chosen]
+
+    def by_position(step: np.ndarray) -> np.ndarray:
+        return np.array([effort(reference, free, _near(free, x), w, rate, t) for x in step])
+
+    def by_velocity(step: np.ndarray) -> np.ndarray:
+        return np.array([effort(reference, free, position, w + x, rate, t) for x in step])
+
+    return by_position, by_velocity
+
+
+def _near(free: Independent, step: np.ndarray) -> np.ndarray:
+    try:
+        return free.position(step)
+    except ClosureError as error:
+        raise InputError(
+            "the loops cannot be closed near this state, which is next to a singular position; "
+            f"linearize about another one: {error}"
+        ) from error
+
+
+def _changes(signal: Input) -> bool:
+    return callable(signal.signal) or "t" in symbols_in(signal.signal)
+
+
+def drop_disturbances(mechanism: Mechanism) -> Mechanism:
+    """Return a mechanism whose inputs that change with time are zero."""
+    if not any(_changes(signal) for signal in mechanism.inputs):
+        return mechanism
+    inputs = tuple(
+        replace(signal, signal=0.0) if _changes(signal) else signal for signal in mechanism.inputs
+    )
+    return replace(mechanism, inputs=inputs)
+
+
+def _slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
+    """Return ∂f/∂x as a matrix, and its error relative to its largest entry."""
+    if not count:
+        return np.zeros((0, 0)), 0.0
+    best, error = np.zeros((count, count)), np.inf
+    for h in STEPS:
+        fine, coarse = differences(function, count, h), differences(function, count, 2 * h)
+        scale = float(np.abs(fine).max())
+        found = float(np.abs(fine - coarse).max()) / scale if scale > 0 else 0.0
+        if found < error:
+            best, error = fine, found
+        if error < ACCURATE:
+            break
+    return best, error
