@@ -1,0 +1,83 @@
+"""Linearizing without a state looks for an equilibrium, and says which one was chosen."""
+
+from __future__ import annotations
+
+from math import pi
+
+import pytest
+
+import mecanique as mq
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [
+        ("two_link_arm", {"q1": -pi / 2, "q2": 0.0}),
+        ("slider_crank", {"theta": -pi / 2}),
+        ("chained_four_bars", {f"theta{k}": -pi / 2 for k in range(3)}),
+    ],
+)
+def test_the_lowest_stable_equilibrium_is_found_from_random_starts(
+    name: str, place: dict[str, float]
+) -> None:
+    linear = mq.linearize(mq.textbook.load(name))
+    assert linear.at_equilibrium
+    assert linear.stable
+    assert "random starts lead to, the stable one with the least potential energy" in linear.chosen
+    assert linear.chosen in str(linear)
+    found = dict(zip(linear.mechanism.coordinates, linear.q, strict=True))
+    assert {key: found[key] for key in place} == pytest.approx(place, abs=1e-8)
+
+
+@pytest.mark.parametrize("name", ["four_bar_linkage", "governor"])
+def test_no_equilibrium_lies_lower(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    linear = mq.linearize(mechanism)
+    reference = mq.Reference(mechanism)
+    lowest = min(reference.energy(e.q).potential for e in mq.equilibria(mechanism, 20) if e.stable)
+    assert reference.energy(linear.q).potential == pytest.approx(lowest, abs=1e-9)
+
+
+def test_the_neutral_position_comes_first() -> None:
+    linear = mq.linearize(mq.textbook.load("double_pendulum"))
+    assert linear.chosen == "the equilibrium that Newton's method reaches from the neutral position"
+    assert not linear.q.any()
+    near = mq.linearize(mq.textbook.load("double_pendulum"), near={"q1": 3.0, "q2": 3.0})
+    assert near.chosen == "the equilibrium that Newton's method reaches from the start given"
+    assert not mq.linearize(mq.textbook.load("double_pendulum"), near.q).chosen
+
+
+@pytest.mark.parametrize("name", ["heavy_top", "spherical_pendulum"])
+def test_an_equilibrium_where_coordinates_fall_in_line_is_refused(name: str) -> None:
+    with pytest.raises(mq.InputError, match=r"moves no mass at .*; choose other coordinates"):
+        mq.linearize(mq.textbook.load(name))
+    assert mq.equilibria(mq.textbook.load(name), 20) == ()
+
+
+@pytest.mark.parametrize("name", ["free_particle", "kepler_orbit", "atwood_machine"])
+def test_what_nothing_balances_is_refused_with_a_remedy(name: str) -> None:
+    remedy = r"say where: linearize\(mechanism, near=.*any state: linearize\(mechanism, at="
+    with pytest.raises(mq.InputError, match=f"no equilibrium of '{name}' was found.*{remedy}"):
+        mq.linearize(mq.textbook.load(name))
+
+
+def test_a_family_of_equilibria_is_one() -> None:
+    """A linkage on a turntable rests at any angle of the table."""
+    bodies = (
+        mq.Body("ground"),
+        mq.Body("table", mq.disk(5.0, 1.0)),
+        mq.Body("a", mq.rod(1.0, 0.5, (0, 0, -1))),
+        mq.Body("b", mq.rod(1.0, 0.5, (0, 0, -1))),
+    )
+    joints = (
+        mq.Revolute("axle", "ground", "table", axis=(0, 0, 1), coordinate="psi"),
+        mq.Revolute("A", "table", "a", axis=(0, -1, 0), coordinate="p"),
+        mq.Revolute(
+            "B", "table", "b", axis=(0, -1, 0), origin=mq.Placement((0.2, 0, 0)), coordinate="r"
+        ),
+    )
+    coupler = mq.Loop.distance("coupler", "a", (0, 0, -0.5), "b", (0, 0, -0.5), 0.2)
+    gravity = (0, 0, -9.81)
+    mechanism = mq.Mechanism("turntable", bodies, joints, loops=(coupler,), gravity=gravity)
+    start = [{"psi": psi, "p": 0.1, "r": 0.1} for psi in (0.0, 1.0, 2.0)]
+    assert len(mq.equilibria(mechanism, start)) == 1
