@@ -230,7 +230,7 @@ _HOMES = {
     "view": "mecanique.viewing.show",
     "write_urdf": "mecanique.urdf",
 }
-"""Where the names are that are imported only when somebody asks for them."""
+"""The homes of names that are imported only on first use."""
 
 
 def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""What goes wrong, in one family: every error mecanique raises on purpose is a `MecaniqueError`."""
+"""The family of errors: every error mecanique raises on purpose is a `MecaniqueError`."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ class MecaniqueError(Exception):
     """Root of all errors mecanique raises on purpose."""
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # an exception is otherwise copied by calling its class with the message, which loses the
-        # data on it
+        # by default an exception is copied by calling its class with the message, which loses its
+        # data
         return _rebuild, (type(self), self.args, self.__dict__)
 
 
 class InputError(MecaniqueError, ValueError):
-    """An argument is not what is expected: it says what was expected and what was given."""
+    """An argument is wrong; the message says what was expected and what was given."""
 
 
 class UnknownNameError(InputError):
@@ -55,7 +55,7 @@ class UnknownNameError(InputError):
 
 
 class MechanismError(MecaniqueError):
-    """A mechanism that is not sound; it carries every fault found, not only the first.
+    """A mechanism that is not sound; the error carries every fault found, not only the first.
 
     Args:
         name: the mechanism's name.
@@ -100,7 +100,7 @@ class EngineError(MecaniqueError):
 
 
 class IntegrationError(MecaniqueError):
-    """The integration of a motion stopped before its end; it carries what was done until then.
+    """The integration of a motion stopped before its end; the error carries the motion so far.
 
     Args:
         message: what happened, when, and what to do.

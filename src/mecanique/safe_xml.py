@@ -1,6 +1,6 @@
-"""XML read safely: within limits, and without document types and entities.
+"""Read XML safely: within limits, and without document types and entities.
 
-Those are how an XML text grows without bound or reads other files; nothing here needs them.
+Through those an XML text can grow without bound or read other files; nothing here needs them.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from xml.parsers import expat
 __all__ = ["MOST_DEPTH", "MOST_ELEMENTS", "Reader", "XmlRefusedError", "tree_of"]
 
 MOST_DEPTH = 64
-"""Deepest nesting that is read; a URDF needs six levels, a scene of COLLADA some more."""
+"""Deepest nesting that is read; a URDF needs six levels, a COLLADA scene some more."""
 
 MOST_ELEMENTS = 500_000
 """Most elements that are read, so that a small file cannot fill the memory."""
@@ -22,7 +22,7 @@ Reason: TypeAlias = Literal["malformed", "encoding", "entities", "limits"]
 
 @final
 class XmlRefusedError(Exception):
-    """A text is no XML, or none that is read.
+    """A text is not XML, or not XML that is safe to read.
 
     Args:
         reason: what kind of fault it is.
@@ -55,7 +55,7 @@ class Reader:
 
     Args:
         target: receives its parts.
-        encoding: of the text, if it is known better than by what the text says.
+        encoding: of the text, if known from elsewhere than the text itself.
         most_depth: deepest nesting that is read.
         separator: between the namespace of a tag and its name; None to take prefixes as written.
     """
@@ -99,7 +99,7 @@ class Reader:
             self._parser.Parse(raw, True)
         except expat.ExpatError as error:
             binary = b"\0" in raw[:1000] and not raw.startswith((b"\xff\xfe", b"\xfe\xff"))
-            fault = "it is binary, no text" if binary else expat.ErrorString(error.code)
+            fault = "it is binary, not text" if binary else expat.ErrorString(error.code)
             raise XmlRefusedError("malformed", error.lineno, fault) from None
         except (LookupError, ValueError) as error:
             raise XmlRefusedError("encoding", 1, str(error)) from None

@@ -1,6 +1,6 @@
 """Keep BLAS to one thread while the matrices of loops are small.
 
-Its threads cost more than they save there, and on a busy machine they wait for one another.
+For those, threads cost more than they save, and on a busy machine they wait for one another.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ T = TypeVar("T")
 
 @final
 class _Limit:
-    """The limit in force. The number of threads is the process's, so those who need it count."""
+    """The limit in force; as it holds for the whole process, its users are counted."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -27,7 +27,7 @@ class _Limit:
         self._restore = ExitStack()
 
     def enter(self) -> None:
-        """Limit BLAS to one thread, if nobody does yet."""
+        """Limit BLAS to one thread, unless a user has done so."""
         import scipy.linalg  # noqa: F401  # a BLAS that is loaded later would not be limited
         from threadpoolctl import threadpool_limits
 
@@ -37,7 +37,7 @@ class _Limit:
             self._users += 1
 
     def leave(self) -> None:
-        """Restore the number of threads, if nobody else needs the limit."""
+        """Restore the number of threads, unless another user needs the limit."""
         with self._lock:
             self._users -= 1
             if not self._users:
@@ -63,7 +63,8 @@ def one_thread_for_loops(function: Callable[P, T]) -> Callable[P, T]:
     @wraps(function)
     def call(*args: P.args, **options: P.kwargs) -> T:
         mechanism = args[0] if args else options.get("mechanism")
-        if not getattr(mechanism, "loops", ()):  # what is no mechanism, the function refuses
+        if not getattr(mechanism, "loops", ()):
+            # the function itself refuses anything but a mechanism
             return function(*args, **options)
         with limit_threads():
             return function(*args, **options)

@@ -1,4 +1,4 @@
-"""Check a file, a system or a whole collection: what `mecanique lint` and `verify` do."""
+"""Check a file, a system or a whole collection, for `mecanique lint` and `mecanique verify`."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def lint_file(file: str, form: str, *, fix: bool, output: Path | None) -> int:
     from mecanique.urdf.lint import as_json, as_sarif, as_text, lint, mend
 
     if output is not None and not fix:
-        raise mq.InputError("expected --fix with --output: only a mended copy is written to a file")
+        raise mq.InputError("expected --fix with --output: only a repaired copy goes to a file")
     path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
     findings = lint(path)
     if fix and not any(_unreadable(finding.code) for finding in findings):

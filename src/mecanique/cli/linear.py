@@ -115,7 +115,7 @@ def _letters(linearization: Linearization) -> str:
 
 
 def _independent(linearization: Linearization) -> tuple[str, ...]:
-    """Return the names of the independent deviations: their rows of the tangent are unit rows."""
+    """Return the names of the independent deviations, whose rows of the tangent are unit rows."""
     if len(linearization.tangent) == len(linearization.M):
         return linearization.deviations
     unit = np.eye(len(linearization.M))
@@ -128,7 +128,7 @@ def _matrix_row(row: np.ndarray) -> str:
 
 
 def _clean(matrix: np.ndarray) -> np.ndarray:
-    """A matrix for print, without what is rounding."""
+    """A matrix for print, without rounding errors."""
     cleaned: np.ndarray = np.where(
         np.abs(matrix) <= 1e-12 * np.abs(matrix).max(initial=0.0), 0.0, matrix
     )

@@ -84,7 +84,7 @@ AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for 
 @final
 @dataclass(frozen=True)
 class Chosen:
-    """The mechanism a command treats, and its default motion.
+    """The mechanism a command works on, and its default motion.
 
     Args:
         mechanism: the mechanism.

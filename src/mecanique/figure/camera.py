@@ -1,4 +1,4 @@
-"""From the world to paper: the side a mechanism is seen from, and how many points a meter takes."""
+"""From the world to paper: the view of a mechanism and its scale in points per meter."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Camera:
     scale: float
 
     def at(self, position: ArrayLike) -> Point:
-        """Return where positions are on paper, shape (..., 2).
+        """Project positions onto paper, shape (..., 2).
 
         Args:
             position: shape (..., 3) [m].
@@ -52,7 +52,7 @@ class Camera:
         return paper
 
     def depth(self, position: ArrayLike) -> float:
-        """Return how near a position is to the eye [m].
+        """Return how far a position lies towards the eye [m].
 
         Args:
             position: shape (3,) [m].
@@ -72,7 +72,7 @@ class Camera:
 
 
 def side_of(mechanism: Mechanism, poses: Floats) -> Floats:
-    """Return the axes of the view to draw a mechanism in: front or top if it is planar.
+    """Return the axes of the best view of a mechanism: front or top if it is planar.
 
     Args:
         mechanism: what is drawn.

@@ -40,7 +40,7 @@ def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     a, b = (camera.at(setting.point(end.body, end.point)) for end in first.ends)
     along = unit(b - a)
     ground = [end.body == setting.mechanism.ground for end in first.ends]
-    # a spring ends at the surface of what it holds
+    # a spring ends at the surface of the body it holds
     a = _surface(setting, first.body_a, a, along)
     b = _surface(setting, first.body_b, b, -along)
     if ground[0]:
@@ -102,7 +102,7 @@ def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) ->
 
 
 def _columns(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) -> Iterator[Mark]:
-    """Two elastic columns that hold a floor above another, or above the ground."""
+    """Two elastic columns that carry a floor above another floor or above the ground."""
     camera = setting.camera
     high = camera.at(setting.point(joint.child))
     parent = camera.at(setting.point(joint.parent))

@@ -1,7 +1,7 @@
 """Generalized coordinates in a figure: arcs for angles, arrows for distances, each with its symbol.
 
-What a coordinate measures is found by setting it to zero: the first body that then stands elsewhere
-has turned by an angle, or moved by a distance.
+To find what a coordinate measures, it is set to zero: the first body whose pose then changes has
+turned by an angle or moved by a distance.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from mecanique.model.joints import Prismatic, Revolute
 __all__ = ["coordinates"]
 
 SMALL = 14.0
-"""A distance shorter than this is drawn as a direction only [pt]."""
+"""Shorter distances are drawn as a direction only [pt]."""
 
 RADIUS, LEAST_RADIUS, RADIUS_STEP = 46.0, 24.0, 16.0
-"""Of the first arc about a point, at most and at least, and how much larger each next is [pt]."""
+"""Largest and smallest radius of the first arc about a point, and the step to the next [pt]."""
 
 SAME_PLACE = 6.0
-"""Arcs about points nearer than this are drawn outside one another [pt]."""
+"""Arcs about points closer than this are drawn outside one another [pt]."""
 
 TRIAD = 44.0
 """Length of the arrows of coordinates that are zero [pt]."""
 
 CLEARANCE, CLEARANCE_ABOVE = 30.0, 18.0
-"""From a body to the arrow beside it [pt]."""
+"""Distance from a body to the arrow beside it [pt]."""
 
 FLAT = 12.0
 """A body thinner than this on paper is a plate [pt]."""
@@ -45,7 +45,7 @@ FLAT = 12.0
 @final
 @dataclass(frozen=True, eq=False)
 class _Angle:
-    """A coordinate by which a body has turned: the body, its poses at zero, and the turn."""
+    """A coordinate that turns a body: the body, its poses at zero, and the rotation."""
 
     name: str
     body: int
@@ -56,7 +56,7 @@ class _Angle:
 @final
 @dataclass(frozen=True, eq=False)
 class _Distance:
-    """A coordinate by which a point has moved: the body's number, where the point is, its move."""
+    """A coordinate that moves a point: the body's number, the point, and its displacement."""
 
     name: str
     body: int
@@ -70,7 +70,7 @@ class _Distance:
 
     @property
     def forward(self) -> Floats:
-        """Where the point goes as the coordinate grows, of unit length."""
+        """Direction in which the point moves as the coordinate grows, of unit length."""
         return unit3(self.step) * math.copysign(1.0, self.value)
 
 
@@ -100,7 +100,7 @@ def coordinates(setting: Setting) -> Iterator[Mark]:
 
 
 def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
-    """What a coordinate measures: how the first body that it moves stands if it is zero."""
+    """What a coordinate measures: the first body that it moves, compared with its pose at zero."""
     q = setting.q.copy()
     q[k] = 0.0 if abs(q[k]) > 1e-9 else 1e-3
     before = np.asarray(setting.reference.poses(q, setting.t))
@@ -117,7 +117,7 @@ def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
 
 
 def _moved_body(setting: Setting, name: str, before: Floats) -> int | None:
-    """The number of the body on the slide of this coordinate, else of the first that it moves."""
+    """The index of the body on this coordinate's slide, or else of the first body it moves."""
     for joint in setting.mechanism.joints:
         if isinstance(joint, Prismatic) and joint.coordinate == name:
             return setting.index(joint.child)
@@ -129,7 +129,7 @@ def _moved_body(setting: Setting, name: str, before: Floats) -> int | None:
 
 
 def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
-    """An arc from where the body points at zero to where it points, outside those drawn before."""
+    """An arc from the body's direction at zero to its present one, outside arcs already drawn."""
     from scipy.spatial.transform import Rotation
 
     camera, middle = setting.camera, setting.poses[angle.body, :3, 3]
@@ -150,13 +150,13 @@ def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
 
 
 def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
-    """From the turning point to what turns, across the axis, before the turn."""
+    """From the center of rotation to the body, across the axis, before the rotation."""
     pose, before = setting.poses[angle.body], angle.before[angle.body]
     for member in _descend(setting, setting.mechanism.bodies[angle.body].name):
         local = (_span(setting, member) - pose[:3, 3]) @ pose[:3, :3]
         arms = local @ before[:3, :3].T
         arms = arms - (arms @ axis)[:, None] * axis
-        # the middle of what is broad, its end where it is long
+        # the middle of a broad body, the far end of a long one
         far = arms[int(np.argmax(np.linalg.norm(arms, axis=1)))]
         mean = arms.mean(axis=0)
         arm: Floats = mean if np.linalg.norm(mean) > 0.3 * np.linalg.norm(far) else far
@@ -168,7 +168,7 @@ def _arm(setting: Setting, angle: _Angle, axis: Floats) -> Floats:
 
 
 def _descend(setting: Setting, body: str) -> Iterator[str]:
-    """A body and all that it carries."""
+    """A body and all bodies that it carries."""
     family = {body}
     yield body
     for joint in setting.mechanism.tree:
@@ -187,9 +187,10 @@ def _span(setting: Setting, body: str) -> Floats:
 def _displace(
     setting: Setting, before: Floats, body: int, value: float
 ) -> tuple[Floats, Floats] | None:
-    """Where a point is that has moved by the value, and its move.
+    """A point that the coordinate has moved by its value, and its displacement.
 
-    It is the body's origin, or else an end or a middle of a solid, moved so far along an axis.
+    It is the body's origin, or else an end or the middle of a solid, if it has moved that far along
+    an axis.
     """
     step = setting.poses[body, :3, 3] - before[body, :3, 3]
     if abs(float(np.linalg.norm(step)) - abs(value)) < 1e-6 * abs(value):
@@ -214,7 +215,7 @@ def _crossing(steps: list[Floats]) -> bool:
 
 
 def _triad(setting: Setting, distances: list[_Distance]) -> Iterator[Mark]:
-    """Directions of several coordinates that are zero, from one point left of the figure."""
+    """Directions of several coordinates that are zero, from one point to the left of the figure."""
     paper = np.concatenate([setting.paper(body.name) for body in setting.mechanism.bodies])
     left, bottom = float(paper[:, 0].min()), float(paper[:, 1].max())
     origin = np.array([left - TRIAD, bottom - 4.0])
@@ -227,7 +228,7 @@ def _triad(setting: Setting, distances: list[_Distance]) -> Iterator[Mark]:
 
 
 def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
-    """An arrow from where a point is at zero to where it is, beside the body."""
+    """An arrow beside the body from the point's place at zero to its present one."""
     camera = setting.camera
     if abs(float(distance.forward @ camera.toward)) > 1 - 1e-6:
         return
@@ -240,7 +241,7 @@ def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
     small = distance.length * camera.scale < SMALL
     flat = len(setting.paper(owner)) > 1 and float(np.ptp(setting.paper(owner) @ side)) < FLAT
     if small and flat:
-        # before the plate, which it points at
+        # in front of the plate it points at
         before = setting.reach(owner, along) - float(b @ along) - 62.0
         foot = b + before * along + np.array([0.0, -11.0])
         tip = foot + 26 * along
@@ -257,9 +258,9 @@ def _draw_distance(setting: Setting, distance: _Distance) -> Iterator[Mark]:
 
 
 def _free_side(setting: Setting, owner: str, along: Point) -> Point:
-    """The side of a body to measure its way on: above, unless something hangs on it."""
+    """The side of a body for the arrow of its displacement: above, unless something hangs below."""
     hinged = any(isinstance(j, Revolute) and j.parent == owner for j in setting.mechanism.joints)
     side = -across(along)
     downwards = side[1] > 1e-6 or (abs(side[1]) <= 1e-6 and side[0] > 0)
-    # what hangs on a body leaves room above it
+    # a body from which something hangs has room above it
     return -side if downwards == (hinged and abs(along[0]) > 0.7) else side

@@ -39,7 +39,7 @@ def picture(
     values at that instant.
 
     Args:
-        shown: a motion, or a mechanism, which is then drawn a little off its zero position.
+        shown: a motion, or a mechanism, which is drawn a little away from its zero position.
         t: the instant [s]; the start by default.
         path: the file, ending in .svg, .png or .pdf (the latter two need matplotlib); it is
             replaced in one step.

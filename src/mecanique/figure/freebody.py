@@ -19,10 +19,10 @@ LONGEST, SHORTEST = 110.0, 18.0
 """Lengths of the largest and of the smallest arrow [pt]."""
 
 _UNKNOWN = "S, C: reactions and guides together; each by itself is undetermined"
-"""Below a body on which something acts that the mechanism does not describe."""
+"""Note below a body on which forces act that the mechanism does not describe."""
 
 NEGLIGIBLE = 1e-6
-"""Forces below this share of the largest are not drawn."""
+"""Forces smaller than this fraction of the largest are not drawn."""
 
 
 def cut_free(setting: Setting, body: str) -> tuple[Mark, ...]:
@@ -96,7 +96,7 @@ def _moment(setting: Setting, action: Action, at: Point, taken: list[Point]) -> 
 
 
 def _free(at: Point, along: Point, taken: list[Point]) -> Point:
-    """A place for a label, pushed on past those that are there already."""
+    """A place for a label, moved outwards past the labels already placed."""
     while any(abs(at[1] - other[1]) < 16 and abs(at[0] - other[0]) < 80 for other in taken):
         at = at + np.array([0.0, 17.0 if along[1] >= 0 else -17.0])
     taken.append(at)
@@ -107,7 +107,7 @@ def _label(at: Point, symbol: str, size: float, unit_: str, along: Point, style:
     words = label(at, symbol, along, 8.0, f"{style}-letter")
     parts = (*words.parts, (f" = {size:.3g} {unit_}", "upright"))
     whole = Words(words.at, parts, words.style)
-    # the longer label keeps its near side where the symbol's was
+    # the near side of the longer label stays where the symbol's was
     return Words(
         words.at + np.array([along[0] * (whole.width - words.width) / 2, 0.0]), parts, words.style
     )

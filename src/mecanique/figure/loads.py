@@ -21,10 +21,10 @@ ARROW = 42.0
 """Length of an arrow [pt]."""
 
 LONG_NAME = 3
-"""A name of more signs stands beside an arrow rather than at its tip."""
+"""A longer name stands beside an arrow rather than at its tip [characters]."""
 
 BEND, START, SWEEP = 20.0, 0.3, 1.35 * math.pi
-"""Radius of a bent arrow [pt], where it begins and how far it goes [rad]."""
+"""Radius of a bent arrow [pt], its first angle and its extent [rad]."""
 
 
 def loads(setting: Setting) -> Iterator[Mark]:
@@ -51,7 +51,7 @@ def loads(setting: Setting) -> Iterator[Mark]:
 
 
 def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None) -> Iterator[Mark]:
-    """A force on a body; without a symbol of its own, as it is now."""
+    """A force on a body, as it is at this instant if it has no symbol of its own."""
     given = wrench.force or ()
     present = np.array([0.0 if is_zero(c) else 1.0 for c in given])
     turn = np.eye(3)
@@ -78,13 +78,13 @@ def _push(setting: Setting, force: str, wrench: WrenchOnBody, now: Floats | None
 
 
 def _beyond(setting: Setting, body: str, at: Point, along: Point) -> Point:
-    """Where an arrow begins that points away from a body at a place on paper: just outside it."""
+    """The tail of an arrow that points away from a body at a place on paper: just outside it."""
     inside = max(setting.reach(body, along) - float(at @ along), 0.0)
     return at + (inside + 3.0) * along
 
 
 def _drive(setting: Setting, force: JointLoad) -> Iterator[Mark]:
-    """A drive in a hinge or a slide, on the child."""
+    """A drive in a hinge or a slide, acting on the child."""
     joint, camera = setting.mechanism.joint(force.joint), setting.camera
     at = camera.at(setting.point(joint.child))
     name = (setting.name(force.coefficient) or force.name).lstrip("-")

@@ -1,4 +1,4 @@
-"""The symbols of what bodies measure: lengths of rods, radii of disks, masses of pieces."""
+"""Symbols of the dimensions of bodies: lengths of rods, radii of disks, masses of pieces."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ from mecanique.model.joints import Prismatic
 __all__ = ["lengths", "masses"]
 
 MEASURED_LENGTH, MEASURED_RADIUS = 40.0, 18.0
-"""What is shorter on paper is not measured [pt]."""
+"""Shorter lengths on paper get no dimension [pt]."""
 
 DIMENSION_OFFSET = 18.0
-"""From a rod to its dimension line [pt]."""
+"""Distance from a rod to its dimension line [pt]."""
 
 RADIUS_ANGLE = -0.7
-"""Where on a disk its radius is drawn, on paper, y downwards [rad]."""
+"""Angle at which a disk's radius is drawn, on paper, y downwards [rad]."""
 
 ALONG_ROD = 0.62
-"""Where along a rod its mass is written: beyond the middle, where its length is."""
+"""Where along a rod its mass is written: beyond the middle, which holds its length."""
 
 ROOMY = 26.0
-"""A solid that is wider on paper than this has its mass written into it [pt]."""
+"""The mass of a solid wider than this on paper is written inside it [pt]."""
 
 JOINT_ROOM = 14.0
-"""What a joint takes up about itself [pt]."""
+"""Space that a joint takes up around itself [pt]."""
 
 BELOW_LEFT = np.array([-1.0, 0.6])
-"""Where a mass is written in a solid whose middle is taken."""
+"""Where a mass is written in a solid whose middle is occupied."""
 
 
 def lengths(setting: Setting) -> Iterator[Mark]:
@@ -67,7 +67,7 @@ def _length(setting: Setting, rod: Solid, name: str) -> Iterator[Mark]:
 
 
 def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
-    """An arrow to the rim of a disk that is seen face on."""
+    """An arrow to the rim of a disk seen face on."""
     camera = setting.camera
     radius = disk.size * camera.scale
     face_on = camera.flat and abs(float(disk.pose[:3, 2] @ camera.toward)) > 0.9
@@ -80,7 +80,7 @@ def _radius(setting: Setting, disk: Solid, name: str) -> Iterator[Mark]:
 
 
 def _outward(setting: Setting, a: Point, b: Point) -> float:
-    """The side of a line with less of the figure: 1 to the left as one goes from a to b, or -1."""
+    """The side of a line with less of the figure: 1 to the left going from a to b, or -1."""
     side = across(unit(b - a))
     middles = [setting.camera.at(each.ends.mean(axis=0)) for each in setting.solids]
     return -1.0 if sum(float((middle - a) @ side) for middle in middles) > 1e-6 else 1.0
@@ -94,7 +94,7 @@ def masses(setting: Setting) -> Iterator[Mark]:
 
 
 def _named_pieces(setting: Setting, body: Body) -> Iterator[tuple[str, Solid]]:
-    """The pieces of a body that have a mass with a short name, each with its largest solid."""
+    """The pieces of a body whose mass has a short name, each with its largest solid."""
     solids = iter([each for each in setting.solids if each.body == body.name])
     for shape in body.shapes:
         own = [solid for _, solid in zip(shape.visuals, solids, strict=False)]
@@ -124,7 +124,7 @@ def _mass(setting: Setting, name: str, solid: Solid) -> Words:
 
 
 def _beside(setting: Setting, name: str, solid: Solid, at: Point) -> Words:
-    """A letter left or right of a body, on the side that faces away from the rest."""
+    """A letter to the left or right of a body, on the side facing away from the rest."""
     middles = [setting.camera.at(each.ends.mean(axis=0)) for each in setting.solids]
     left = at[0] <= float(np.mean(middles, axis=0)[0]) + 1
     side = np.array([-1.0 if left else 1.0, 0.0])

@@ -24,13 +24,13 @@ from mecanique.model.loops import Loop
 __all__ = ["figure", "solid_marks"]
 
 MOST_LABELS = 14
-"""With more bodies than this a figure is drawn without letters."""
+"""A figure of more bodies than this is drawn without letters."""
 
 SHORTEST_LINE = 3.0
-"""A shorter line between two joints is not drawn [pt]."""
+"""Shorter lines between two joints are not drawn [pt]."""
 
 PULLEY = 8.0
-"""Radius of a pulley that only leads a cord round a corner [pt]."""
+"""Radius of a pulley that only guides a cord around a corner [pt]."""
 
 
 def figure(setting: Setting) -> tuple[Mark, ...]:
@@ -66,7 +66,7 @@ def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
 
 
 def _links(setting: Setting) -> Iterator[Mark]:
-    """Lines along bodies without solids, from joint to joint, and along slides that span a way."""
+    """Lines along bodies without solids, from joint to joint, and along extended slides."""
     mechanism, camera = setting.mechanism, setting.camera
     shown = {each.body for each in setting.solids} | {mechanism.ground}
     lines = [force for force in mechanism.forces if isinstance(force, LineLoad)]
@@ -89,7 +89,7 @@ def _line(a: Point, b: Point) -> Iterator[Mark]:
 
 
 def _cord(setting: Setting, joint: Prismatic) -> Iterator[Mark]:
-    """What a weight on an upright slide hangs from: a pulley's rim, or a hinge of the ground."""
+    """The support of a weight on a vertical slide: a pulley's rim, or a hinge on the ground."""
     camera, mechanism = setting.camera, setting.mechanism
     at = camera.at(setting.point(joint.child))
     wheels = [s for s in setting.solids if s.kind == "cylinder" and s.body != joint.child]
@@ -108,7 +108,7 @@ def _cord(setting: Setting, joint: Prismatic) -> Iterator[Mark]:
 
 
 def _deflect(at: Point, hinge: Point) -> Iterator[Mark]:
-    """A cord that goes up from a weight, over a small pulley, and on to a hinge."""
+    """A cord that runs up from a weight, over a small pulley, and on to a hinge."""
     corner = np.array([at[0], hinge[1]])
     if corner[1] >= at[1] or math.hypot(*(corner - hinge)) <= 1.5 * PULLEY:
         return
@@ -138,7 +138,7 @@ def _joints(setting: Setting) -> Iterator[Mark]:
 
 
 def _loop(setting: Setting, loop: Loop) -> Iterator[Mark]:
-    """The pin that closes a loop, on the ground if it holds it; for a distance, two and a line."""
+    """The pin that closes a loop, on the ground if that holds it; two and a line for a distance."""
     a = setting.camera.at(setting.point(loop.body_a, loop.frame_a.xyz))
     b = setting.camera.at(setting.point(loop.body_b, loop.frame_b.xyz))
     if loop.kind == "distance":

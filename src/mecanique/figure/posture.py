@@ -16,10 +16,10 @@ from mecanique.model.units import units
 __all__ = ["posture"]
 
 ANGLES = (0.55, 0.95, 0.75, 1.15)
-"""Of the first, second … angle, unless it starts at a moderate angle of its own [rad]."""
+"""Values of the first, second … angle, unless it starts at a moderate angle of its own [rad]."""
 
 SLIGHT, GREAT = 0.25, 1.3
-"""What counts as a moderate angle [rad]."""
+"""Range of moderate angles [rad]."""
 
 
 def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> NDArray[np.float64]:
@@ -27,8 +27,8 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
 
     Args:
         mechanism: what is drawn.
-        start: values of coordinates, of which lengths and moderate angles are kept, and all where
-            loops must close and wheels touch.
+        start: values of coordinates; lengths and moderate angles are kept, and all values if there
+            are loops to close and wheels touch.
     """
     if mechanism.constrained:
         from mecanique.reference import assemble

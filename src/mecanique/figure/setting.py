@@ -1,4 +1,4 @@
-"""What a figure is drawn from: a mechanism at one instant, its solids, and the view of them."""
+"""The setting of a figure: a mechanism at one instant, its solids, and the view."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from mecanique.reference import Reference
 __all__ = ["Setting", "is_zero", "setting"]
 
 WIDTH, HEIGHT = 400.0, 300.0
-"""What the solids of a figure fill at most [pt]."""
+"""The largest extent of a figure's solids [pt]."""
 
 STEPS = np.linspace(0.0, 1.0, 13)
-"""Where along a solid one looks whether there is room for a letter."""
+"""Places along a solid that are tried for a letter."""
 
 LONGEST_NAME = 9
-"""A formula of more signs than this is not written beside what it measures."""
+"""Longer formulas are not written beside what they measure [characters]."""
 
 
 @final
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A mechanism at one instant, looked at.
+    """A mechanism at one instant, in a view.
 
     Args:
         mechanism: what is drawn.
@@ -40,7 +40,7 @@ class Setting:
         v: shape (nv,).
         t: [s].
         poses: shape (nb, 4, 4).
-        camera: how it is looked at.
+        camera: the view.
         solids: the geometries of its bodies.
     """
 
@@ -54,11 +54,11 @@ class Setting:
     solids: tuple[Solid, ...]
 
     def index(self, body: str) -> int:
-        """Return where a body stands among the poses."""
+        """Return the index of a body among the poses."""
         return [each.name for each in self.mechanism.bodies].index(body)
 
     def point(self, body: str, xyz: Any = (0.0, 0.0, 0.0)) -> Floats:
-        """Return where a point of a body is in the world, shape (3,) [m].
+        """Return the position of a point of a body in the world, shape (3,) [m].
 
         Args:
             body: its name.
@@ -70,7 +70,7 @@ class Setting:
         return position
 
     def seat(self, joint: Joint) -> Floats:
-        """Return where a joint's frame stands in the world, by its parent, shape (3,) [m]."""
+        """Return a joint's origin in the world, from its parent's pose, shape (3,) [m]."""
         return self.point(joint.parent, joint.origin.xyz)
 
     def axis(self, joint: Any) -> Floats:
@@ -88,7 +88,7 @@ class Setting:
         return self.camera.at(np.concatenate(spans) if spans else self.point(body)[None])
 
     def reach(self, body: str, direction: Point) -> float:
-        """Return how far a body goes on paper from the world's origin along a direction [pt].
+        """Return how far a body extends on paper from the world's origin along a direction [pt].
 
         Args:
             body: its name.
@@ -97,7 +97,7 @@ class Setting:
         return float((self.paper(body) @ direction).max())
 
     def clear_side(self, at: Point) -> Point:
-        """Return the direction from a place on paper in which the figure has least, shape (2,).
+        """Return the emptiest direction from a place on paper, shape (2,).
 
         Args:
             at: shape (2,).
@@ -121,7 +121,7 @@ class Setting:
         return best
 
     def name(self, scalar: Scalar) -> str:
-        """Return how a scalar is written beside what it measures: its formula, if that is short."""
+        """Return the text of a scalar beside what it measures: its formula, if that is short."""
         if isinstance(scalar, (int, float)):
             return ""
         text = str(scalar).replace(" ", "")
@@ -129,7 +129,7 @@ class Setting:
 
 
 def setting(mechanism: Mechanism, reference: Reference, q: Floats, v: Floats, t: float) -> Setting:
-    """Return a mechanism at one instant, in the view and at the scale it is best drawn in."""
+    """Return a mechanism at one instant, in the view and at the scale that suit it best."""
     poses = np.asarray(reference.poses(q, t))
     found = tuple(solids(mechanism, poses))
     axes = side_of(mechanism, poses)

@@ -1,4 +1,4 @@
-"""How bodies look in a figure: outlines of boxes, cylinders and balls, rods as bars."""
+"""The outlines of bodies in a figure: boxes, cylinders and balls, and rods as bars."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SLENDER = 6.0
 @final
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """One geometry of a body, in the world.
+    """A solid of a body, in the world.
 
     Args:
         body: whose it is.
@@ -36,7 +36,7 @@ class Solid:
         pose: shape (4, 4), its frame.
         geometry: as described.
         clear: whether it is drawn half transparent.
-        point: whether it stands for a particle, however large it is drawn.
+        point: whether it stands for a particle, at whatever size it is drawn.
     """
 
     body: str
@@ -123,7 +123,7 @@ def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
 
 
 def radius_of(solid: Solid, camera: Camera) -> float:
-    """Return the radius a ball is drawn with: a particle is a dot of moderate size [pt]."""
+    """Return the radius of a ball on paper; a particle is a dot of moderate size [pt]."""
     return min(max(solid.size * camera.scale, 5.5), 9.0 if solid.point else math.inf)
 
 

@@ -47,7 +47,7 @@ def supports(setting: Setting) -> Iterator[Mark]:
 
 
 def _away(setting: Setting, body: str, at: Point) -> Point:
-    """From a hinge, up or down, to where there is less of what hangs on it."""
+    """From a hinge, up or down, to the side with less of what hangs from it."""
     family = {body}
     for joint in setting.mechanism.tree:
         if joint.parent in family:
@@ -58,7 +58,7 @@ def _away(setting: Setting, body: str, at: Point) -> Point:
 
 
 def _bearing(setting: Setting, joint: Single, at: Point) -> Iterator[Mark]:
-    """An axle in space: its line, and the bearing at its lower end, or beyond what surrounds it."""
+    """An axle in space: its line, and a bearing at its lower end or beyond the bodies around it."""
     down = setting.camera.at(setting.axis(joint)) / setting.camera.scale
     if math.hypot(*down) < 0.2:
         yield from pin(at, _away(setting, joint.child, at))
@@ -73,7 +73,7 @@ def _bearing(setting: Setting, joint: Single, at: Point) -> Iterator[Mark]:
 
 
 def _slabs(setting: Setting) -> Iterator[Mark]:
-    """Hatching below the boxes of the ground that are seen from their narrow side."""
+    """Hatching below the boxes of the ground that are seen edge on."""
     if not setting.camera.flat:
         return
     for solid in setting.solids:
@@ -140,7 +140,7 @@ def _rail(setting: Setting, joint: Prismatic) -> Iterator[_Rail]:
 
 
 def _draw_line(rails: list[_Rail]) -> Iterator[Mark]:
-    """Rails on one line as one."""
+    """Join rails that lie on one line."""
     first = rails[0]
     for rail in rails:
         for foot in rail.feet:
@@ -152,7 +152,7 @@ def _draw_line(rails: list[_Rail]) -> Iterator[Mark]:
 
 
 def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
-    """Return whether a slide is a floor on elastic columns: it holds a spring and stands raised."""
+    """Return whether a slide is a floor on elastic columns: it holds a spring and is raised."""
     offset, axis = setting.seat(joint) - setting.point(joint.parent), setting.axis(joint)
     raised = float(np.linalg.norm(offset - (offset @ axis) * axis)) * setting.camera.scale
     sprung = loads_in(setting.mechanism.forces, joint.name, "spring")
@@ -164,7 +164,7 @@ def wall(at: Point, outward: Point) -> Iterator[Mark]:
 
     Args:
         at: shape (2,), its middle.
-        outward: shape (2,), from the wall into the open.
+        outward: shape (2,), away from the wall.
     """
     side = across(outward)
     a, b = at - 20 * side, at + 20 * side

@@ -1,6 +1,6 @@
 """Pictures of a motion: the scene as pure data, one offline page, a live view.
 
-Once this room is imported, motions show themselves in notebooks.
+Importing this package lets motions show themselves in notebooks.
 """
 
 from __future__ import annotations

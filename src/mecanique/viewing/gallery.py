@@ -1,4 +1,4 @@
-"""The catalogue as a folder of offline pages: one a system, and an index with pictures."""
+"""The catalogue as a folder of offline pages: one for each system, and an index with pictures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Card:
 
     Args:
         name: its name in the catalogue, and the stem of its page.
-        title: what it is, in one line.
+        title: its description in one line.
         tags: words to find it by.
         picture: its figure, as SVG text; empty if there is none.
         fault: why it has no page; empty if it has one.
@@ -57,10 +57,10 @@ def gallery(
         directory: where to; it is made if it does not exist.
         systems: names of systems; all by default.
         duration: longest motion [s]; by default each is as long as the catalogue states.
-        progress: called with the name of each system as its turn comes, and the share that is done.
+        progress: called with the name of each system in turn and the fraction done.
 
     Returns:
-        What the index shows.
+        The cards of the index.
 
     Raises:
         UnknownNameError: if a system does not exist.
@@ -130,7 +130,7 @@ def picture_of(name: str) -> str:
 def _motion(name: str, duration: float | None) -> Motion:
     system = entry(name)
     speed = {velocity.removesuffix("'"): value for velocity, value in system.start_velocity.items()}
-    # what is fast is not made longer: the squeezer is shown for some hundredths of a second
+    # fast motions stay short: the squeezer runs for some hundredths of a second
     seconds = system.duration if duration is None else min(duration, system.duration)
     return simulate(load(name), q=dict(system.start), v=speed, duration=seconds)
 

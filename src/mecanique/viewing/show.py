@@ -31,7 +31,7 @@ def scene(
     equations: Equations | Sequence[Equations] | None = None,
     verdict: Verdict | None = None,
 ) -> Scene:
-    """Return a motion with all that is said about it, as pure data.
+    """Return a motion with all its texts, as pure data.
 
     Args:
         motion: what `simulate` returned.
@@ -52,7 +52,7 @@ def scene(
 
 
 def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
-    """Derive by each method, leaving out what the package cannot treat: a page shows the rest."""
+    """Derive by each method, skipping those that do not apply: a page shows the rest."""
     for method in readable(mechanism):
         with suppress(MecaniqueError):
             yield derive(mechanism, method)
@@ -89,7 +89,7 @@ def export(
 
 
 def frame(motion: Motion) -> str:
-    """Return a motion's page in a frame for a notebook: its scripts see nothing around them."""
+    """Return a motion's page in a frame for a notebook, isolated from everything around it."""
     text = escape(page(scene(motion)), quote=True)
     return (
         f'<iframe sandbox="allow-scripts allow-downloads" title="{escape(repr(motion))}"'
@@ -148,7 +148,7 @@ def view(
             print(f"{live.url}\nCtrl-C ends the view.", flush=True)
             live.await_page()
             source.presenter.check(live)
-            # a page takes its time to load; nothing of the motion is missed
+            # a page takes its time to load, but shows the motion from its start
             live.wait()
             live.stream(lambda changes: source.frames(live, changes), speed=speed, hold=True)
         except KeyboardInterrupt:

@@ -1,1 +1,1 @@
-"""What a figure is on paper: marks, signs and letters, and the files they are written to."""
+"""A figure on paper: marks, signs and letters, and the files they are written to."""

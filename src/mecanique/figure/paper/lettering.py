@@ -1,4 +1,4 @@
-"""Letters that keep clear of one another and of lines, each moved a little to the best place."""
+"""Keep letters clear of one another and of lines: each moves a little to the best place."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words
 __all__ = ["clear_letters", "frame", "overlap"]
 
 FARTHEST = 36.0
-"""How far a letter may be moved [pt]."""
+"""The farthest that a letter may move [pt]."""
 
 AIR = 2.0
-"""Left free on both sides of a word [pt]."""
+"""Margin on both sides of a word [pt]."""
 
 _RINGS = (5.0, 10.0, 15.0, 20.0, 28.0, FARTHEST)
 _WAYS = 16
 _PASSES = 2
 _MOVE, _WORD = 0.6, 12.0
-"""What a point of moving and a square point of another word cost; a point of a line costs 1."""
+"""Costs of a point of moving and of a square point of another word; a point of a line costs 1."""
 
 _FAINT = {"thin": 0.5, "dashed": 0.5, "axis": 0.4, "hatch": 0.7}
 
@@ -30,7 +30,7 @@ Boxes = NDArray[np.float64]
 
 
 def clear_letters(marks: Sequence[Mark]) -> tuple[Mark, ...]:
-    """Return the marks with their words moved off one another and off lines."""
+    """Move the words of a figure off one another and off lines."""
     placed = list(marks)
     lines, weights = _lines(marks)
     numbers = [k for k, mark in enumerate(marks) if isinstance(mark, Words)]
@@ -56,7 +56,7 @@ def frame(word: Words) -> Point:
 
 
 def overlap(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
-    """Return how much of each box others cover, shape (n,) [pt²].
+    """Return the area of each box that others cover, shape (n,) [pt²].
 
     Args:
         boxes: shape (n, 4).
@@ -71,7 +71,7 @@ def overlap(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
 def _best(
     box: Point, others: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> Point:
-    """The move that costs least."""
+    """The cheapest move."""
     angles = np.arange(_WAYS) * 2 * np.pi / _WAYS
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     moves = np.concatenate([np.zeros((1, 2)), *(radius * ring for radius in _RINGS)])
@@ -100,7 +100,7 @@ def _measure_crossings(
 
 
 def _lines(marks: Sequence[Mark]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """A figure's lines as pieces, shape (n, 2, 2), and the cost of crossing them, shape (n,)."""
+    """A figure's lines as segments, shape (n, 2, 2), and the cost of crossing them, shape (n,)."""
     pieces: list[NDArray[np.float64]] = [np.empty((0, 2, 2))]
     weights: list[NDArray[np.float64]] = [np.empty(0)]
     turn = np.linspace(0.0, 2 * np.pi, 25)

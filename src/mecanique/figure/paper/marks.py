@@ -32,7 +32,7 @@ Anchor: TypeAlias = Literal["start", "middle", "end"]
 @final
 @dataclass(frozen=True)
 class Style:
-    """How a kind of mark is drawn.
+    """The style of a kind of mark.
 
     Args:
         ink: color of the line on light paper; empty for none.
@@ -135,7 +135,7 @@ class Words:
 
     @property
     def width(self) -> float:
-        """About how wide they are [pt]."""
+        """Approximate width [pt]."""
         return sum(
             len(text) * (0.40 if how == "below" else 0.54) * self.size for text, how in self.parts
         )

@@ -84,7 +84,7 @@ def raster(marks: Sequence[Mark], form: str) -> bytes:
 
 
 def _text(words: Words) -> str:
-    """In matplotlib's own mathematics, every sign of which is taken literally."""
+    """Write text in matplotlib's mathtext, with every character taken literally."""
     written = ""
     for text, how in words.parts:
         plain = "".join(f"\\{sign}" if sign in "\\$%#&_{}^~" else sign for sign in text)

@@ -36,7 +36,7 @@ def unit(vector: Point) -> Point:
 
 
 def across(direction: Point) -> Point:
-    """Return a direction turned to the left as seen on paper.
+    """Return a direction turned left by a quarter turn, as seen on paper.
 
     Args:
         direction: shape (2,).
@@ -45,7 +45,7 @@ def across(direction: Point) -> Point:
 
 
 def label(at: Point, text: str, away: Point, gap: float = 11.0, style: str = "letter") -> Words:
-    """Return a label beside a point, on the side one names.
+    """Return a label beside a point, on the given side.
 
     Args:
         at: shape (2,).
@@ -56,7 +56,7 @@ def label(at: Point, text: str, away: Point, gap: float = 11.0, style: str = "le
     """
     parts, side = rich(text), unit(away)
     words = Words(at, parts, style)
-    # the middle of the label is as far away as its half width and height ask for
+    # half the label's extent along this direction lies between its middle and its near side
     reach = gap + abs(side[0]) * words.width / 2 + abs(side[1]) * 0.36 * words.size
     return Words(at + reach * side, parts, style)
 
@@ -113,7 +113,7 @@ def dimension(a: Point, b: Point, text: str, offset: float) -> Iterator[Mark]:
         a: shape (2,).
         b: shape (2,).
         text: what the distance is called.
-        offset: how far to the left of the way from a to b it stands [pt].
+        offset: distance to the left of the line from a to b [pt].
     """
     side = across(unit(b - a)) * math.copysign(1.0, offset)
     shift = abs(offset) * side
@@ -181,7 +181,7 @@ def spiral(at: Point, start: float) -> Iterator[Mark]:
 
 
 def hatch(a: Point, b: Point, depth: float = 8.0) -> Iterator[Mark]:
-    """Yield a line of ground, hatched on its right as one goes from a to b.
+    """Yield a line of ground, hatched on the right going from a to b.
 
     Args:
         a: shape (2,).
@@ -210,7 +210,7 @@ def pin(at: Point, towards: Point | None = None) -> Iterator[Mark]:
         side = across(down)
         foot = at + 17 * down
         yield Stroke(np.array([at, foot + 10 * side, foot - 10 * side]), "pin", closed=True)
-        # the ground lies beyond the foot: to the right as one goes from its left end
+        # the ground lies beyond the foot: to the right, starting from its left end
         yield from (
             hatch(foot + 18 * side, foot - 18 * side)
             if _right(down, side)
@@ -220,5 +220,5 @@ def pin(at: Point, towards: Point | None = None) -> Iterator[Mark]:
 
 
 def _right(down: Point, side: Point) -> bool:
-    """Whether the way from +side to −side has the ground on its right."""
+    """Whether the line from +side to −side has the ground on its right."""
     return float(-across(-side) @ down) > 0

@@ -89,7 +89,7 @@ def _short(x: float) -> str:
 
 
 def _clean(text: str) -> str:
-    """Text as XML takes it: escaped, without characters that XML has none for."""
+    """Escape text for XML, without the characters that XML does not allow."""
     kept = "".join(
         c for c in text if c >= " " and not 0xD800 <= ord(c) <= 0xDFFF and c not in "\ufffe\uffff"
     )

@@ -16,11 +16,10 @@ _BOTH = frozenset({"sin", "cos"})
 
 
 def by_tangents(tape: Tape, outputs: Sequence[Value]) -> tuple[Tape, list[Value]]:
-    """Return a program that gives the same with fewer sines and cosines.
+    """Return a program with the same results and fewer sines and cosines.
 
-    Where both of an angle are needed, they share a tangent. Those of a sum of angles come from
-    those of its parts by the addition theorems, if one of the parts has a sine or cosine of its
-    own.
+    Where both of an angle are needed, they share a tangent. For a sum of angles, the addition
+    theorems take them from its parts, if one of the parts has a sine or cosine of its own.
     """
     operations, needed = tape.operations, tape.find_needed(outputs)
     wanted: dict[int, set[str]] = {}

@@ -1,8 +1,8 @@
 """Series as straight-line code with few products: letters of one kind together, squares completed.
 
 The inertia terms of a mechanism are quadratic forms of its velocities before sines and cosines.
-Each form is written as a sum of squares of linear forms (Lagrange's reduction, 1759): those of a
-chain of links are squares of the links' own angular velocities, which all rows share.
+Each form is written as a sum of squares of linear forms (Lagrange's reduction, 1759): for a chain
+of links they are squares of the links' own angular velocities, which all rows share.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _ROUNDING = 1e-14
 
 @final
 class Lowering:
-    """Writes series of a ring on a tape.
+    """Write series of a ring on a tape.
 
     Args:
         ring: the ring.

@@ -1,7 +1,7 @@
-"""Straight-line programs: elementary operations in order, each different one once.
+"""Straight-line programs: elementary operations in order, each one only once.
 
-A value is a float or the place of an operation on the tape. Equal operations are found again when
-they are written (common subexpressions), and operations on numbers alone are carried out at once.
+A value is a float or the place of an operation on the tape. An operation that was written before is
+found again (common subexpressions), and operations on numbers alone are carried out at once.
 """
 
 from __future__ import annotations
@@ -153,7 +153,7 @@ class Tape:
         return kind, values or (0.0,), name
 
     def _negate(self, place: int) -> Value | None:
-        """What it is the negative of, if it is written as one."""
+        """Return what a value is the negative of, if it is written as one."""
         kind, values, _ = self.operations[place]
         if kind == "*" and isinstance(values[0], float) and values[0] < 0:
             return self.multiply(-values[0], values[1])

@@ -1,4 +1,4 @@
-"""Scalars that write on a tape what is done with them: expressions and poses become programs."""
+"""Scalars that record their arithmetic on a tape: expressions and poses become programs."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ __all__ = ["Traced", "arithmetic_on", "trace", "value_of"]
 
 @final
 class Traced:
-    """The place of an operation on a tape, with arithmetic; what becomes a number is a float."""
+    """The place of an operation on a tape, with arithmetic; results that are numbers are floats."""
 
     __slots__ = ("place", "tape")
-    __array_ufunc__ = None  # numpy's numbers leave arithmetic with these to them
+    __array_ufunc__ = None  # so that numpy's numbers leave arithmetic with these to this class
 
     def __init__(self, tape: Tape, place: int) -> None:
         self.tape = tape

@@ -43,7 +43,7 @@ def mend(text: str, *, name: str = "robot") -> str:
         name: for a robot without one.
 
     Returns:
-        The mended text; the text itself if there is nothing to mend or it is no XML.
+        The repaired text; the text itself if there is nothing to repair or it is not XML.
     """
     robot = parse(text, Report(None))
     if robot is None or robot.tag != "robot":

@@ -1,4 +1,4 @@
-"""Derivation and verdict found while a mechanism is already shown."""
+"""Derive and verify a mechanism while it is already shown."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mecanique.viewing.scene.texts import derivation_of, table_of
 __all__ = ["MOST_DERIVED", "Checking", "Found", "pending"]
 
 MOST_DERIVED = 8
-"""With more velocities than this the equations are compared, but not written out."""
+"""Above this number of velocities the equations are compared, but not written out."""
 
 Found = Callable[[tuple[Derivation, ...], VerdictTable], None]
 
@@ -28,7 +28,7 @@ def pending(mechanism: Mechanism, document: Document) -> Document:
     """Return a document that says that equations and verdict are on their way.
 
     Args:
-        mechanism: what is to be derived and compared.
+        mechanism: to be derived and compared.
         document: the rest of the texts.
     """
     waiting = Derivation("Being derived …", ())
@@ -54,7 +54,7 @@ class Checking:
         self._thread.start()
 
     def cancel(self) -> None:
-        """Report nothing more; what is being computed ends at its next step."""
+        """Report nothing more; the computation ends at its next step."""
         with self._lock:
             self._cancelled = True
 
@@ -77,14 +77,12 @@ class Checking:
                     equations = self._derive(method)
                     derivations += (derivation_of(equations),)
                     if not equations.symbolic:
-                        break  # the other methods would not be written out either
+                        break  # the other methods cannot be written out either
             if derivations:
                 self._tell(derivations, WAITING)
             if not self._cancelled:
                 self._tell(derivations, self._compare())
-        except (
-            Exception
-        ) as error:  # a page that waits for ever would be worse than one that says why
+        except Exception as error:  # a page must not wait forever: it says why there is no verdict
             self._tell(
                 derivations, VerdictTable(headline=f"not checked: {type(error).__name__}: {error}")
             )

@@ -1,4 +1,4 @@
-"""Shown time against the wall's: an absolute clock, so that small delays do not add up."""
+"""Shown time against wall time: an absolute clock, so that small delays do not add up."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FRAME = 1 / 60
 
 @final
 class PacedClock:
-    """The time shown now: it follows the wall's clock at the speed set, and stops while paused.
+    """The time shown now: it follows the wall clock at the chosen speed, and stops while paused.
 
     Args:
         controls: where pause and speed are read.
@@ -40,11 +40,11 @@ class PacedClock:
         return self._shown + (time.monotonic() - self._wall) * self._rate
 
     def forgive(self, t: float, most: float = 0.1) -> None:
-        """Set the clock back to a source that has fallen behind it.
+        """Set the clock back to a source that has fallen behind.
 
         Args:
             t: the time the source has reached [s].
-            most: how far behind it may be before that [s of wall time].
+            most: tolerated delay [s of wall time].
         """
         if self.now() - t > most * max(self._rate, 1e-9):
             self._shown, self._wall = t, time.monotonic()
@@ -54,7 +54,7 @@ class PacedClock:
         return max(0.0, (t - self.now()) / self._rate) if self._rate > 0 else FRAME
 
     def rest(self, period: float) -> None:
-        """Sleep till the next picture is due, on a grid that does not drift.
+        """Sleep until the next picture is due, on a grid that does not drift.
 
         Args:
             period: from picture to picture [s].

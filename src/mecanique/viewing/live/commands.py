@@ -1,4 +1,4 @@
-"""What a page may ask of a live view: a few commands, checked before they are obeyed."""
+"""The few commands a page may send to a live view, checked before they are obeyed."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KEYS = {
 
 
 def read(text: str | bytes) -> dict[str, Any] | None:
-    """Return a page's message if it is exactly what a page sends, else None."""
+    """Return a page's message if it is well-formed, else None."""
     if not isinstance(text, str) or len(text) > LONGEST:
         return None
     try:
@@ -36,7 +36,7 @@ def read(text: str | bytes) -> dict[str, Any] | None:
     if set(message) != _KEYS.get(message["do"]):
         return None
     value = message.get("value", 0.0)
-    # bool is an int to Python, and JSON as Python reads it knows NaN
+    # to Python a bool is an int, and its JSON reader accepts NaN
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not _finite(value):
         return None
     if not isinstance(message.get("name", ""), str):
@@ -55,7 +55,7 @@ def _finite(value: float) -> bool:
 
 @final
 class Controls:
-    """What the pages have asked for, shared by the server's thread and the one that streams."""
+    """Requests of the pages, shared by the server's thread and the streaming thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

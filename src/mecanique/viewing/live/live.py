@@ -24,7 +24,7 @@ from mecanique.viewing.scene.scene import Frame, Scene
 __all__ = ["Changes", "Frames", "LiveView"]
 
 Changes: TypeAlias = Mapping[tuple[str, str], float]
-"""New values by ("parameter" or "initial", name), as set in the page so far."""
+"""New values by ("parameter" or "initial", name), as set on the page so far."""
 
 Frames: TypeAlias = "Iterable[Frame] | Callable[[Changes], Iterable[Frame]]"
 
@@ -104,9 +104,9 @@ class LiveView:
         """Replace the scene; open pages load the new one.
 
         Args:
-            scene: what to show from now on.
-            keep: whether the equations and the verdict that are shown stay, also those that have
-                just arrived.
+            scene: the new scene.
+            keep: whether to keep the equations and the verdict, including those that have just
+                arrived.
         """
         with self._texts:
             if keep:
@@ -153,7 +153,7 @@ class LiveView:
         self._latest = frame
 
     def await_page(self) -> None:
-        """Wait till the page is made; a view without one is closed.
+        """Wait until the page is made; a view without one is closed.
 
         Raises:
             InputError: if a mesh cannot be read.
@@ -165,17 +165,17 @@ class LiveView:
             raise
 
     def wait(self, period: float = 0.2) -> bool:
-        """Wait till a page has shown something, or the view is closed; return whether one has.
+        """Wait until a page has shown something or the view is closed; return whether one has.
 
         Args:
-            period: how often Ctrl-C is listened to [s].
+            period: interval at which Ctrl-C is noticed [s].
         """
         while not (self._controls.closed or self._server.seen.wait(period)):
             pass
         return self._server.seen.is_set()
 
     def stream(self, frames: Frames, *, speed: float = 1.0, hold: bool = False) -> None:
-        """Show frames as their time comes; returns when there are no more.
+        """Show each frame at its time; return when there are no more.
 
         The page's pause and speed are obeyed; its reset and its sliders start the stream again, if
         `frames` is a function.
@@ -184,7 +184,7 @@ class LiveView:
             frames: instants in order of time, or a function that gives them, called with the values
                 set in the page; it may call `show` first.
             speed: seconds shown per second.
-            hold: whether to stay at the end, ready to start again, till the view is closed.
+            hold: whether to stay at the end, ready to start again, until the view is closed.
         """
         self._controls.begin(speed)
         self._server.announce()
@@ -209,7 +209,7 @@ class LiveView:
                 self._controls.rest(min(FRAME, clock.until(frame.t)))
             if self._controls.closed or self._controls.restart_wanted:
                 return
-            # a source that is behind does not make the picture run after it at double speed
+            # after a delay the picture does not catch up at double speed
             clock.forgive(frame.t)
             self.send(frame)
 
@@ -235,7 +235,7 @@ class LiveView:
 
 
 def row(frame: Frame, scene: Scene) -> bytes:
-    """Pack a frame as the page reads it: the numbers of one instant, single precision.
+    """Pack a frame for the page: the numbers of one instant in single precision.
 
     Args:
         frame: the instant.

@@ -1,4 +1,4 @@
-"""A mechanism that is set in motion while it is shown, and a motion that is computed already."""
+"""Motions for a live view: computed while it is shown, or recorded."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from mecanique.viewing.scene.texts import document_of
 __all__ = ["Moving", "Recorded"]
 
 MOST_AHEAD = 8
-"""With more velocities than this a live view starts with a short stretch, to start at once."""
+"""Above this number of velocities a live view starts with a short stretch, to start at once."""
 
 _FOR_PROGRAMS = "; the motion until then is in the error's .motion"
-"""What an error says at its end to whoever catches it; a page shows that motion."""
+"""The end of an error's message, meant for code that catches it; a page shows that motion."""
 
 
 @final
 class Moving:
-    """A mechanism and how it starts; what follows is computed as it is shown.
+    """A mechanism and its start; the motion is computed as it is shown.
 
     Args:
         mechanism: what moves.
@@ -96,7 +96,7 @@ class Moving:
 
 @final
 class Recorded:
-    """A recorded motion, computed anew over the same time when values change in the page.
+    """A recorded motion, computed again over the same time when values change on the page.
 
     Args:
         motion: what `simulate` returned.
@@ -143,7 +143,7 @@ class Recorded:
 def _restart(
     motion: Motion, changes: Changes
 ) -> tuple[Mechanism, dict[str, float], dict[str, float]]:
-    """A motion's mechanism and start with the values that were set in the page."""
+    """A motion's mechanism and start with the values set on the page."""
     parameters = {name: value for (kind, name), value in changes.items() if kind == "parameter"}
     mechanism = motion.mechanism.replace(**parameters) if parameters else motion.mechanism
     q = dict(zip(mechanism.coordinates, motion.q[0].tolist(), strict=True))
@@ -155,7 +155,7 @@ def _restart(
 
 
 def _stage(motion: Motion, subtitle: str = "") -> Scene:
-    """A complete scene with its texts, but for those that take their time."""
+    """A complete scene with its texts, except those that take long to compute."""
     actions = actions_of(motion)
     document = pending(motion.mechanism, document_of(motion, (), None, actions))
     return scene_of(

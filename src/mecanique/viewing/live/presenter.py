@@ -1,4 +1,4 @@
-"""What a live view shows of a mechanism, across restarts, changes and forces that set in."""
+"""What a live view shows of a mechanism across restarts, changes and new forces."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Presenter:
         self.first = fit(complete, self._names)
 
     def check(self, live: LiveView) -> None:
-        """Derive and compare what moves, unless that has been begun.
+        """Derive and compare what moves, unless this has already begun.
 
         Args:
             live: the view that shows what is found.
@@ -74,7 +74,7 @@ class Presenter:
         names = self._names | names_of(complete)
         shown = fit(complete, names)
         if names != self._names:
-            # a force that acts for the first time has no place in the scene yet
+            # a force that acts for the first time is not yet part of the scene
             self._names, before = names, live.scene
             document = replace(before.document, ledger=shown.document.ledger)
             planar = shown.planar and before.planar
@@ -84,7 +84,7 @@ class Presenter:
         return shown
 
     def close(self) -> None:
-        """End what is being derived."""
+        """Cancel the derivation in progress."""
         if self._checking:
             self._checking.finish(2.0)
 

@@ -29,7 +29,7 @@ __all__ = ["Server"]
 
 ADDRESS = "127.0.0.1"
 IN_FLIGHT = 2
-"""Frames a page may have before it has shown one; a slow page misses those in between."""
+"""Frames sent to a page before it has shown one; a slow page skips those in between."""
 
 _FRAME, _COMMAND = 1, 2
 
@@ -94,10 +94,10 @@ class Server:
         return f"{ADDRESS}:{self.port}", f"localhost:{self.port}"
 
     def show(self, scene: Scene) -> Future[str]:
-        """Serve a scene from now on; pages that show another load it.
+        """Serve a new scene; pages that show another one load it.
 
         Returns:
-            The page, which is being made: meshes take their time.
+            The page in the making: meshes take their time.
         """
         identity = secrets.token_urlsafe(9)
         stream = Stream(identity, tuple(f"ws://{host}" for host in self.hosts))
@@ -118,10 +118,10 @@ class Server:
         self._wake()
 
     def note(self, notes: dict[str, str]) -> None:
-        """Send every page, now and later, what has been found out about the scene.
+        """Send every page, present and future, notes on the scene.
 
         Args:
-            notes: texts by the place they belong to; an empty one withdraws what was said.
+            notes: texts by their place on the page; an empty one withdraws a note.
         """
         with self._lock:
             self._notes |= notes
@@ -132,7 +132,7 @@ class Server:
         self._call(self._tell, restart)
 
     def close(self) -> None:
-        """Stop answering, let go of the port and end the thread."""
+        """Stop answering, release the port and end the thread."""
         if self._closed:
             return
         self._closed = True
@@ -142,7 +142,7 @@ class Server:
                 thread.join(timeout=5)
 
     def state(self, *, restart: bool = False) -> str:
-        """Return how things stand, as JSON."""
+        """Return the state of the view as JSON."""
         with self._lock:
             state = {"scene": self._identity, "restart": restart}
         values = [[kind, name, value] for (kind, name), value in self.controls.changes().items()]
@@ -229,7 +229,7 @@ def _make(made: Future[str], scene: Scene, stream: Stream) -> None:
 
 
 def _listening(port: int) -> socket.socket:
-    """A socket on the loopback, which is let go of if the port is taken."""
+    """A socket on the loopback, closed again if the port is taken."""
     made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
     try:
         made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -243,7 +243,7 @@ def _listening(port: int) -> socket.socket:
 
 
 class _Guarded(tornado.web.RequestHandler):
-    """Answers under the loopback's names alone, so that no foreign name can point here."""
+    """Answer only under the loopback's names, so that no foreign name can point here."""
 
     def initialize(self, server: Server) -> None:
         self.server = server
@@ -284,7 +284,7 @@ class _Page(_Guarded):
 
 @final
 class _Socket(tornado.websocket.WebSocketHandler):
-    """One open page: what must still be sent to it, and which frames it has not shown yet."""
+    """One open page: messages still to be sent, and frames it has not shown yet."""
 
     def initialize(self, server: Server) -> None:
         self.server = server
@@ -358,7 +358,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
             writing.add_done_callback(self._check_writing)
 
     def _check_writing(self, writing: asyncio.Future[None]) -> None:
-        """Take note when a page went away while being written to; raise any other failure."""
+        """Note a page that went away during a write; raise any other failure."""
         if not writing.cancelled():
             with suppress(tornado.websocket.WebSocketClosedError):
                 writing.result()

@@ -1,4 +1,4 @@
-"""A motion computed while it is shown, by a thread that stays one stretch ahead."""
+"""Compute a motion while it is shown, in a thread that stays one stretch ahead."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from mecanique.viewing.scene.texts import ledger_of
 __all__ = ["FIRST", "STRETCH", "Stretches", "compute", "density", "fit", "names_of"]
 
 STRETCH = 0.5
-"""How much of the motion is computed at a time, at the speed it is shown at [s of wall time]."""
+"""Length of a stretch at the speed at which it is shown [s of wall time]."""
 
 FIRST = 2.0
-"""The same at the start if the mechanism is small: what is seen of it frames the picture."""
+"""Length of the first stretch of a small mechanism, which sets the frame of the picture."""
 
 PATIENCE = 1.0
-"""A stretch that takes longer than this to compute is cut short, so that something moves [s]."""
+"""A stretch that takes longer to compute is cut short, so that something moves [s]."""
 
 FAINT = 1e-6
-"""A force below this part of the largest of its kind does not enter a scene being shown."""
+"""A force below this fraction of the largest of its kind does not enter a scene being shown."""
 
 
 def names_of(scene: Scene) -> frozenset[str]:
-    """Return the arrows and reactions of a scene that are not zero all along."""
+    """Return the arrows and reactions of a scene that are not always zero."""
     sizes: dict[str, tuple[str, float]] = {
         f"arrow {a.name}": (a.unit, float(np.abs(a.vector).max(initial=0.0))) for a in scene.arrows
     }
@@ -52,7 +52,7 @@ def names_of(scene: Scene) -> frozenset[str]:
 
 
 def fit(scene: Scene, names: frozenset[str]) -> Scene:
-    """Return a complete scene with those arrows and reactions only."""
+    """Return a complete scene with only these arrows and reactions."""
     return replace(
         scene,
         arrows=tuple(a for a in scene.arrows if f"arrow {a.name}" in names),
@@ -63,15 +63,15 @@ def fit(scene: Scene, names: frozenset[str]) -> Scene:
 
 
 def density(speed: float) -> float:
-    """Return how many samples a second of the motion needs for smooth pictures at a speed."""
+    """Return the samples per second of motion that smooth pictures need at a speed."""
     return 60 / min(speed, 4.0)
 
 
 def compute(check: Callable[[], None] | None = None, **arguments: Any) -> Motion:
-    """Return a stretch of a motion; as much of it as can be computed in a bearable time.
+    """Return a stretch of a motion, as long as can be computed in a bearable time.
 
     Args:
-        check: called now and then; what it raises ends the computation.
+        check: called now and then; an exception it raises ends the computation.
         arguments: of `simulate`.
 
     Raises:
@@ -103,7 +103,7 @@ class Stretches:
     Args:
         first: the `Motion` so far.
         end: time of the end [s]; infinity for none.
-        speed: tells how many seconds are shown per second.
+        speed: returns the seconds shown per second.
     """
 
     def __init__(self, first: Motion, end: float, speed: Callable[[], float] = lambda: 1.0) -> None:
@@ -119,12 +119,12 @@ class Stretches:
         """Yield the scenes.
 
         Raises:
-            Exception: what kept the motion from going on; all before that has been given.
+            Exception: the error that stopped the motion, after all scenes before it.
         """
         self._thread.start()
         try:
             while True:
-                # short waits, so that Ctrl-C is heard on every system
+                # short waits, so that Ctrl-C works on every system
                 try:
                     made = self._done.get(timeout=0.2)
                 except queue.Empty:
@@ -158,11 +158,11 @@ class Stretches:
             self._give(None)
         except _StoppedError:
             return
-        except Exception as error:  # whoever shows the motion raises it again
+        except Exception as error:  # raised again where the motion is shown
             self._finish(error)
 
     def _finish(self, error: Exception) -> None:
-        """Give what was computed before the error, then the error."""
+        """Hand over what was computed before the error, then the error."""
         try:
             done = getattr(error, "motion", None)
             if done is not None and len(done.t) > 1:
@@ -198,8 +198,8 @@ class Stretches:
 
 
 class _StoppedError(Exception):
-    """Nobody looks any more."""
+    """Nobody is watching any more."""
 
 
 class _EnoughError(Exception):
-    """What is computed so far is to be shown first."""
+    """The motion computed so far is to be shown first."""

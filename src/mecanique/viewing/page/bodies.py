@@ -1,7 +1,7 @@
-"""From shapes to meshcat's objects, under node names that are safe whatever the bodies are called.
+"""Shapes as meshcat's objects, under node names that are safe whatever the bodies' names.
 
-Meshes are no objects of meshcat's: `mecanique.viewing.page.meshes` packs them, and the page hangs
-them into the bodies' nodes.
+Meshes are not sent as meshcat's objects: `mecanique.viewing.page.meshes` packs them, and the page
+attaches them to the bodies' nodes.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
 __all__ = ["draw_bodies"]
 
-# three.js builds cylinders along y, a mechanism's stand along z
+# cylinders of three.js point along y, those of a mechanism along z
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 
 def draw_bodies(bodies: tuple[SceneBody, ...], window: RecorderWindow) -> None:
-    """Send every shape of every body but meshes to a window; body k becomes node `n<k>`."""
+    """Send all shapes except meshes to a window; body k becomes node `n<k>`."""
     root = visualizer(window)
     for k, body in enumerate(bodies):
         root[f"n{k}"].set_transform(np.eye(4))
@@ -56,7 +56,7 @@ def _material(rgba: Rgba) -> Any:
 
 @final
 class _Ball:
-    """A sphere with enough facets to look round; meshcat's has 20."""
+    """A sphere with enough facets to look round; meshcat's own has 20."""
 
     def __init__(self, radius: float) -> None:
         self.uuid = str(uuid.uuid4())

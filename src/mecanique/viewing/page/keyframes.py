@@ -44,10 +44,10 @@ class Packed:
 
 
 def pack(scene: Scene) -> Packed:
-    """Pack all that moves in a scene.
+    """Pack everything that moves in a scene.
 
     Args:
-        scene: its times may be uneven; more than 60 frames a second are thinned out.
+        scene: its times may be uneven; rates above 60 frames per second are thinned out.
     """
     extent = float(np.clip(np.ptp(scene.positions, axis=(0, 1)).max(initial=0.0), 1e-6, 1.0))
     t = resample(scene.t)
@@ -85,7 +85,7 @@ def resample(t: Floats) -> Floats:
     """Return the evenly spaced times a page plays: at most 60 frames a second and 7200 in all.
 
     Args:
-        t: shape (n,), the times there are [s].
+        t: shape (n,), the times of the scene [s].
     """
     if len(t) < 2:
         return t
@@ -98,7 +98,7 @@ def resample(t: Floats) -> Floats:
 
 
 def varints(whole: NDArray[np.int64]) -> bytes:
-    """Pack signed integers in as few bytes as they need: seven bits a byte, the sign last.
+    """Pack signed integers in as few bytes as they need: seven bits per byte, the sign last.
 
     Args:
         whole: shape (n,), each below 2**34 in magnitude.
@@ -127,7 +127,7 @@ def _cheapest(whole: NDArray[np.int64]) -> tuple[int, NDArray[np.int64]]:
 
 
 def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
-    """All that changes with time as columns, in the order of `Frame`, and each column's step."""
+    """Everything that moves as columns, in the order of `Frame`, and each column's step."""
     n, nb = len(scene.t), len(scene.bodies)
     parts: list[Floats] = [
         np.concatenate([scene.positions, scene.quaternions], axis=2).reshape(n, -1)
@@ -150,7 +150,7 @@ def _table(scene: Scene, step: float) -> tuple[Floats, Floats]:
 
 
 def _sample(scene: Scene, columns: Floats, t: Floats) -> Floats:
-    """The columns at other times: straight lines between the instants there are."""
+    """The columns at other times, by linear interpolation."""
     if t is scene.t:
         return columns
     sampled = np.stack([np.interp(t, scene.t, column) for column in columns.T], axis=1)

@@ -1,4 +1,4 @@
-"""One offline HTML page from a scene: all inside, nothing requested, no script but its own."""
+"""One offline HTML page from a scene: self-contained, without requests or foreign scripts."""
 
 from __future__ import annotations
 
@@ -53,19 +53,19 @@ MODULES = (
     "clock/loop",
     "main",
 )
-"""Each after those it needs while it is loaded."""
+"""Each module follows those it needs while it is loaded."""
 
 _KEPT, _FLEETING = 9, 1
-"""How hard to compress a page kept in a file and one read at once: at 9 meshes take seconds."""
+"""Compression levels of a page in a file and of a live one: at 9 meshes take seconds."""
 
 
 @final
 @dataclass(frozen=True)
 class Stream:
-    """Where the page of a live view gets its instants from.
+    """The source from which the page of a live view gets its frames.
 
     Args:
-        identity: names the scene, so that a page knows when it is out of date.
+        identity: identifies the scene, so that a page knows when it is out of date.
         sources: the only addresses the page may connect to.
     """
 
@@ -111,7 +111,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "viewer": _compressed_viewer(),
         "script": script,
     }
-    # one pass, so that nothing inside a part is taken for a place to fill
+    # in one pass, so that nothing inside a part is taken for a placeholder
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read_asset("page.html"))
 
 
@@ -196,7 +196,7 @@ def _read_asset(name: str) -> str:
 
 @cache
 def join_scripts() -> str:
-    """Return the page's script: all modules in one closure, in which they find one another."""
+    """Return the page's script: all modules in one closure, where they find one another."""
     texts = []
     for name in MODULES:
         text = re.sub(r"^import [^;]*;\n", "", _read_asset(f"{name}.js"), flags=re.MULTILINE)
@@ -219,7 +219,7 @@ def _viewer_styles() -> list[str]:
     """The styles meshcat's viewer puts into the page: an empty one and its control panel's.
 
     An empty list means that the panel's style was not found, as another version might write it
-    otherwise.
+    differently.
     """
     found = re.search(r'"(\.dg ul\{(?:[^"\\]|\\.)*)"', _viewer())
     if not found:

@@ -13,7 +13,7 @@ __all__ = ["badge", "late", "panels"]
 
 
 def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
-    """Return the tabs and the panels they open, leaving out what the scene has nothing for.
+    """Return the tabs and their panels, without those for which the scene has no content.
 
     Args:
         scene: what the page shows.
@@ -79,7 +79,7 @@ def _block(block: Block) -> str:
 
 
 def _plots(scene: Scene) -> str:
-    del scene  # every scene can be plotted: its arrows at least, or nothing yet
+    del scene  # every scene has something to plot, or will have
     return (
         '<div class="bar"><details class="menu"><summary>Quantities</summary>'
         '<div id="picker" role="group" aria-label="Quantities to plot"></div></details>'

@@ -1,4 +1,4 @@
-"""MathML and text made safe for a page: known elements pass, everything else becomes text."""
+"""Make MathML and text safe for a page: known elements pass, everything else becomes text."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _ELEMENTS = frozenset(_ELEMENT_NAMES.split())
 _ATTRIBUTES = frozenset(_ATTRIBUTE_NAMES.split())
 
 _DEEPEST = 200
-"""Deepest nesting of an equation."""
+"""Deepest nesting allowed in an equation."""
 
 
 def safe(text: str, *, display: bool = False) -> str:

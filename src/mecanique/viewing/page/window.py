@@ -16,7 +16,7 @@ __all__ = ["Latest", "RecorderWindow", "viewer_directory", "visualizer"]
 
 
 class Command(Protocol):
-    """What meshcat sends: an object that lowers itself to plain data."""
+    """What meshcat sends: an object that turns itself into plain data."""
 
     def lower(self) -> dict[str, Any]:
         """Return the command as a dictionary."""
@@ -28,7 +28,7 @@ Key: TypeAlias = tuple[str, str, str]
 
 @final
 class Latest:
-    """Packed commands of which only the last for each path, type and property is kept."""
+    """Packed commands; only the last one for each path, type and property is kept."""
 
     _ORDER: ClassVar = {"delete": 0, "set_object": 1, "set_property": 2, "set_transform": 3}
 
@@ -36,13 +36,13 @@ class Latest:
         self._blobs = blobs or {}
 
     def put(self, key: Key, blob: bytes, *, keep_deletions: bool) -> None:
-        """Add a command; a deletion takes all below its path away.
+        """Add a command; a deletion removes everything below its path.
 
         Args:
             key: what the command sets.
             blob: the packed command.
-            keep_deletions: whether a deletion is itself remembered, for viewers that have seen what
-                it deletes.
+            keep_deletions: whether a deletion is itself remembered, for viewers that have already
+                received what it deletes.
         """
         if key[1] == "delete":
             self._blobs = {
@@ -55,7 +55,7 @@ class Latest:
         self._blobs[key] = blob
 
     def merge(self, later: Latest) -> None:
-        """Add commands that came later."""
+        """Add later commands."""
         for key, blob in sorted(later._blobs.items(), key=self._rank):
             self.put(key, blob, keep_deletions=True)
 
@@ -69,7 +69,7 @@ class Latest:
 
 @final
 class RecorderWindow:
-    """Keeps what a viewer needs to show the present scene: the last writer of each property wins.
+    """Keep what a viewer needs to show the present scene: the last writer of each property wins.
 
     Args:
         on_change: called after each command, in the sender's thread.
@@ -111,7 +111,7 @@ class RecorderWindow:
             return self._state.commands()
 
     def changes(self) -> Latest:
-        """Return what changed since the last call, each path's latest state only."""
+        """Return the changes since the last call, only the latest state of each path."""
         with self._lock:
             changed, self._changed = self._changed, Latest()
         return changed
@@ -138,7 +138,7 @@ def visualizer(window: RecorderWindow) -> Any:
 
 
 def meshcat() -> Any:
-    """Import meshcat; what its own imports warn about is not the user's business."""
+    """Import meshcat, without the warnings of its own imports."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         import meshcat as module

@@ -20,7 +20,7 @@ class Block:
         heading: plain text; may be empty.
         body: MathML, or plain text.
         note: a sentence below it; may be empty.
-        final: whether it is the result one looks for.
+        final: whether it is the final result.
         lead: a sentence above it; may be empty.
     """
 
@@ -34,7 +34,7 @@ class Block:
 @final
 @dataclass(frozen=True)
 class Derivation:
-    """One method's way to the equations of motion.
+    """The derivation of the equations of motion by one method.
 
     Args:
         method: e.g. "Lagrange".
@@ -48,7 +48,7 @@ class Derivation:
 @final
 @dataclass(frozen=True)
 class VerdictTable:
-    """What the comparison of the derivation with the reference found.
+    """The outcome of comparing the derivation with the reference.
 
     Args:
         agrees: whether all quantities agree; None if nothing was compared.
@@ -76,7 +76,7 @@ class Quantity:
         value: in units of `unit`.
         unit: empty if it has none.
         meaning: a few words.
-        low: least value a live view offers; equal to `high` if it must not be changed.
+        low: least value a live view offers; equal to `high` if it cannot be changed.
         high: greatest value.
     """
 
@@ -133,11 +133,11 @@ class Document:
         derivations: method by method.
         verdict: what the comparison found.
         parameters: with their values and units.
-        initial: initial values; a live view lets one drag them.
+        initial: initial values, with sliders in a live view.
         freedom: sentences on the count of degrees of freedom.
         ledger: the virtual work of each force.
         urdf: the mechanism as URDF text.
-        file_name: stem of the files one can save from the page.
+        file_name: stem of the files that can be saved from the page.
         undetermined: sentences on the forces that are not determined, and why.
     """
 

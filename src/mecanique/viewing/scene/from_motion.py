@@ -43,15 +43,15 @@ def scene_of(
     *,
     complete: bool = False,
 ) -> Scene:
-    """Return everything that is shown of a motion.
+    """Return the scene of a motion.
 
     Args:
         motion: the `Motion`.
         document: the texts around the picture.
         actions: the forces to draw, with as many states as the motion has samples; those of
             `actions_of` by default.
-        complete: whether to keep what is zero or at rest all along, so that every stretch of a
-            motion is staged alike.
+        complete: whether to keep arrows and bodies that are always zero or at rest, so that all
+            stretches of a motion have the same parts.
     """
     mechanism: Mechanism = motion.mechanism
     poses: Floats = motion.poses()
@@ -107,7 +107,7 @@ def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
             case Mesh(path=path, scale=scale) if path is not None:
                 yield Shape("mesh", scale, pose, visual.rgba, path)
             case _:
-                pass  # a mesh that was not found is told by lint; there is nothing to draw
+                pass  # lint reports a mesh that was not found; there is nothing to draw
 
 
 def _quaternions(rotations: Floats) -> Floats:
@@ -126,12 +126,12 @@ def _planar(poses: Floats) -> bool:
 
 
 def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bool:
-    """Whether the joints let nothing leave the x-z plane, however the motion goes on."""
+    """Whether the joints keep everything in the x-z plane, however the motion continues."""
     for joint in mechanism.joints:
         if joint.quaternion:
             return False
         for motion in joint.chain if joint.nv else ():
-            # the component along y: of a slide none, of an axis one turns about all
+            # along y a slide has no component, an axis of rotation nothing else
             along = abs(float(poses[at[joint.child], 1, :3] @ motion.axis))
             if abs(along - (0.0 if motion.kind == "slide" else 1.0)) > 1e-9:
                 return False
@@ -176,7 +176,7 @@ def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[
             ends = (point(loop.body_a, loop.frame_a.xyz), point(loop.body_b, loop.frame_b.xyz))
             yield Line(loop.name, "rod", np.stack(ends, axis=1))
     for joint in mechanism.joints:
-        # a slide without a body of its own to see: the cable or the spring that spans it
+        # a slide without a visible body is shown by the cable or the spring that spans it
         if isinstance(joint, Prismatic) and (
             joint.name in sprung or joint.parent != mechanism.ground
         ):
@@ -191,7 +191,7 @@ def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[
 def _traces(
     mechanism: Mechanism, poses: Floats, at: dict[str, int], complete: bool
 ) -> Iterator[Trace]:
-    """The path of the point of each last body that is farthest from its joint."""
+    """The path of the farthest point from the joint on each last body of a chain."""
     parents = {joint.parent for joint in mechanism.joints}
     for body in mechanism.bodies:
         if body.name in parents or body.name == mechanism.ground or not body.visuals:

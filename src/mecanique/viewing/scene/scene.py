@@ -53,8 +53,8 @@ class Shape:
         size: box: edges along x, y, z [m]; cylinder: radius and length along z [m]; sphere: radius
             [m]; mesh: factors along x, y, z.
         pose: shape (4, 4), the shape's frame, at its center, in the body's frame.
-        rgba: color and opacity, each from 0 to 1; None leaves a mesh its own, and so does a mesh
-            that has several.
+        rgba: color and opacity, each from 0 to 1; a mesh keeps its own colors if this is None or if
+            it has several.
         path: the file of a mesh: STL, OBJ or DAE.
     """
 
@@ -101,7 +101,7 @@ class Arrow:
     """A force or a moment over time, in world axes.
 
     Args:
-        name: what is written beside it; unique in the scene.
+        name: its label; unique in the scene.
         kind: "weight", "spring", "damper", "load", "reaction", or "inertia" for d'Alembert's −m a
             (N) and −(I α + ω × I ω) about the center of mass (N·m).
         body: the body it acts on.
@@ -121,7 +121,7 @@ class Arrow:
 @final
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Something drawn between two points that move: a spring, a damper, a massless rod.
+    """Something drawn between two moving points: a spring, a damper, a massless rod.
 
     Args:
         name: unique in the scene.
@@ -137,7 +137,7 @@ class Line:
 @final
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """The path a point leaves behind.
+    """The path that a point traces.
 
     Args:
         name: unique in the scene.
@@ -217,7 +217,7 @@ class Frame:
 @final
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A motion to be looked at.
+    """A motion ready to be shown.
 
     Args:
         title: the page's title.
@@ -231,8 +231,7 @@ class Scene:
         joints: marks at the joints.
         series: quantities to plot.
         document: the texts around the picture.
-        planar: whether the motion stays in planes parallel to x–z; such scenes are looked at from
-            −y.
+        planar: whether the motion stays in planes parallel to x–z; such scenes are viewed from −y.
         ground: height of the ground [m]; None puts it below everything.
         bounds: shape (2, 3), the corners of the box the camera frames [m]; None frames the whole
             motion.
@@ -325,7 +324,7 @@ def _array(values: Floats, shape: tuple[int, ...], what: str) -> Floats:
 
 
 def _continuous(quaternions: Floats) -> Floats:
-    """Normalize, and flip signs so that neighbors in time lie on one side."""
+    """Normalize, and flip signs so that quaternions vary continuously in time."""
     norm = np.linalg.norm(quaternions, axis=-1, keepdims=True)
     if np.any(np.abs(norm - 1) > 1e-6):
         raise InputError(

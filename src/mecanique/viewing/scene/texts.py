@@ -28,7 +28,7 @@ from mecanique.viewing.scene.document import (
 __all__ = ["derivation_of", "document_of", "ledger_of", "letter", "table_of"]
 
 MOST_LEDGER_ENTRIES = 200
-"""A ledger with more rows times coordinates than this is no longer read."""
+"""A ledger with more entries than this is left out: nobody would read it."""
 
 
 def document_of(
@@ -165,7 +165,7 @@ def _urdf(mechanism: Mechanism) -> str:
 
 
 def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
-    """Return each force's virtual work; what acts between two bodies, and on several, is one row.
+    """Return each force's virtual work; a force that acts on several bodies has one row.
 
     Args:
         motion: the `Motion`.
@@ -199,7 +199,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
         rows.append(LedgerRow(titles.get(kind, name), kind, f"of {where}", np.asarray(work)))
     largest = max(float(np.abs(row.values).max(initial=0.0)) for row in rows)
     for row in rows:
-        # what an ideal joint's reaction leaves by rounding
+        # rounding leaves a little work even of an ideal joint's reaction
         row.values[np.abs(row.values) < 1e-12 * largest] = 0.0
     force_units = {"rad/s": "N·m", "m/s": "N"}
     generalized = tuple(force_units.get(unit[name], "") for name in mechanism.velocities)

@@ -1,7 +1,7 @@
 """COLLADA files: triangles and polygons, placed by the scene's nodes, with their materials' colors.
 
-The file's unit is applied; which axis it calls up is not, as a URDF's frames are the mesh's own.
-Textures, lights, cameras and animations are left out, a skin is drawn as it was made.
+The file's unit is applied; its up axis is not, because a URDF's frames are the mesh's own.
+Textures, lights, cameras and animations are left out; a skin is drawn in its original pose.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def read_collada(data: bytes) -> tuple[Surface, ...]:
     """Read a COLLADA file.
 
     Raises:
-        InputError: if it is no XML, or refers to what it does not hold.
+        InputError: if it is not XML, or refers to elements it does not contain.
     """
     try:
         root = tree_of(data)

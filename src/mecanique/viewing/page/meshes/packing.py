@@ -1,9 +1,10 @@
 """Surfaces in few bytes: corners on a fine grid, each point once, all as differences.
 
-Every coordinate is rounded to 1/16384 of the mesh's longest edge, which no screen shows. Equal
-points become one. Triangles are put in an order in which neighbors follow one another; points are
-numbered as the triangles come upon them, and a triangle says how far back each of its points was
-met, 0 for a new one. Most such numbers are small. Normals are not written: the page computes them.
+Every coordinate is rounded to 1/16384 of the mesh's longest edge, finer than any screen shows.
+Equal points become one. Triangles are put in an order in which neighbors follow one another; points
+are numbered in the order in which triangles first use them, and a triangle states how far back each
+of its points was used, 0 for a new one. Most such numbers are small. Normals are not written: the
+page computes them.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ class PackedSurface:
         points: how many.
         triangles: how many.
         step: the grid's [file's units].
-        low: where the grid begins, along x, y, z.
-        rgba: color and opacity; None if the file says none.
+        low: origin of the grid.
+        rgba: color and opacity; None if the file gives none.
         body: the points' coordinates, axis by axis, then the triangles, corner by corner, as
             variable-length integers.
     """
@@ -48,7 +49,7 @@ class PackedSurface:
 
 
 def pack_surfaces(surfaces: Sequence[Surface]) -> tuple[PackedSurface, ...]:
-    """Pack the surfaces of one file on one grid, so that they go on fitting together.
+    """Pack the surfaces of one file on one grid, so that they still fit together.
 
     Args:
         surfaces: with at least one triangle each.

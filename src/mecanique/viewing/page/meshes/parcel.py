@@ -21,7 +21,7 @@ def mesh_parcel(bodies: Sequence[SceneBody]) -> tuple[dict[str, Any], bytes]:
     """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes.
 
     Args:
-        bodies: whose shapes are drawn; those that are no meshes are passed over.
+        bodies: whose shapes are drawn; all but meshes are skipped.
 
     Raises:
         InputError: if a mesh file is missing, broken or of an unknown format.
@@ -56,7 +56,7 @@ def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
 
 
 def _pack(path: Path) -> tuple[PackedSurface, ...]:
-    """A file's surfaces; a file that was packed before is packed again only if it has changed."""
+    """A file's surfaces; a file is packed again only if it has changed."""
     if not path.is_file():
         raise InputError(f"mesh file {path}: there is no such file")
     return _remember(path, path.stat().st_mtime_ns)
@@ -64,5 +64,5 @@ def _pack(path: Path) -> tuple[PackedSurface, ...]:
 
 @lru_cache(maxsize=64)
 def _remember(path: Path, changed: int) -> tuple[PackedSurface, ...]:
-    del changed  # only to tell one version of the file from the next
+    del changed  # enough to tell one version of the file from the next
     return pack_surfaces(read_mesh(path))

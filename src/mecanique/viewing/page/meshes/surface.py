@@ -21,7 +21,7 @@ class Surface:
 
     Args:
         corners: shape (m, 3, 3), in the file's units; counterclockwise from outside.
-        rgba: color and opacity, each from 0 to 1; None if the file says none.
+        rgba: color and opacity, each from 0 to 1; None if the file gives none.
     """
 
     corners: Floats
@@ -29,7 +29,7 @@ class Surface:
 
 
 def by_color(surfaces: Iterable[Surface]) -> tuple[Surface, ...]:
-    """Join surfaces of one color, in the order in which the colors come.
+    """Join surfaces of one color, in the order in which the colors appear.
 
     Args:
         surfaces: those without a triangle are left out.
@@ -45,7 +45,7 @@ def fan(counts: NDArray[np.int64]) -> NDArray[np.int64]:
     """Cut polygons into triangles that share each polygon's first corner.
 
     Args:
-        counts: shape (k,), corners of each polygon; those of fewer than three give no triangle.
+        counts: shape (k,), number of corners of each polygon; fewer than three give no triangle.
 
     Returns:
         Shape (m, 3), places of the triangles' corners in the row of all corners.

@@ -19,7 +19,7 @@ def read_obj(text: str, folder: Path) -> tuple[Surface, ...]:
 
     Args:
         text: the file.
-        folder: where its material libraries lie; one that is not there is passed over.
+        folder: where its material libraries are; a missing one is ignored.
 
     Raises:
         InputError: if a line cannot be understood.
