@@ -160,13 +160,12 @@ class Wrenches(Answering):
 
     @cached_property
     def _carriers(self) -> list[str]:
-        joints = [joint.name for joint in self.mechanism.joints]
-        return joints + [
-            f"{'loop' if isinstance(each, Loop) else 'contact'} {each.name}"
-            if each.name in joints
-            else each.name
-            for each in (*self.mechanism.loops, *self.mechanism.contacts)
-        ]
+        names = [joint.name for joint in self.mechanism.joints]
+        joints = set(names)
+        for each in (*self.mechanism.loops, *self.mechanism.contacts):
+            kind = "loop" if isinstance(each, Loop) else "contact"
+            names.append(f"{kind} {each.name}" if each.name in joints else each.name)
+        return names
 
     @cached_property
     def _seats(self) -> list[tuple[str, str, tuple[float, float, float]]]:
