@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mecanique.derivation.methods import METHODS
+from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.mechanism import Mechanism
@@ -20,6 +21,17 @@ def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
     return {name: way.symbolic(mechanism, algebra).derivation() for name, way in METHODS.items()}
 
 
+def _along(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
+    """Lagrange's left sides, along the independent displacements if the other has some."""
+    if not other.quasi:
+        return lagrange.rows
+    ring = lagrange.algebra.ring
+    return tuple(
+        ring.sum([s * row for s, row in zip(one, lagrange.rows, strict=True) if s])
+        for one in other.quasi
+    )
+
+
 def agreement(mechanism: Mechanism) -> str:
     """Say in a sentence whether the left sides that the methods give differ by zero.
 
@@ -31,12 +43,10 @@ def agreement(mechanism: Mechanism) -> str:
     """
     found = derivations(mechanism)
     *others, lagrange = found.values()
-    for row, name in enumerate(mechanism.velocities):
-        for other in others:
-            if not (other.rows[row] - lagrange.rows[row]).vanishes():
-                return (
-                    f"The closed forms of the equation for {name} differ; compare them by numbers."
-                )
+    for other in others:
+        for left, right in zip(other.rows, _along(lagrange, other), strict=True):
+            if not (left - right).vanishes():
+                return "The closed forms of the equations differ; compare them by numbers."
     said = (
         "All three methods give the same equations of motion: the differences of their left sides "
         "vanish identically."

@@ -57,7 +57,8 @@ class Document:
     @property
     def title(self) -> str:
         """What the method is called for this mechanism."""
-        return "Lagrange's equations with multipliers" if self.derivation.ties else self.method
+        first_kind = self.derivation.ties and self.method.startswith("Lagrange")
+        return "Lagrange's equations with multipliers" if first_kind else self.method
 
     @cached_property
     def equations(self) -> tuple[Equation, ...]:

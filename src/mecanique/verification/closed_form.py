@@ -87,7 +87,7 @@ class ClosedForm:
         """Return the accelerations that the loops leave, by the least multipliers."""
         algebra, ties = self._derivation.algebra, self._derivation.ties
         # Φ'' = J a + γ
-        second = [tie.demand.ddt().ddt().linear(algebra.accelerations) for tie in ties]
+        second = [tie.second.linear(algebra.accelerations) for tie in ties]
         J = self._evaluate([entry for row, _ in second for entry in row], q, v, t)
         gamma = self._evaluate([gamma for _, gamma in second], q, v, t)
         J = J.reshape(*gamma.shape, mass.shape[-1])

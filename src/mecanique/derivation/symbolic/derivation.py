@@ -10,9 +10,9 @@ from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.writers import Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.loops import Tie
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.ties.tie import Tie
 
 __all__ = ["Derivation", "Left", "Matrix", "Result", "Stage", "SymbolicMethod", "mass_and_bias"]
 
@@ -93,6 +93,8 @@ class Stage:
 class Derivation:
     """Symbolic equations of motion M a + h = Q, with loops M a + h = Q + Σ λ ∂Φ/∂q and Φ = 0.
 
+    What rolls has ∂ψ/∂v for ∂Φ/∂q, where ψ = A v − b = 0.
+
     Args:
         algebra: the mechanism's symbols.
         M: rows of the mass matrix.
@@ -105,7 +107,10 @@ class Derivation:
         unknowns: what each reaction or virtual displacement in the steps is, by its name.
         reactions: each reaction that is not identically zero, by its name; empty where the method
             shows none.
-        ties: the equations of the loops, with their multipliers.
+        ties: the equations of the loops, contacts and velocity constraints, with their
+            multipliers.
+        quasi: independent displacements that contacts and velocity constraints allow, each by all
+            velocities; if there are some, the equations of motion are those along them.
     """
 
     algebra: Algebra
@@ -119,18 +124,24 @@ class Derivation:
     unknowns: Mapping[str, str] = field(default_factory=dict)
     reactions: Mapping[str, Series] = field(default_factory=dict)
     ties: tuple[Tie, ...] = ()
+    quasi: Matrix = ()
 
     @property
     def rows(self) -> tuple[Series, ...]:
-        """M a + h − Q − Σ λ ∂Φ/∂q, one series for each velocity."""
+        """M a + h − Q − Σ λ ∂Φ/∂q, one series for each velocity or independent displacement."""
         ring = self.algebra.ring
         a = [ring[name] for name in self.algebra.accelerations]
-        slopes = [(tie.multiplier, self.algebra.ring.along(tie.demand)) for tie in self.ties]
+        # along independent displacements the multipliers do no work
+        ties = () if self.quasi else self.ties
+        slopes = [(tie.multiplier, tie.slopes(ring)) for tie in ties]
         rows = []
         for k, (row, h, Q) in enumerate(zip(self.M, self.h, self.Q, strict=True)):
             inertia = [m * x for m, x in zip(row, a, strict=True)]
             held = [-multiplier * slope[k] for multiplier, slope in slopes]
             rows.append(ring.sum([*inertia, h, -Q, *held]))
+        if self.quasi:
+            sums = [[s * row for s, row in zip(one, rows, strict=True) if s] for one in self.quasi]
+            rows = [by_velocity(ring.sum(terms), self.algebra.velocities) for terms in sums]
         return tuple(rows)
 
 

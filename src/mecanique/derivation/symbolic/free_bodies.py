@@ -11,6 +11,7 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
+from mecanique.derivation.symbolic.ties.contacts import Touch, touches
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
 from mecanique.derivation.tree.poses import Matrix, combination, transpose
 from mecanique.model.expression import Scalar
@@ -31,6 +32,7 @@ class Applied:
         moment: a couple [N·m].
         arm: its point against the origin of the body's frame [m].
         velocity: of that point [m/s].
+        of_contact: whether it is the unknown force of a contact.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Applied:
     moment: Vector
     arm: Vector
     velocity: Vector
+    of_contact: bool = False
 
 
 @final
@@ -100,12 +103,30 @@ class Cuts:
         for force in self.algebra.mechanism.forces:
             for body, one in self._of(force):
                 self._applied.setdefault(body, []).append(one)
+        self.touches = touches(kinematics)
+        for touch in self.touches:
+            self.assumptions += touch.assumptions
+            for body, one in self._in_contact(touch):
+                self._applied.setdefault(body, []).append(one)
         normal = normal_of(kinematics)
         self.planar = normal is not None and any(link.kind == "turn" for link in kinematics.tree)
         self.bodies = tuple(
             self._cut(joint, axes_of(kinematics, joint.child, normal))
             for joint in self.algebra.mechanism.tree
         )
+
+    def _in_contact(self, touch: Touch) -> Iterator[tuple[str, Applied]]:
+        """The unknown force of a contact on one body, and its opposite on the other."""
+        kinematics, force = self.kinematics, touch.force
+        for body, sign in ((touch.contact.body, 1), (touch.contact.on, -1)):
+            if kinematics.place[body] < 0:
+                continue
+            carrier = kinematics.carrier(body)
+            reach = touch.place - kinematics.point(body, ORIGIN)
+            F, arm = (kinematics.between(x, -1, carrier).tidy() for x in (force * sign, reach))
+            v, w = kinematics.velocity(body), kinematics.spin(body)
+            nothing = zero(self.algebra.ring)
+            yield body, Applied(touch.contact.name, F, nothing, arm, v + cross(w, arm), True)
 
     def between_seats(self, parent: str, child: str) -> Vector:
         """Return a child's origin against its parent's, in the axes of the parent's carrier.

@@ -15,7 +15,6 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, mass_and_bias
 from mecanique.derivation.symbolic.forces import works_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.loops import ties
 from mecanique.derivation.symbolic.springs import length_names
 from mecanique.derivation.symbolic.steps import (
     coordinate_stages,
@@ -25,6 +24,8 @@ from mecanique.derivation.symbolic.steps import (
     work_stages,
 )
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.ties.contacts import contact_ties, touches
+from mecanique.derivation.symbolic.ties.loops import loop_ties
 from mecanique.derivation.symbolic.vectors import Vector, cross
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
@@ -48,7 +49,11 @@ class Lagrange:
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra = algebra or Algebra(mechanism)
         self.kinematics = Kinematics(algebra)
-        self.ties = ties(self.kinematics)
+        self._touches = touches(self.kinematics)
+        rolling = contact_ties(self.kinematics, self._touches)
+        self.ties = (*loop_ties(self.kinematics), *rolling)
+        for tie in rolling:
+            _ = tie.second  # what it demands of the accelerations must have a closed form, too
         self.works = [
             work for force in mechanism.forces for work in works_of(self.kinematics, force)
         ]
@@ -86,7 +91,10 @@ class Lagrange:
                     names, operated, turning, ring.along(self.V), ring.partials(self.D)
                 ),
             ),
-            assumptions=tuple(a for work in self.works for a in work.assumptions),
+            assumptions=(
+                *(a for work in self.works for a in work.assumptions),
+                *(a for touch in self._touches for a in touch.assumptions),
+            ),
             lengths=length_names(
                 ring, [(work.name, work.length) for work in self.works if work.length is not None]
             ),
@@ -147,8 +155,10 @@ class Lagrange:
         found = {work.kind for work in self.works}
         loss = " + ∂D/∂q'" if "dissipation" in found else ""
         drive = "Q" if "work" in found else "0"
+        slopes = sorted({"∂ψ/∂q'" if tie.of_velocities else "∂Φ/∂q" for tie in self.ties})
         if self.ties:
-            drive = "Q + Σ λ ∂Φ/∂q" if "work" in found else "Σ λ ∂Φ/∂q"
+            held = " + ".join(f"Σ λ {slope}" for slope in slopes)
+            drive = f"Q + {held}" if "work" in found else held
         quasi = any(not name.endswith("'") for name in self.algebra.velocities)
         which = "Lagrange's equations with multipliers" if self.ties else "Lagrange's equations"
         return (
@@ -159,8 +169,17 @@ class Lagrange:
                 if quasi
                 else "."
             )
-            + (" The loops add their own equations, Φ = 0." if self.ties else "")
+            + self._ties_add()
         )
+
+    def _ties_add(self) -> str:
+        """The sentence about the equations of loops, contacts and velocity constraints."""
+        if not self.ties:
+            return ""
+        if not self.algebra.mechanism.rolls:
+            return " The loops add their own equations, Φ = 0."
+        held = any(not tie.of_velocities for tie in self.ties)
+        return f" The constraints add their own equations, {'Φ = 0 and ' if held else ''}ψ = 0."
 
     def _turning(self, momenta: Sequence[Series]) -> list[Series]:
         """ω × ∂T/∂v and ω × ∂T/∂ω + v × ∂T/∂v of each quaternion's joint, else zero."""

@@ -19,6 +19,7 @@ from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.springs import length_names
 from mecanique.derivation.symbolic.steps import quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.ties.contacts import contact_ties
 from mecanique.derivation.symbolic.vectors import (
     Vector,
     Wrench,
@@ -82,10 +83,25 @@ class NewtonEuler:
             self._name_reactions(cut)
 
     def derivation(self) -> Derivation:
-        """Return the equations of motion with their steps."""
-        algebra = self.algebra
+        """Return the equations of motion with their steps.
+
+        Raises:
+            DerivationError: if a velocity constraint does not say by which force it acts.
+        """
+        algebra, unstated = self.algebra, self.algebra.mechanism.velocity_constraints
+        if unstated:
+            raise DerivationError(
+                f"mechanism {algebra.mechanism.name!r}: velocity constraint {unstated[0].name!r} "
+                "does not say by which force it acts, and where; a Rolling or a Blade does, and "
+                "Lagrange's equations and virtual work need not know"
+            )
         M, h = mass_and_bias(algebra, project(self.cuts, self.rates, self._inertia, rotors=True))
-        loads = project(self.cuts, self.rates, self._loads, rotors=False)
+        ties = contact_ties(self.cuts.kinematics, self.cuts.touches)
+        names = [tie.multiplier.generators()[0].name for tie in ties]
+        loads = [
+            load.linear(names)[1]
+            for load in project(self.cuts, self.rates, self._loads, rotors=False)
+        ]
         return Derivation(
             algebra=algebra,
             M=M,
@@ -99,8 +115,9 @@ class NewtonEuler:
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(algebra.ring, self.cuts.lengths.items()),
             closing=self._closing(),
-            unknowns=self.unknowns,
+            unknowns={**self.unknowns, **{f"lambda_{tie.name}": tie.meaning for tie in ties}},
             reactions=self.reactions,
+            ties=ties,
         )
 
     @property
@@ -275,6 +292,13 @@ class NewtonEuler:
         return [Result(whole, ring.number(0)) for terms in sums if (whole := ring.sum(terms))]
 
     def _closing(self) -> str:
+        if self.cuts.touches:
+            return (
+                "Put into the balances along and about the directions in which the joints are "
+                "free, the reactions leave one equation for each velocity. The forces λ of the "
+                "contacts stay unknown in them; the conditions of rolling, Φ = 0 and ψ = 0, add "
+                "as many equations as there are of these."
+            )
         if len(self.rates) == len(self.algebra.velocities):
             return (
                 "Put into the balances along and about the directions in which the joints are "

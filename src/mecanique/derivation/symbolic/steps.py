@@ -8,8 +8,8 @@ from mecanique.derivation.scalars.ring import Euler
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left, Result, Stage
 from mecanique.derivation.symbolic.forces import Work
-from mecanique.derivation.symbolic.loops import Tie
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.ties.tie import Tie
 
 __all__ = [
     "coordinate_of",
@@ -111,19 +111,42 @@ def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stag
     return found
 
 
-def loop_stages(ties: Sequence[Tie]) -> list[Stage]:
-    """Return the step that says what the loops demand."""
-    if not ties:
-        return []
-    sentence = (
-        "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, "
-        "follows from the poses of both and is zero as long as the loop is closed. In a virtual "
-        "displacement that opens it by δΦ its force λ does the work λ δΦ, so that λ ∂Φ/∂q joins "
-        "the generalized forces."
-    )
-    return [
-        Stage("Loops", sentence, tuple(Result(Left(f"Phi_{tie.name}"), tie.demand) for tie in ties))
-    ]
+def loop_stages(ties: Sequence[Tie], *, of_work: bool = False) -> list[Stage]:
+    """Return the steps that say what the loops demand, and what rolls.
+
+    Args:
+        ties: the equations of the loops, contacts and velocity constraints.
+        of_work: whether the multipliers do not appear.
+    """
+    found = []
+    loops = [tie for tie in ties if not tie.of_velocities and not tie.of_contact]
+    if loops:
+        sentence = (
+            "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, "
+            "follows from the poses of both and is zero as long as the loop is closed. In a "
+            "virtual displacement that opens it by δΦ its force λ does the work λ δΦ, so that "
+            "λ ∂Φ/∂q joins the generalized forces."
+        )
+        found.append(Stage("Loops", sentence, _demands(loops)))
+    rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
+    if rolling:
+        sentence = (
+            "Where a body rolls, the point that touches has the velocity of the point it touches; "
+            "a blade does not move sideways. Φ is the distance from the plane; ψ, linear in the "
+            "velocities, is in general the rate of nothing."
+        )
+        if not of_work:
+            sentence += (
+                " The constraints must not be put into T. In a virtual displacement along which ψ "
+                "is δψ the force λ does the work λ δψ, so that λ ∂ψ/∂q' joins the generalized "
+                "forces, and λ ∂Φ/∂q."
+            )
+        found.append(Stage("Constraints on velocities", sentence, _demands(rolling)))
+    return found
+
+
+def _demands(ties: Sequence[Tie]) -> tuple[Result, ...]:
+    return tuple(Result(Left(f"{tie.letter}_{tie.name}"), tie.demand) for tie in ties)
 
 
 def coordinate_stages(

@@ -16,7 +16,6 @@ from mecanique.derivation.tree.poses import (
     joint_values,
 )
 from mecanique.derivation.tree.quaternions import quaternion_product, quaternion_rotation
-from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
@@ -41,11 +40,6 @@ class Algebra:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        if mechanism.rolls:
-            raise DerivationError(
-                f"mechanism {mechanism.name!r} rolls or has velocity constraints; such equations "
-                "are computed, not written out"
-            )
         self.mechanism = mechanism
         self.ring = ring = Ring(most_terms=MOST_TERMS)
         self.arithmetic = Arithmetic(function_without_arcs, self.number)

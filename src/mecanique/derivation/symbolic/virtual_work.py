@@ -17,12 +17,20 @@ from mecanique.derivation.symbolic.distribution import Distribution, distributio
 from mecanique.derivation.symbolic.free_bodies import Cut
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler, enumerate_words
 from mecanique.derivation.symbolic.springs import length_names
-from mecanique.derivation.symbolic.steps import coordinate_of, quaternion_stages
+from mecanique.derivation.symbolic.steps import coordinate_of, loop_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.ties.contacts import contact_ties
+from mecanique.derivation.symbolic.ties.quasi import independent_displacements
+from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["VirtualWork"]
+
+_QUASI = (
+    "What stands before each independent displacement, with the sign changed, is an equation of "
+    "motion without any multiplier. The constraints add their own equations, Φ = 0 and ψ = 0."
+)
 
 _CLOSING = (
     "What stands before each virtual displacement, with the sign changed, is an equation of motion."
@@ -78,6 +86,12 @@ class VirtualWork:
         M, h = mass_and_bias(algebra, [-c for c in self._coefficients(inertia)])
         loads = self._coefficients(self._loads)
         whole = ring.sum([*inertia, *self._loads])
+        ties = contact_ties(self.cuts.kinematics, self.cuts.touches)
+        slopes = [[tidy(slope) for slope in tie.slopes(ring)] for tie in ties]
+        S = independent_displacements(ring, slopes, len(algebra.velocities)) if ties else []
+        known = not algebra.mechanism.velocity_constraints
+        met = [tie for touch in self.cuts.touches for tie in touch.ties]
+        self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in met}
         return Derivation(
             algebra=algebra,
             M=M,
@@ -87,16 +101,49 @@ class VirtualWork:
                 *quaternion_stages(algebra),
                 *stages,
                 *self._reactions(),
-                self._sum(whole),
+                self._sum(whole, free=not ties),
+                *self._relate(ties, S),
             ),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(ring, self.cuts.lengths.items()),
-            closing=_CLOSING,
+            closing=_QUASI if ties else _CLOSING,
             unknowns=self._unknowns,
-            reactions=self.balances.reactions,
+            reactions=self.balances.reactions if known else {},
+            ties=ties,
+            quasi=tuple(map(tuple, S)),
         )
 
-    def _sum(self, whole: Series) -> Stage:
+    def _relate(self, ties: Sequence[Tie], S: list[list[Series]]) -> Iterator[Stage]:
+        """The displacements that the constraints allow, by independent ones."""
+        if not ties:
+            return
+        yield from loop_stages(ties, of_work=True)
+        one = self.algebra.ring.number(1)
+        named: list[Series] = []
+        for k, column in enumerate(S):
+            alone = [i for i, entry in enumerate(column) if entry == one]
+            own = [i for i in alone if sum(bool(other[i]) for other in S) == 1]
+            if own:
+                named.append(self._deltas[own[0]])
+                continue
+            name = f"δπ{k + 1}"
+            named.append(self.algebra.ring.unknown(name, Kind.VARIATION))
+            self._unknowns[name] = "independent virtual displacement: small and arbitrary"
+        results = []
+        for i, name in enumerate(self._names):
+            terms = [column[i] * delta for column, delta in zip(S, named, strict=True) if column[i]]
+            right = self.algebra.ring.sum(terms)
+            if right != self._deltas[i]:
+                results.append(Result(Left(name), right))
+        words = enumerate_words([delta.generators()[0].name for delta in named])
+        sentence = (
+            "A virtual displacement must keep the constraints, time standing still: what stands "
+            f"before it in ψ' or Φ' vanishes. That leaves {len(S)} of them independent, {words}; "
+            "all others follow."
+        )
+        yield Stage("Independent displacements", sentence, tuple(results))
+
+    def _sum(self, whole: Series, *, free: bool) -> Stage:
         """The sum of all work, by virtual displacement."""
         title = "Sum of the virtual work"
         if not self._names:
@@ -106,6 +153,9 @@ class VirtualWork:
             "The work of all forces in the virtual displacement, inertia forces included, is zero. "
             f"As {enumerate_words(self._names)} {are} arbitrary, what stands before each is zero "
             "by itself."
+            if free
+            else "The work of all forces in a virtual displacement that the constraints allow, "
+            "inertia forces included, is zero; the forces where bodies touch do none."
         )
         results = []
         factors = self._coefficients([whole])
@@ -195,6 +245,8 @@ class VirtualWork:
             work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation)
             self._inertia.append(work)
         for one in cut.applied:
+            if one.of_contact:  # where bodies touch, both points move alike
+                continue
             work = zero
             if any(one.force):
                 shift = self._vary(one.velocity)

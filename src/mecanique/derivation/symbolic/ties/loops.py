@@ -10,38 +10,19 @@ body b.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.tree.poses import Matrix, combination, origin, product
 from mecanique.model.loops import Loop
 from mecanique.model.placement import Placement
 
-__all__ = ["Tie", "ties"]
+__all__ = ["loop_ties"]
 
 
-@final
-@dataclass(frozen=True)
-class Tie:
-    """One equation of a loop.
-
-    Args:
-        name: of the equation, e.g. "C_x".
-        demand: Φ, which is zero while the loop is closed.
-        multiplier: λ.
-        meaning: what λ is, with its unit.
-    """
-
-    name: str
-    demand: Series
-    multiplier: Series
-    meaning: str
-
-
-def ties(kinematics: Kinematics) -> tuple[Tie, ...]:
+def loop_ties(kinematics: Kinematics) -> tuple[Tie, ...]:
     """Return the equations of all loops of a mechanism, but for those that hold identically."""
     algebra = kinematics.algebra
     found: list[Tie] = []

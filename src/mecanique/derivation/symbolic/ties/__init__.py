@@ -1,0 +1,1 @@
+"""What ties the bodies of a mechanism besides its joints: loops, contacts, velocity constraints."""

@@ -1,0 +1,79 @@
+"""The closed forms of what rolls hold along the motions that the reference gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from rolling_samples import coin, sleigh, turntable, wheel
+
+from mecanique import Mechanism, Reference, derive
+from mecanique.derivation.agreement import agreement
+from mecanique.derivation.scalars.cosines import over_length, root_of_square
+from mecanique.derivation.scalars.elementary import cos, sin
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.ring import Ring
+from mecanique.verification.states.random import random_states
+
+METHODS = ("lagrange", "newton_euler", "virtual_work")
+READ = [
+    *((one, method) for one in (coin(), sleigh()) for method in METHODS),
+    *((one, method) for one in (wheel(), turntable()) for method in METHODS[:2]),
+    *((sleigh(by_element=False), method) for method in ("lagrange", "virtual_work")),
+]
+
+
+@pytest.mark.parametrize(("mechanism", "method"), READ, ids=lambda x: getattr(x, "name", x))
+def test_what_is_printed_holds(mechanism: Mechanism, method: str) -> None:
+    derivation = derive(mechanism, method).derivation
+    states = random_states(mechanism, 6, 5, derivation.assumptions)
+    reference = Reference(mechanism)
+    a = reference.acceleration(states.q, states.v, states.t)
+    values = {**states.values}
+    values |= dict(zip(derivation.algebra.accelerations, a.T, strict=True))
+    for name, force in reference.multipliers(states.q, states.v, states.t).items():
+        values[f"lambda_{name.replace(': ', '_')}"] = force
+    value = Evaluation(derivation.algebra.ring, values)
+    for row in derivation.rows:
+        np.testing.assert_allclose(value(row) + 0 * states.t, 0, atol=1e-7)
+    for tie in derivation.ties:
+        np.testing.assert_allclose(value(tie.demand) + 0 * states.t, 0, atol=1e-9)
+        np.testing.assert_allclose(value(tie.second) + 0 * states.t, 0, atol=1e-7)
+
+
+def test_virtual_work_has_as_many_equations_as_free_velocities_and_no_multiplier() -> None:
+    for mechanism, count in ((coin(), 3), (sleigh(), 2)):
+        derivation = derive(mechanism, "virtual_work").derivation
+        assert len(derivation.rows) == count
+        assert "lambda" not in derive(mechanism, "virtual_work").text()
+        text = derive(mechanism, "virtual_work").text(steps=True)
+        # in the equilibrium of a single body the contact's force stands as the reactions do
+        assert "lambda" not in text[text.index("Sum of the virtual work") :]
+        assert "Independent displacements" in text
+
+
+def test_all_methods_agree_identically() -> None:
+    for mechanism in (coin(), sleigh()):
+        assert "All three methods give the same equations" in agreement(mechanism)
+
+
+def test_rows_and_multipliers_have_names() -> None:
+    text = derive(coin()).text(steps=True)
+    for words in (
+        "lambda_rim_normal  normal force of ground on disk at rim [N]",
+        "lambda_rim_x       friction along x of the plane of ground on disk at rim [N]",
+        "Phi_rim_normal = z - r cos(lean)",
+        "must not be put into T",
+    ):
+        assert words in text
+    text = derive(sleigh(), "newton_euler").text(steps=True)
+    assert "29 theta''/150 = -3 lambda_edge_side/10" in text
+
+
+def test_a_length_that_is_a_cosine_divides_exactly() -> None:
+    ring = Ring()
+    a, b = ring.coordinate("a"), ring.coordinate("b")
+    square = 1 - sin(a) ** 2
+    assert root_of_square(square) == cos(a)
+    assert root_of_square(1 + square) is None
+    vector = [sin(b) * cos(a) * 3, cos(a) ** 2, sin(a - b) * cos(a)]
+    assert over_length(vector, cos(a)) == [sin(b) * 3, cos(a), sin(a - b)]
