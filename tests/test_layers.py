@@ -81,8 +81,30 @@ ORDER: dict[str, list[str]] = {
         "compare",
         "survey",
     ],
-    "generation": ["program"],
-    "generation.program": ["tape", "half_angles lowering traced"],
+    "generation": [
+        "identifiers quantities",
+        "program",
+        "mechanics",
+        "build targets",
+        "compiled verdict",
+        "code",
+        "languages",
+    ],
+    "generation.program": [
+        "tape",
+        "counts evaluation half_angles listing lowering solving sweeps traced",
+        "program",
+    ],
+    "generation.mechanics": [
+        "letters vectors",
+        "chart closed_form sampling",
+        "recursion",
+        "forces",
+        "loops",
+        "constrained",
+        "dynamics",
+    ],
+    "generation.targets": ["target", "c javascript python"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [
         "paper posture",
@@ -281,6 +303,12 @@ def test_only_the_reference_imports_pinocchio() -> None:
         if outside(path.read_text()) & {"pinocchio", "pin"}
     }
     assert users == {"reference"}
+
+
+def test_only_the_verdict_on_code_sees_the_engine() -> None:
+    for name, path in NAMES.items():
+        if name.startswith("generation") and name != "generation.verdict":
+            assert "reference" not in rooms_in(path.read_text()), name
 
 
 def test_only_the_reference_mentions_pinocchio_as_a_module() -> None:

@@ -74,6 +74,7 @@ from mecanique.model import (
 if TYPE_CHECKING:
     from mecanique.derivation import derive
     from mecanique.derivation.equations import Equations
+    from mecanique.generation import Code, generate
     from mecanique.motion import (
         Audit,
         Equilibrium,
@@ -109,6 +110,7 @@ __all__ = [
     "Body",
     "Box",
     "ClosureError",
+    "Code",
     "Coordinates",
     "Cylinder",
     "Damper",
@@ -174,6 +176,7 @@ __all__ = [
     "equilibria",
     "export",
     "frequency_response",
+    "generate",
     "inertial_check",
     "linearize",
     "lint",
@@ -199,6 +202,7 @@ __all__ = [
 
 _HOMES = {
     "Audit": "mecanique.motion",
+    "Code": "mecanique.generation",
     "Equations": "mecanique.derivation.equations",
     "Equilibrium": "mecanique.motion",
     "Event": "mecanique.motion",
@@ -216,6 +220,7 @@ _HOMES = {
     "equilibria": "mecanique.motion",
     "export": "mecanique.viewing.show",
     "frequency_response": "mecanique.motion",
+    "generate": "mecanique.generation",
     "inertial_check": "mecanique.motion",
     "InertialCheck": "mecanique.motion",
     "linearize": "mecanique.motion",

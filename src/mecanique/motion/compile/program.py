@@ -7,16 +7,14 @@ from dataclasses import dataclass
 from typing import final
 
 from mecanique.derivation import derive
-from mecanique.errors import DerivationError
-from mecanique.generation.program.lowering import Lowering
+from mecanique.generation.mechanics.closed_form import ClosedForm
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.tape import Tape, Value
-from mecanique.generation.program.traced import arithmetic_on, trace, value_of
+from mecanique.generation.program.traced import value_of
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["MOST_VELOCITIES", "Program", "program_of"]
-
-MOST_VELOCITIES = 8
-"""Closed forms of larger mechanisms are too long to be faster than a recursion."""
+__all__ = ["Program", "program_of"]
 
 
 @final
@@ -58,62 +56,12 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
     Raises:
         DerivationError: if there is no closed form, or none that holds at every state.
     """
-    if mechanism.constrained:
-        raise DerivationError(
-            f"mechanism {mechanism.name!r} has loops; its closed form is that of the open tree"
-        )
-    if mechanism.nv > MOST_VELOCITIES:
-        raise DerivationError(
-            f"expected at most {MOST_VELOCITIES} velocities for a closed form, got {mechanism.nv}"
-        )
-    derivation = derive(mechanism).derivation
-    if derivation.assumptions:
-        subjects = ", ".join(assumption.subject for assumption in derivation.assumptions)
-        raise DerivationError(
-            f"the closed form of {mechanism.name!r} holds for one sign of {subjects} only"
-        )
-    tape, ring = Tape(), derivation.algebra.ring
-    values: dict[str, Value] = {
-        name: tape.input(name) for name in (*mechanism.coordinates, *mechanism.velocities, "t")
-    }
-    kept = tuple(p.symbol for p in mechanism.parameters if p.symbol in swept)
-    values |= {
-        p.symbol: tape.input(p.symbol) if p.symbol in kept else p.value
-        for p in mechanism.parameters
-    }
-    signals = []
-    for signal in mechanism.inputs:
-        if callable(signal.signal):
-            signals.append(signal.symbol)
-            values[signal.symbol] = tape.input(signal.symbol)
-        else:
-            traced = {name: trace(tape, value) for name, value in values.items()}
-            values[signal.symbol] = value_of(arithmetic_on(tape)(signal.signal, traced))
-    lowered = Lowering(ring, tape, values)
-    M = [list(map(lowered, row)) for row in derivation.M]
-    rest = [
-        tape.subtract(lowered(q), lowered(h))
-        for q, h in zip(derivation.Q, derivation.h, strict=True)
-    ]
-    accelerations = _solve(tape, M, rest)
-    rates = [lowered(ring.rates[ring.index(name)]) for name in mechanism.coordinates]
-    return Program(mechanism, tape, (*rates, *accelerations), kept, tuple(signals))
-
-
-def _solve(tape: Tape, M: list[list[Value]], rest: list[Value]) -> list[Value]:
-    """Solve M a = rest from the last row up, M = Uᵀ D U (Cholesky's method without roots)."""
-    M, rest = [list(row) for row in M], list(rest)
-    size = len(rest)
-    factors: dict[tuple[int, int], Value] = {}
-    for k in range(size - 1, -1, -1):
-        for i in range(k):
-            factors[k, i] = tape.divide(M[k][i], M[k][k])
-        for i in range(k):
-            for j in range(i + 1):
-                M[i][j] = tape.subtract(M[i][j], tape.multiply(factors[k, j], M[k][i]))
-            rest[i] = tape.subtract(rest[i], tape.multiply(factors[k, i], rest[k]))
-    found: list[Value] = []
-    for k in range(size):
-        known = tape.sum(tape.multiply(factors[k, i], found[i]) for i in range(k))
-        found.append(tape.subtract(tape.divide(rest[k], M[k][k]), known))
-    return found
+    kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
+    letters = Letters(mechanism, kept)
+    form, tape = ClosedForm(letters, derive(mechanism)), letters.tape
+    M = [[value_of(entry) for entry in row] for row in form.mass_matrix()]
+    rest = [value_of(Q - h) for Q, h in zip(form.forces(), form.bias(), strict=True)]
+    accelerations = factorize(tape, M).solve(rest)
+    rates = [value_of(rate) for rate in form.rates()]
+    open_ = tuple(symbol for symbol in letters.open if symbol in kept)
+    return Program(mechanism, tape, (*rates, *accelerations), open_, tuple(letters.signals))

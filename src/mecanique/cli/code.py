@@ -1,0 +1,88 @@
+"""The command that writes equations of motion as code."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Literal
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.printing import say, working
+from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
+
+__all__ = ["app"]
+
+app = typer.Typer()
+
+
+@app.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
+@report_errors
+def code(
+    system: SystemName,
+    target: Annotated[str, typer.Option(metavar="LANGUAGE", help="c, javascript or python.")] = "c",
+    what: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Quantities with commas between: rhs, acceleration, mass_matrix, bias, gravity, "
+            "forces, inverse_dynamics, energy, poses; of loops also multipliers, closure.",
+        ),
+    ] = "acceleration,energy",
+    output: Annotated[
+        Path, typer.Option("--output", "-o", metavar="DIR", help="Directory to write in.")
+    ] = Path(),
+    parameters: Parameters = None,
+    numbers: Annotated[
+        bool,
+        typer.Option("--numbers", help="Write parameters as numbers instead of arguments."),
+    ] = False,
+    name: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="What functions and files are called after."),
+    ] = None,
+    root: Annotated[
+        Literal["fixed", "floating"],
+        typer.Option("--root", help="Whether the root link of a URDF is fixed or free."),
+    ] = "fixed",
+    samples: Annotated[
+        int, typer.Option(metavar="NUMBER", help="Number of states to compare at.")
+    ] = 100,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Write the equations of motion as code, after it was run and compared with Pinocchio.
+
+    The test that compares it comes along.
+    """
+    chosen = choose(system, parameters, root)
+    with working(f"Writing and running {target}"):
+        made = mq.generate(
+            mq.derive(chosen.mechanism),
+            target,
+            what,
+            parameters=() if numbers else None,
+            name=name,
+            samples=samples,
+            seed=seed,
+        )
+    paths = made.write(output)
+    if as_json:
+        say(
+            json.dumps(
+                {
+                    "files": [str(path) for path in paths],
+                    "operations": {
+                        answer.quantity.name: made.count(answer.quantity.name).total
+                        for answer in made.program.answers
+                    },
+                    "worst": None if made.verdict is None else made.verdict.worst,
+                },
+                indent=2,
+            )
+        )
+        return
+    for path in paths:
+        say(f"Wrote {path}")
+    say("Not run here, see the head of the file." if made.verdict is None else str(made.verdict))

@@ -1,0 +1,87 @@
+"""From equations of motion to the program of the quantities asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mecanique.derivation.equations import Equations
+from mecanique.errors import UnknownNameError
+from mecanique.generation.identifiers import file_stem
+from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
+from mecanique.generation.program.program import Answer, Letter, Program
+from mecanique.generation.quantities import Quantity, choose
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import per_second, units
+
+__all__ = ["build_program"]
+
+
+def build_program(
+    equations: Equations,
+    what: str | Sequence[str],
+    parameters: Sequence[str] | None = None,
+    name: str | None = None,
+) -> Program:
+    """Return a program.
+
+    Args:
+        equations: the equations of motion.
+        what: names of quantities.
+        parameters: symbols of the parameters and constant inputs that stay letters; all by default.
+        name: what functions are called after; the mechanism's name by default.
+
+    Raises:
+        InputError: if `what` or `name` is not what is expected.
+        UnknownNameError: if a name is no quantity or no parameter.
+        DerivationError: if the coordinate map has no derivatives.
+    """
+    mechanism = equations.mechanism
+    quantities = choose(what, loops=bool(mechanism.loops))
+    stem = file_stem(mechanism.name, name)
+    known = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
+    for symbol in parameters or ():
+        if symbol not in known:
+            raise UnknownNameError("parameter", symbol, known)
+    dynamics = dynamics_of(equations, known if parameters is None else tuple(parameters))
+    answers = []
+    for quantity in quantities:
+        values = tuple(dynamics.answer(quantity.name))
+        answers.append(Answer(quantity, values, _shape(quantity, mechanism, len(values))))
+    tape = dynamics.letters.tape
+    return Program(mechanism, stem, dynamics.title, tape, _letters(dynamics), tuple(answers))
+
+
+def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
+    """The inputs by kind."""
+    mechanism = dynamics.letters.mechanism
+    unit = units(mechanism)
+    neutral = dict(zip(mechanism.coordinates, mechanism.neutral().tolist(), strict=True))
+    named = {p.symbol: p for p in mechanism.parameters} | {s.symbol: s for s in mechanism.inputs}
+    constants = []
+    for symbol in dynamics.letters.open:
+        letter = named[symbol]
+        value = mechanism.values.get(symbol, getattr(letter, "signal", 0.0))
+        known = float(value) if isinstance(value, float) else 0.0
+        constants.append(Letter(symbol, symbol, letter.unit, letter.meaning, known))
+    speeds = mechanism.velocities
+    return {
+        "t": (Letter("t", "t", "s", "time"),),
+        "q": tuple(Letter(q, q, unit[q], value=neutral[q]) for q in mechanism.coordinates),
+        "v": tuple(Letter(v, v, unit[v]) for v in speeds),
+        "a": tuple(Letter(f"{v}'", f"a {v}", per_second(unit[v])) for v in speeds),
+        "tau": tuple(Letter(f"tau_{v}", f"tau {v}", _force(unit[v])) for v in speeds),
+        "p": tuple(constants),
+    }
+
+
+def _force(velocity: str) -> str:
+    """The unit of what works on a velocity."""
+    return {"rad/s": "N·m", "m/s": "N"}.get(velocity, "")
+
+
+def _shape(quantity: Quantity, mechanism: Mechanism, size: int) -> tuple[int, ...]:
+    if quantity.name == "mass_matrix":
+        return mechanism.nv, mechanism.nv
+    if quantity.name == "poses":
+        return size // 12, 3, 4
+    return (size,)

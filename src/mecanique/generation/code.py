@@ -1,0 +1,96 @@
+"""Code in some language: its files, its verdict, and a way to call it from Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from mecanique.errors import InputError
+from mecanique.files import write_whole
+from mecanique.generation.compiled import Compiled, compile_program
+from mecanique.generation.program.counts import Counts
+from mecanique.generation.program.program import Program
+from mecanique.generation.verdict import CodeVerdict
+
+__all__ = ["Code"]
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Code:
+    """The equations of a mechanism as code.
+
+    Args:
+        target: the language, e.g. "c".
+        program: the program it was written from.
+        files: text of each file, by name; the test that compares it with Pinocchio comes along.
+        verdict: how it compared with Pinocchio when it was run; None if it could not be run here.
+    """
+
+    target: str
+    program: Program
+    files: Mapping[str, str]
+    verdict: CodeVerdict | None
+
+    @property
+    def name(self) -> str:
+        """What functions and files are called after."""
+        return self.program.name
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Parameters that the functions take, in order."""
+        return tuple(letter.name for letter in self.program.parameters)
+
+    def count(self, quantity: str | None = None) -> Counts:
+        """Return the number of operations of one quantity, or of all together.
+
+        Args:
+            quantity: its name.
+        """
+        return self.program.count(quantity)
+
+    def write(self, directory: str | Path) -> tuple[Path, ...]:
+        """Write the files, all of them or none, and return their paths.
+
+        Args:
+            directory: where; it is made if it is not there.
+
+        Raises:
+            InputError: if the directory cannot be made or written in.
+        """
+        place = Path(directory)
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            with ExitStack() as stack:
+                for name, text in self.files.items():
+                    stack.enter_context(write_whole(place / name)).write(text.encode())
+        except OSError as error:
+            raise InputError(
+                f"expected a directory to write in, got {directory}: {error}"
+            ) from None
+        return tuple(place / name for name in self.files)
+
+    def compile(self, options: Sequence[str] = ("-O2",)) -> Compiled:
+        """Compile the C code and return its functions, to call with arrays.
+
+        Args:
+            options: for the compiler.
+
+        Raises:
+            InputError: if the code is not C, no C compiler is installed, or it refuses the code.
+        """
+        if self.target != "c":
+            raise InputError(f'expected code with target="c" to compile, got {self.target!r}')
+        return compile_program(self.program, self.files, options)
+
+    def __str__(self) -> str:
+        return "\n".join(self.files.values())
+
+    def __repr__(self) -> str:
+        what = ", ".join(answer.quantity.name for answer in self.program.answers)
+        name = self.program.mechanism.name
+        return f"<Code of {name!r}: {what} in {self.target}, {self.count().total} operations>"

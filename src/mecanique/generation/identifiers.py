@@ -1,0 +1,89 @@
+"""Names of a mechanism as identifiers of any language: reversible, and never a keyword.
+
+Letters and digits stay; every other character is written as `_xHEX_`. Each kind of letter has its
+own prefix, and the rate θ' of a coordinate is `theta_dot`, so `q_theta` and `v_theta_dot`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from mecanique.errors import DerivationError, InputError
+
+__all__ = ["file_stem", "identifiers", "mangle", "unmangle"]
+
+_ESCAPE = re.compile(r"_x([0-9a-f]+)_|_dot$")
+
+
+def mangle(name: str) -> str:
+    """Return a name in ASCII letters, digits and underscores; it is not empty unless the name is.
+
+    Args:
+        name: any text.
+    """
+    plain = "".join(c if _is_plain(c) or c == "_" else _escape(c) for c in _spell_rate(name))
+    if unmangle(plain) == name:
+        return plain
+    body, dot = (name[:-1], "_dot") if name.endswith("'") else (name, "")
+    return "".join(c if _is_plain(c) else _escape(c) for c in body) + dot
+
+
+def unmangle(identifier: str) -> str:
+    """Return the name that was mangled.
+
+    Args:
+        identifier: what `mangle` made, without a prefix.
+    """
+    return _ESCAPE.sub(lambda found: chr(int(found[1], 16)) if found[1] else "'", identifier)
+
+
+def identifiers(prefix: str, names: Iterable[str]) -> tuple[str, ...]:
+    """Return an identifier for each name.
+
+    Args:
+        prefix: of all, e.g. "q".
+        names: what is named.
+
+    Raises:
+        DerivationError: if two names have one identifier.
+    """
+    names = tuple(names)
+    found = tuple(f"{prefix}_{mangle(name)}" for name in names)
+    if len(set(found)) < len(names):
+        twice = next(name for name in found if found.count(name) > 1)
+        raise DerivationError(f"two names would both be written as {twice!r}; rename one")
+    return found
+
+
+def file_stem(name: str, given: str | None = None) -> str:
+    """Return what functions and files of a mechanism are called after.
+
+    Args:
+        name: the mechanism's.
+        given: what the caller wants instead, if anything.
+
+    Raises:
+        InputError: if the name wanted is no identifier in ASCII.
+    """
+    if given is not None:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", given):
+            raise InputError(
+                f"expected a name of ASCII letters, digits and underscores that begins with a "
+                f"letter, got {given!r}"
+            )
+        return given
+    stem = mangle(name)
+    return stem if stem[:1].isalpha() else f"m{stem}"
+
+
+def _spell_rate(name: str) -> str:
+    return f"{name[:-1]}_dot" if name.endswith("'") else name
+
+
+def _is_plain(character: str) -> bool:
+    return character.isascii() and character.isalnum()
+
+
+def _escape(character: str) -> str:
+    return f"_x{ord(character):x}_"

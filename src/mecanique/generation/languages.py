@@ -1,0 +1,92 @@
+"""Write equations of motion as code, run it, and compare it with Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mecanique.derivation.equations import Equations
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.generation.build import build_program
+from mecanique.generation.code import Code
+from mecanique.generation.program.program import Program
+from mecanique.generation.targets.c import C
+from mecanique.generation.targets.javascript import JavaScript
+from mecanique.generation.targets.python import Python
+from mecanique.generation.targets.target import Target
+from mecanique.generation.verdict import CodeVerdict, cases_of, judge
+from mecanique.verification.states.random import whole
+from mecanique.verification.verdict import versions
+
+__all__ = ["TARGETS", "generate"]
+
+TARGETS: dict[str, Target] = {"c": C(), "javascript": JavaScript(), "python": Python()}
+"""Each language by its name."""
+
+_NUMBERS = 40_000
+"""Most numbers in the table of a test that comes along."""
+
+
+def generate(
+    equations: Equations,
+    target: str = "c",
+    what: str | Sequence[str] = ("acceleration", "energy"),
+    *,
+    parameters: Sequence[str] | None = None,
+    name: str | None = None,
+    samples: int = 100,
+    seed: int = 0,
+) -> Code:
+    """Write equations of motion as code in another language.
+
+    What was written is run and compared with Pinocchio, and its file says how it compared; where
+    the language cannot be run here, the file says that.
+
+    Args:
+        equations: the equations of motion.
+        target: "c" (C99 that allocates nothing), "javascript" or "python" (numpy, for many states
+            at once).
+        what: quantities, each a function: "rhs", "acceleration", "mass_matrix", "bias", "gravity",
+            "forces", "inverse_dynamics", "energy", "poses", and of loops "multipliers" and
+            "closure".
+        parameters: symbols of the parameters and constant inputs that stay arguments of the
+            functions; all by default. The others become numbers.
+        name: what functions and files are called after; the mechanism's name by default.
+        samples: number of random states at which the code is compared.
+        seed: of these.
+
+    Raises:
+        UnknownNameError: if a target, quantity or parameter is not known.
+        InputError: if another argument is not what is expected.
+        DerivationError: if the equations have no program, or the code and Pinocchio disagree.
+    """
+    if target not in TARGETS:
+        raise UnknownNameError("target", target, TARGETS)
+    samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
+    language = TARGETS[target]
+    program = build_program(equations, what, parameters, name)
+    cases = cases_of(program, samples, seed)
+    verdict: CodeVerdict | None = None
+    try:
+        verdict = judge(program, language, cases, seed)
+        said = verdict.lines()
+    except InputError as error:
+        said = [f"Not run where it was written: {error}."]
+    width = sum(rows.shape[1] for rows in cases.inputs.values()) + 2 * sum(
+        rows.shape[1] for rows in cases.expected.values()
+    )
+    shipped = cases.first(max(1, min(samples, _NUMBERS // max(width, 1))))
+    files = language.files(program, [*_head(program, language), *said])
+    return Code(target, program, files | language.test_files(program, shipped), verdict)
+
+
+def _head(program: Program, language: Target) -> list[str]:
+    counts = [
+        f"  {answer.quantity.name}: {program.count(answer.quantity.name)}"
+        for answer in program.answers
+    ]
+    return [
+        f"Equations of motion of the mechanism {program.mechanism.name!r} in {language.title}.",
+        "",
+        f"Written by mecanique {versions()['mecanique']} from the {program.origin}.",
+        *counts,
+    ]

@@ -1,0 +1,1 @@
+"""What is written as a program: the equations of motion in closed form, or by recursion."""

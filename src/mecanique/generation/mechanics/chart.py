@@ -1,0 +1,110 @@
+"""From generalized coordinates to joint coordinates, on a tape: u = G v + φ_t, u̇ = G a + γ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, final
+
+from mecanique.derivation.tree.links import Link
+from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.vectors import Rows, dot
+from mecanique.generation.program.sweeps import push_forward
+from mecanique.generation.program.traced import Traced, trace, value_of
+from mecanique.model.expression import symbols_in
+
+__all__ = ["Chart", "along", "chart_of"]
+
+
+@final
+@dataclass(frozen=True)
+class Chart:
+    """The motion of the joints.
+
+    Args:
+        r: value of each joint coordinate and of every letter, by name.
+        u: joint velocities, in the order of the tree.
+        gamma: their rates at constant generalized velocities.
+        G: rows of ∂u/∂v.
+    """
+
+    r: dict[str, Any]
+    u: list[Any]
+    gamma: list[Any]
+    G: Rows
+
+    def spread(self, a: Sequence[Any]) -> list[Any]:
+        """Return G a + γ."""
+        return [dot(row, a) + rest for row, rest in zip(self.G, self.gamma, strict=True)]
+
+    def project(self, tau: Sequence[Any]) -> list[Any]:
+        """Return Gᵀ τ."""
+        return [dot(column, tau) for column in zip(*self.G, strict=True)]
+
+    def project_matrix(self, M: Rows) -> Rows:
+        """Return Gᵀ M G."""
+        columns = list(zip(*self.G, strict=True))
+        MG = [[dot(row, column) for column in columns] for row in M]
+        MGT = list(zip(*MG, strict=True))
+        return [[dot(left, right) for right in MGT] for left in columns]
+
+
+def along(letters: Letters, scalars: Sequence[Any]) -> list[Any]:
+    """Return the rates of scalars at the velocities v, which stay constant.
+
+    Args:
+        letters: the inputs.
+        scalars: functions of t, q and v.
+    """
+    tape = letters.tape
+    rates = {
+        name.place: value_of(rate) for name, rate in zip(letters.q, letters.rates, strict=True)
+    }
+    rates[letters.t.place] = 1.0
+    found = push_forward(tape, [value_of(scalar) for scalar in scalars], rates)
+    return [trace(tape, value) for value in found]
+
+
+def chart_of(letters: Letters, tree: Sequence[Link]) -> Chart:
+    """Return the motion of the joints of a tree.
+
+    Args:
+        letters: the inputs.
+        tree: its links.
+
+    Raises:
+        DerivationError: if the coordinate map depends on a function without derivatives.
+    """
+    mechanism, tape = letters.mechanism, letters.tape
+    r = dict(letters.values)
+    u: list[Any] = []
+    gamma: list[Any] = []
+    G: Rows = []
+    place = {name: k for k, name in enumerate(mechanism.velocities)}
+    for name, scalar in mechanism.coordinates.driven.items():
+        for symbol in letters.signals:
+            if symbol in symbols_in(scalar):
+                raise DerivationError(
+                    f"the map of coordinate {name!r} depends on input {symbol!r}, whose rates no "
+                    "program knows; give it as an expression in t"
+                )
+        r[name] = letters.arithmetic(scalar, letters.values)
+    for name in (name for link in tree for name in link.velocities):
+        driven = name.removesuffix("'")
+        row: list[Any] = [0.0] * mechanism.nv
+        if driven in mechanism.coordinates.driven and name.endswith("'"):
+            (rate,) = along(letters, [r[driven]])
+            (second,) = along(letters, [rate])
+            u.append(rate)
+            gamma.append(second)
+            for k, q in enumerate(mechanism.coordinates):
+                if f"{q}'" in place and isinstance(r[driven], Traced):
+                    slope = push_forward(tape, [r[driven].place], {letters.q[k].place: 1.0})
+                    row[place[f"{q}'"]] = trace(tape, slope[0])
+        else:
+            u.append(letters.values[name])
+            gamma.append(0.0)
+            row[place[name]] = 1.0
+        G.append(row)
+    return Chart(r, u, gamma, G)

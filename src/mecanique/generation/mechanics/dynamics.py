@@ -1,0 +1,193 @@
+"""Everything a program answers about a mechanism, each quantity once on one tape."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, Protocol, final
+
+from mecanique.derivation.equations import Equations
+from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.closed_form import ClosedForm
+from mecanique.generation.mechanics.constrained import Solution, solve_constrained
+from mecanique.generation.mechanics.forces import Forces
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.loops import Loops, loops_of
+from mecanique.generation.mechanics.recursion import Recursion
+from mecanique.generation.mechanics.vectors import Rows
+from mecanique.generation.program.counts import count
+from mecanique.generation.program.solving import factorize
+from mecanique.generation.program.tape import Value
+from mecanique.generation.program.traced import trace, value_of
+
+__all__ = ["Dynamics", "dynamics_of"]
+
+_READABLE = 4
+"""Closed forms of more velocities are not tried: they take long to derive, and gain little."""
+
+
+class Form(Protocol):
+    """A way to the equations of motion."""
+
+    def mass_matrix(self) -> Rows:
+        """Return M."""
+
+    def bias(self) -> list[Any]:
+        """Return the bias."""
+
+    def forces(self) -> list[Any]:
+        """Return the generalized forces."""
+
+    def energy(self) -> tuple[Any, Any]:
+        """Return kinetic and potential energy."""
+
+
+@final
+class Tree:
+    """The equations of motion by recursion."""
+
+    def __init__(self, letters: Letters) -> None:
+        self.recursion = Recursion(letters)
+        self._loads = Forces(letters, self.recursion)
+
+    def mass_matrix(self) -> Rows:
+        """Return M."""
+        return self.recursion.mass_matrix()
+
+    def bias(self) -> list[Any]:
+        """Return the bias."""
+        return self.recursion.bias()
+
+    def forces(self) -> list[Any]:
+        """Return the generalized forces."""
+        return self._loads.project()
+
+    def energy(self) -> tuple[Any, Any]:
+        """Return kinetic and potential energy."""
+        T, V = self.recursion.energy()
+        return T, V + self._loads.energy()
+
+
+@final
+class Dynamics:
+    """The answers of one mechanism on a tape.
+
+    Args:
+        letters: its letters.
+        form: its equations of motion.
+        tree: the same by recursion, which knows where bodies are.
+        title: how the equations were made.
+    """
+
+    def __init__(self, letters: Letters, form: Form, tree: Tree, title: str) -> None:
+        self.letters = letters
+        self.title = title
+        self._form = form
+        self._tree = tree
+
+    def answer(self, quantity: str) -> list[Value]:
+        """Return the values of a quantity, row by row.
+
+        Args:
+            quantity: one of `mecanique.generation.quantities.QUANTITIES`.
+        """
+        answers: dict[str, Callable[[], list[Any]]] = {
+            "rhs": lambda: [*self.letters.rates, *self.acceleration],
+            "acceleration": lambda: self.acceleration,
+            "mass_matrix": lambda: [entry for row in self.mass_matrix for entry in row],
+            "bias": lambda: self.bias,
+            "gravity": self._tree.recursion.gravity_forces,
+            "forces": lambda: self.forces,
+            "inverse_dynamics": self._inverse_dynamics,
+            "energy": lambda: list(self._form.energy()),
+            "poses": self._poses,
+            "multipliers": lambda: list(self._solution.multipliers),
+            "closure": lambda: [*self.loops.residual, *self.loops.rate],
+        }
+        return [value_of(scalar) for scalar in answers[quantity]()]
+
+    @cached_property
+    def mass_matrix(self) -> Rows:
+        """M."""
+        return self._form.mass_matrix()
+
+    @cached_property
+    def bias(self) -> list[Any]:
+        """Inertia terms without accelerations, and gravity."""
+        return self._form.bias()
+
+    @cached_property
+    def forces(self) -> list[Any]:
+        """Generalized forces."""
+        return self._form.forces()
+
+    @cached_property
+    def loops(self) -> Loops:
+        """What the loops demand."""
+        return loops_of(self.letters, self._tree.recursion)
+
+    @cached_property
+    def acceleration(self) -> list[Any]:
+        """Generalized accelerations."""
+        if self.letters.mechanism.loops:
+            return list(self._solution.acceleration)
+        tape = self.letters.tape
+        M = [[value_of(entry) for entry in row] for row in self.mass_matrix]
+        rest = [value_of(entry) for entry in self._drive]
+        return [trace(tape, value) for value in factorize(tape, M).solve(rest)]
+
+    @property
+    def _drive(self) -> list[Any]:
+        """Forces and torques that are not balanced without accelerations."""
+        parts = zip(self.forces, self.letters.tau, self.bias, strict=True)
+        return [Q + tau - h for Q, tau, h in parts]
+
+    @cached_property
+    def _solution(self) -> Solution:
+        return solve_constrained(self.letters, self.mass_matrix, self._drive, self.loops)
+
+    def _inverse_dynamics(self) -> list[Any]:
+        if isinstance(self._form, Tree):
+            needed = self._form.recursion.inverse_dynamics(self.letters.a)
+        else:
+            needed = [
+                sum((m * a for m, a in zip(row, self.letters.a, strict=True)), h)
+                for row, h in zip(self.mass_matrix, self.bias, strict=True)
+            ]
+        return [x - Q for x, Q in zip(needed, self.forces, strict=True)]
+
+    def _poses(self) -> list[Any]:
+        mechanism = self.letters.mechanism
+        return [
+            entry
+            for body in mechanism.bodies
+            if body.name != mechanism.ground
+            for row in self._tree.recursion.pose(body.name)
+            for entry in row
+        ]
+
+
+def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noqa: A002
+    """Return the answers of a mechanism, by the form of its equations with the fewest operations.
+
+    Args:
+        equations: its equations of motion.
+        open: symbols of the parameters and inputs that stay letters.
+
+    Raises:
+        DerivationError: if the coordinate map has no derivatives.
+    """
+    mechanism = equations.mechanism
+    letters = Letters(mechanism, open)
+    tree = Tree(letters)
+    found = Dynamics(letters, tree, tree, "recursion along the tree")
+    if mechanism.loops or mechanism.nv > _READABLE:
+        return found
+    try:
+        letters = Letters(mechanism, open)
+        form = ClosedForm(letters, equations)
+        other = Dynamics(letters, form, Tree(letters), f"closed form by {equations.title}")
+        sizes = [count(d.letters.tape, d.answer("rhs")).total for d in (other, found)]
+    except DerivationError:
+        return found
+    return other if sizes[0] <= sizes[1] else found

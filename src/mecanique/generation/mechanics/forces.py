@@ -1,0 +1,196 @@
+"""Springs, dampers, drives and loads on a tape: generalized forces from virtual work.
+
+A force F at a point x(q, t) has the generalized forces F·∂x/∂q: one sweep in reverse from all
+points, weighted with the forces on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+from mecanique.derivation.laws import laws_of
+from mecanique.derivation.tree.poses import times_point
+from mecanique.generation.mechanics.chart import along
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.recursion import Recursion
+from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, scale
+from mecanique.generation.program.sweeps import pull_back
+from mecanique.generation.program.traced import trace, value_of
+from mecanique.model.forces import BodyLoad, JointLoad, LineLoad
+
+__all__ = ["Forces", "on_velocities"]
+
+
+@final
+class _Span:
+    """The line between two points."""
+
+    def __init__(self, letters: Letters, reach: Triple) -> None:
+        self._letters = letters
+        self.reach = reach
+
+    @property
+    def square(self) -> Any:
+        return dot(self.reach, self.reach)
+
+    @cached_property
+    def x(self) -> Any:
+        return self._letters.arithmetic.function("sqrt")(self.square)  # type: ignore[misc]  # it has functions
+
+    @cached_property
+    def unit(self) -> Triple:
+        return [c / self.x for c in self.reach]
+
+    @cached_property
+    def rate(self) -> Any:
+        return dot(self.unit, along(self._letters, self.reach))
+
+    def direct(self, slope: Any | None, size: Any | None) -> Triple:
+        total: Triple = [0.0, 0.0, 0.0]
+        if slope is not None:
+            total = add(total, scale(slope, self.reach))
+        if size is not None:
+            total = add(total, scale(size, self.unit))
+        return total
+
+
+@final
+@dataclass(frozen=True)
+class _Travel:
+    """The coordinate of a joint."""
+
+    x: Any
+    rate: Any
+
+    @property
+    def square(self) -> Any:
+        return self.x * self.x
+
+    def direct(self, slope: Any | None, size: Any | None) -> Any:
+        total: Any = 0.0 if slope is None else slope * self.x
+        return total if size is None else total + size
+
+
+@final
+class Forces:
+    """The forces of a mechanism.
+
+    Args:
+        letters: its letters.
+        recursion: where its bodies are.
+    """
+
+    def __init__(self, letters: Letters, recursion: Recursion) -> None:
+        self._letters = letters
+        self._recursion = recursion
+        columns: dict[str, int] = {}
+        coordinates: dict[str, str] = {}
+        for joint in letters.mechanism.tree:
+            for name in joint.velocities:
+                columns[name] = len(columns)
+            if len(joint.velocities) == 1:
+                coordinates[joint.name] = joint.coordinates[0]
+        self._column = {
+            joint.name: columns[joint.velocities[-1]]
+            for joint in letters.mechanism.tree
+            if joint.velocities
+        }
+        self._coordinate = {
+            joint.name: joint.coordinates[-1]
+            for joint in letters.mechanism.tree
+            if joint.coordinates
+        }
+
+    def project(self) -> list[Any]:
+        """Return the generalized forces, shape (nv,)."""
+        letters, chart = self._letters, self._recursion.chart
+        tau: list[Any] = [0.0] * len(chart.u)
+        moved: list[Any] = []
+        weights: list[Any] = []
+        for force in letters.mechanism.forces:
+            match force:
+                case LineLoad():
+                    span = self._span(force)
+                    for law in laws_of(force, self._number):
+                        moved += span.reach
+                        weights += [-c for c in law.pull(span)]
+                case JointLoad():
+                    k = self._column[force.joint]
+                    travel = _Travel(chart.r[self._coordinate[force.joint]], chart.u[k])
+                    for law in laws_of(force, self._number):
+                        tau[k] = tau[k] - law.pull(travel)
+                case BodyLoad():
+                    self._load(force, moved, weights)
+        found = on_velocities(letters, moved, weights)
+        return [x + y for x, y in zip(chart.project(tau), found, strict=True)]
+
+    def energy(self) -> Any:
+        """Return the springs' energy."""
+        total: Any = 0.0
+        chart = self._recursion.chart
+        for force in self._letters.mechanism.forces:
+            if not force.conservative or isinstance(force, BodyLoad):
+                continue
+            path: Any
+            if isinstance(force, LineLoad):
+                path = self._span(force)
+            else:
+                path = _Travel(chart.r[self._coordinate[force.joint]], 0.0)
+            for law in laws_of(force, self._number):
+                if law.kind == "potential":
+                    total = total + law.scalar(path)
+        return total
+
+    def _number(self, scalar: Any) -> Any:
+        return self._letters.arithmetic(scalar, self._recursion.chart.r)
+
+    def _span(self, force: LineLoad) -> _Span:
+        a, b = (
+            times_point(self._recursion.pose(end.body), [self._number(c) for c in end.point])
+            for end in force.ends
+        )
+        return _Span(self._letters, [y - x for x, y in zip(a, b, strict=True)])
+
+    def _load(self, force: BodyLoad, moved: list[Any], weights: list[Any]) -> None:
+        wrench, pose = force.wrench, self._recursion.pose(force.wrench.body)
+        turn = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        if wrench.axes != "world":
+            turn = [row[:3] for row in self._recursion.pose(wrench.axes)]
+        if wrench.force is not None:
+            moved += times_point(pose, [self._number(c) for c in wrench.point])
+            weights += apply(turn, [self._number(c) for c in wrench.force])
+        if wrench.torque is not None:
+            # δW = C·δθ = ½ Σ δe·(C × e) over the body's axes e
+            x, y, z = apply(turn, [self._number(c) for c in wrench.torque])
+            for k in range(3):
+                e = [row[k] for row in pose]
+                moved += e
+                crossed = [y * e[2] - z * e[1], z * e[0] - x * e[2], x * e[1] - y * e[0]]
+                weights += scale(0.5, crossed)
+
+
+def on_velocities(letters: Letters, moved: Sequence[Any], weights: Sequence[Any]) -> list[Any]:
+    """Return Σ weight ∂x'/∂v: what weights on functions x(q, t) do in each velocity.
+
+    Args:
+        letters: the inputs.
+        moved: functions of the coordinates and time.
+        weights: factor of each.
+    """
+    tape = letters.tape
+    gradient = pull_back(
+        tape,
+        [value_of(x) for x in moved],
+        [value_of(w) for w in weights],
+        [q.place for q in letters.q],
+    )
+    through = pull_back(
+        tape,
+        [value_of(rate) for rate in letters.rates],
+        gradient,
+        [v.place for v in letters.v],
+    )
+    return [trace(tape, value) for value in through]

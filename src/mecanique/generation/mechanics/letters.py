@@ -1,0 +1,85 @@
+"""The inputs of a program: time, coordinates, velocities, torques, accelerations, parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from functools import cached_property
+from typing import Any, final
+
+from mecanique.derivation.tree.poses import quaternion_rotation
+from mecanique.generation.program.tape import Tape
+from mecanique.generation.program.traced import arithmetic_on, trace
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Letters"]
+
+
+@final
+class Letters:
+    """A mechanism's letters on a tape.
+
+    Args:
+        mechanism: whose.
+        open: symbols of the parameters that stay letters; the others are their numbers.
+    """
+
+    def __init__(self, mechanism: Mechanism, open: Collection[str] = ()) -> None:  # noqa: A002
+        self.mechanism = mechanism
+        self.tape = Tape()
+        self.arithmetic = arithmetic_on(self.tape)
+        self.t = self._input("t")
+        self.q = [self._input(name) for name in mechanism.coordinates]
+        self.v = [self._input(name) for name in mechanism.velocities]
+        self.tau = [self._input(f"tau {name}") for name in mechanism.velocities]
+        self.a = [self._input(f"a {name}") for name in mechanism.velocities]
+        self.values: dict[str, Any] = {
+            "t": self.t,
+            **dict(zip(mechanism.coordinates, self.q, strict=True)),
+            **dict(zip(mechanism.velocities, self.v, strict=True)),
+        }
+        """Value of time and of each coordinate, velocity, parameter and signal, by name."""
+        for parameter in mechanism.parameters:
+            kept = parameter.symbol in open
+            self.values[parameter.symbol] = (
+                self._input(parameter.symbol) if kept else parameter.value
+            )
+        self.signals: list[str] = []
+        """Signals that stay letters: constants, which a controller may set, and functions of t."""
+        for signal in mechanism.inputs:
+            symbol = signal.symbol
+            if callable(signal.signal) or (isinstance(signal.signal, float) and symbol in open):
+                self.signals.append(symbol)
+                self.values[symbol] = self._input(symbol)
+            else:
+                self.values[symbol] = self.arithmetic(signal.signal, self.values)
+        self.open = (
+            *(p.symbol for p in mechanism.parameters if p.symbol in open),
+            *self.signals,
+        )
+        """Symbols of the parameters and signals that are letters, in order."""
+
+    @cached_property
+    def rates(self) -> list[Any]:
+        """The rates of the coordinates: q' = v, and p' = ½ p ⊗ ω of a quaternion p."""
+        values, found = self.values, dict[str, Any]()
+        for joint in self.mechanism.joints:
+            if not joint.quaternion:
+                continue
+            *position, px, py, pz, pw = joint.coordinates
+            x, y, z, w = (values[name] for name in (px, py, pz, pw))
+            a, b, c = (values[name] for name in joint.angular_velocities)
+            found[px] = (w * a + y * c - z * b) * 0.5
+            found[py] = (w * b + z * a - x * c) * 0.5
+            found[pz] = (w * c + x * b - y * a) * 0.5
+            found[pw] = (x * a + y * b + z * c) * -0.5
+            turn = quaternion_rotation(x, y, z, w)
+            velocity = [values[name] for name in joint.linear_velocities]
+            for name, row in zip(position, turn, strict=False):
+                found[name] = sum((r * u for r, u in zip(row, velocity, strict=True)), 0.0)
+        return [
+            found[name] if name in found else values[f"{name}'"]
+            for name in self.mechanism.coordinates
+        ]
+
+    def _input(self, name: str) -> Any:
+        return trace(self.tape, self.tape.input(name))

@@ -1,0 +1,92 @@
+"""What loops demand, on a tape: Φ(q, t) = 0 with Φ'' = J a + γ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, final
+
+from mecanique.derivation.tree.poses import Matrix, origin, product
+from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.chart import along
+from mecanique.generation.mechanics.forces import on_velocities
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.recursion import Recursion
+from mecanique.generation.mechanics.vectors import Rows, apply_transpose, dot
+from mecanique.model.loops import CLOSED, Loop
+
+__all__ = ["Loops", "loops_of"]
+
+
+@final
+@dataclass(frozen=True)
+class Loops:
+    """The equations of all loops.
+
+    Args:
+        names: "loop: motion it closes" of each equation.
+        residual: Φ.
+        rate: Φ'.
+        jacobian: rows of J.
+        gamma: γ.
+    """
+
+    names: tuple[str, ...]
+    residual: list[Any]
+    rate: list[Any]
+    jacobian: Rows
+    gamma: list[Any]
+
+
+def loops_of(letters: Letters, recursion: Recursion) -> Loops:
+    """Return what the loops of a mechanism demand.
+
+    Args:
+        letters: its letters.
+        recursion: where its bodies are.
+    """
+    names: list[str] = []
+    residual: list[Any] = []
+    for loop in letters.mechanism.loops:
+        names += [f"{loop.name}: {row}" for row in CLOSED[loop.kind]]
+        residual += _demands(letters, recursion, loop)
+    rate = along(letters, residual)
+    return Loops(
+        tuple(names),
+        residual,
+        rate,
+        [on_velocities(letters, [row], [1.0]) for row in residual],
+        along(letters, rate),
+    )
+
+
+def _demands(letters: Letters, recursion: Recursion, loop: Loop) -> list[Any]:
+    """Φ of one loop, in the axes of frame a."""
+    frames: list[Matrix] = []
+    for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
+        placed = origin(frame, letters.values, letters.arithmetic)
+        frames.append(product(recursion.pose(body), placed))
+    A, B = frames
+    apart = [b[3] - a[3] for a, b in zip(A, B, strict=True)]
+    function = letters.arithmetic.function
+    assert function is not None, "letters know every function"
+    if loop.kind == "distance":
+        length = letters.arithmetic(loop.length, letters.values)
+        return [function("sqrt")(dot(apart, apart)) - length]
+    x, y, z = apply_transpose(A, apart)
+
+    def turn(i: int, k: int) -> Any:
+        return dot([row[i] for row in A], [row[k] for row in B])
+
+    match loop.kind:
+        case "pin":
+            return [x, y]
+        case "plate":
+            return [x, y, function("atan2")(turn(1, 0), turn(0, 0))]
+        case "hinge":
+            return [x, y, z, -turn(1, 2), turn(0, 2)]
+        case "weld":
+            skew = [(turn(i, k) - turn(k, i)) * 0.5 for i, k in ((2, 1), (0, 2), (1, 0))]
+            return [x, y, z, *skew]
+        case "ball":
+            return [x, y, z]
+    raise DerivationError(f"no program is known of loop {loop.name!r}, a {loop.kind!r}")

@@ -1,0 +1,338 @@
+"""The equations of motion of a tree by recursion, in the bodies' own axes, on a tape.
+
+It is the recursion of `mecanique.derivation.numeric.recursion`, τ = Σ tr(∂H/∂q J Ḧᵀ) with the mass
+moments J of each body, seen from the body instead of from the ground: a point r of it has the
+acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first moments h and second moments E about the
+body's origin the inertia forces are m a + U h, and their moment h × a plus the axial vector of U E
+(J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic Systems, Measurement, and Control 102 (1980)
+69, in the form of W. Khalil & E. Dombre, Modeling, Identification and Control of Robots, 2002,
+sect. 9.5).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+from mecanique.derivation.tree.links import Link, links, place_of
+from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
+from mecanique.generation.mechanics.chart import Chart, chart_of
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.vectors import (
+    Rows,
+    Triple,
+    add,
+    apply,
+    apply_transpose,
+    cross,
+    dot,
+    scale,
+)
+
+__all__ = ["Inertia", "Moving", "Recursion", "Seat"]
+
+_AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
+_STILL: Triple = [0.0, 0.0, 0.0]
+
+_ROUNDING = 4e-16
+"""Entries of rotations this near to 0, 1 or −1 are these numbers."""
+
+
+@final
+@dataclass(frozen=True)
+class Seat:
+    """Where something is fixed in the tree.
+
+    Args:
+        place: of the moving link, −1 for the ground.
+        pose: in that link's axes.
+    """
+
+    place: int
+    pose: Matrix
+
+
+@final
+@dataclass(frozen=True)
+class Inertia:
+    """Mass m, first moments h and second moments E of a body about its origin."""
+
+    m: Any
+    h: Triple
+    E: Rows
+
+    def __add__(self, other: Inertia) -> Inertia:
+        E = [add(*rows) for rows in zip(self.E, other.E, strict=True)]
+        return Inertia(self.m + other.m, add(self.h, other.h), E)
+
+    def seen_from(self, pose: Matrix) -> Inertia:
+        """Return the same in the axes and about the origin of the frame in which the pose is."""
+        p = [row[3] for row in pose]
+        turned = apply(pose, self.h)
+        RE = [[dot(row[:3], column) for column in self.E] for row in pose]  # E is symmetric
+        E: Rows = [[0.0] * 3 for _ in range(3)]
+        for i in range(3):
+            for k in range(i + 1):
+                turned_E = dot(RE[i], pose[k][:3])
+                E[i][k] = E[k][i] = (
+                    turned_E + turned[i] * p[k] + p[i] * turned[k] + self.m * p[i] * p[k]
+                )
+        return Inertia(self.m, add(turned, scale(self.m, p)), E)
+
+
+@final
+@dataclass(frozen=True)
+class Moving:
+    """A link that moves: its pose in its parent's axes, and its unit motions in its own."""
+
+    parent: int
+    pose: Matrix
+    angular: dict[int, Triple]
+    linear: dict[int, Triple]
+    armature: Any
+
+    @property
+    def columns(self) -> list[int]:
+        """Numbers of its joint velocities."""
+        return [*self.linear, *self.angular]
+
+    def relative(self, rates: Sequence[Any]) -> tuple[Triple, Triple]:
+        """Return Σ S u, angular and linear."""
+        return tuple(  # type: ignore[return-value]  # two
+            add(_STILL, *(scale(rates[k], axis) for k, axis in motions.items()))
+            for motions in (self.angular, self.linear)
+        )
+
+    def project(self, force: Triple, moment: Triple) -> dict[int, Any]:
+        """Return what a force and a moment do in each motion, by the number of its velocity."""
+        found = {k: dot(axis, force) for k, axis in self.linear.items()}
+        return found | {k: dot(axis, moment) for k, axis in self.angular.items()}
+
+    def carry(self, force: Triple, moment: Triple) -> tuple[Triple, Triple]:
+        """Return a force and its moment in the parent's axes, about the parent's origin."""
+        turned = apply(self.pose, force)
+        return turned, add(apply(self.pose, moment), cross([row[3] for row in self.pose], turned))
+
+
+@final
+class Recursion:
+    """Mass matrix, bias, inverse dynamics and energies of a tree.
+
+    Args:
+        letters: the mechanism's letters.
+    """
+
+    def __init__(self, letters: Letters) -> None:
+        self.letters = letters
+        mechanism, values = letters.mechanism, letters.values
+        tree = links(mechanism)
+        self.chart: Chart = chart_of(letters, tree)
+        self.seats: dict[str, Seat] = {mechanism.ground: Seat(-1, IDENTITY)}
+        self.links: list[Moving] = []
+        seats: list[Seat] = []
+        column = 0
+        for link in tree:
+            before = seats[link.parent] if link.parent >= 0 else Seat(-1, IDENTITY)
+            stand = _clean(origin(link.origin, values, letters.arithmetic))
+            pose = _clean(product(before.pose, stand))
+            if link.kind == "fixed":
+                seats.append(Seat(before.place, pose))
+            else:
+                pose = product(pose, local(link, self.chart.r, letters.arithmetic))
+                angular, linear = _motions(link, column)
+                column += len(link.velocities)
+                armature = letters.arithmetic(link.armature, values)
+                self.links.append(Moving(before.place, pose, angular, linear, armature))
+                seats.append(Seat(len(self.links) - 1, IDENTITY))
+        self.seats |= {body: seats[k] for body, k in place_of(tree, mechanism).items() if k >= 0}
+        self.inertias = [Inertia(0.0, _STILL, [[0.0] * 3] * 3) for _ in self.links]
+        for body in mechanism.bodies:
+            seat = self.seats[body.name]
+            if seat.place >= 0:
+                J = moments(body, values, letters.arithmetic)
+                own = Inertia(J[3][3], [row[3] for row in J[:3]], [row[:3] for row in J[:3]])
+                moved = own.seen_from(seat.pose)
+                self.inertias[seat.place] = self.inertias[seat.place] + moved
+        self.gravity: Triple = [letters.arithmetic(g, values) for g in mechanism.gravity]
+
+    def inverse_dynamics(self, a: Sequence[Any]) -> list[Any]:
+        """Return M a + bias.
+
+        Args:
+            a: accelerations, shape (nv,).
+        """
+        return self.chart.project(self._forces(self.chart.u, self.chart.spread(a), self.gravity))
+
+    def bias(self) -> list[Any]:
+        """Return Coriolis, centrifugal and rheonomic inertia terms and gravity."""
+        tau = self._forces(self.chart.u, self.chart.gamma, self.gravity)
+        return self.chart.project(tau)
+
+    def gravity_forces(self) -> list[Any]:
+        """Return the part of the bias that gravity makes."""
+        still = [0.0] * len(self.chart.u)
+        return self.chart.project(self._forces(still, still, self.gravity))
+
+    def mass_matrix(self) -> Rows:
+        """Return M."""
+        size = len(self.chart.u)
+        M: Rows = [[0.0] * size for _ in range(size)]
+        beyond = list(self.inertias)
+        for place in range(len(self.links) - 1, -1, -1):
+            link, inertia = self.links[place], beyond[place]
+            if link.parent >= 0:
+                beyond[link.parent] = beyond[link.parent] + inertia.seen_from(link.pose)
+            for k in link.columns:
+                force, moment = _momentum(inertia, link.angular.get(k), link.linear.get(k))
+                for j, entry in link.project(force, moment).items():
+                    if j <= k:
+                        M[j][k] = M[k][j] = entry
+                at = place
+                while self.links[at].parent >= 0:
+                    force, moment = self.links[at].carry(force, moment)
+                    at = self.links[at].parent
+                    for j, entry in self.links[at].project(force, moment).items():
+                        M[j][k] = M[k][j] = entry
+                M[k][k] = M[k][k] + link.armature
+        return self.chart.project_matrix(M)
+
+    def energy(self) -> tuple[Any, Any]:
+        """Return the kinetic energy, and the potential energy of gravity."""
+        T: Any = 0.0
+        V: Any = 0.0
+        spins: list[Triple] = []
+        speeds: list[Triple] = []
+        falls: list[tuple[Triple, Any]] = []
+        for link, body in zip(self.links, self.inertias, strict=True):
+            p = [row[3] for row in link.pose]
+            spin, speed = (
+                (spins[link.parent], speeds[link.parent]) if link.parent >= 0 else (_STILL, _STILL)
+            )
+            fall, level = falls[link.parent] if link.parent >= 0 else (self.gravity, 0.0)
+            angular, linear = link.relative(self.chart.u)
+            w = add(apply_transpose(link.pose, spin), angular)
+            v = add(apply_transpose(link.pose, add(speed, cross(spin, p))), linear)
+            here = apply_transpose(link.pose, fall), level + dot(fall, p)
+            spins.append(w)
+            speeds.append(v)
+            falls.append(here)
+            E = body.E
+            second = sum(
+                (w[i] * w[i] * (E[(i + 1) % 3][(i + 1) % 3] + E[(i + 2) % 3][(i + 2) % 3]))
+                for i in range(3)
+            )
+            mixed = w[0] * w[1] * E[0][1] + w[1] * w[2] * E[1][2] + w[0] * w[2] * E[0][2]
+            double = body.m * dot(v, v) + second + 2.0 * dot(v, cross(w, body.h)) - 2.0 * mixed
+            double = double + sum(link.armature * self.chart.u[k] ** 2 for k in link.columns)
+            T = T + 0.5 * double
+            V = V - body.m * here[1] - dot(here[0], body.h)
+        return T, V
+
+    def _forces(self, u: Sequence[Any], ud: Sequence[Any], gravity: Triple) -> list[Any]:
+        """Return what the joint velocities' rates and gravity ask of the joints, shape (nu,)."""
+        spins: list[Triple] = []
+        fields: list[tuple[Rows, Triple, Triple]] = []  # U, α and a of each link
+        for link in self.links:
+            p = [row[3] for row in link.pose]
+            if link.parent >= 0:
+                spin = apply_transpose(link.pose, spins[link.parent])
+                U, alpha, a = fields[link.parent]
+                alpha = apply_transpose(link.pose, alpha)
+                a = apply_transpose(link.pose, add(a, apply(U, p)))
+            else:
+                spin, alpha = _STILL, _STILL
+                a = apply_transpose(link.pose, [-g for g in gravity])
+            angular, linear = link.relative(u)
+            turning, sliding = link.relative(ud)
+            a = add(a, sliding, scale(2.0, cross(spin, linear)), cross(angular, linear))
+            alpha = add(alpha, turning, cross(spin, angular))
+            w = add(spin, angular)
+            spins.append(w)
+            fields.append((_field(w, alpha), alpha, a))
+        loads: list[tuple[Triple, Triple]] = []
+        for (U, _, a), body in zip(fields, self.inertias, strict=True):
+            UE = [[dot(row, column) for column in body.E] for row in U]
+            turned = [UE[2][1] - UE[1][2], UE[0][2] - UE[2][0], UE[1][0] - UE[0][1]]
+            loads.append((add(scale(body.m, a), apply(U, body.h)), add(turned, cross(body.h, a))))
+        tau: list[Any] = [0.0] * len(u)
+        for place in range(len(self.links) - 1, -1, -1):
+            link = self.links[place]
+            force, moment = loads[place]
+            for k, entry in link.project(force, moment).items():
+                tau[k] = entry + link.armature * ud[k]
+            if link.parent >= 0:
+                carried, about = link.carry(force, moment)
+                F, T = loads[link.parent]
+                loads[link.parent] = add(F, carried), add(T, about)
+        return tau
+
+    @cached_property
+    def poses(self) -> list[Matrix]:
+        """Pose of each moving link in the world."""
+        found: list[Matrix] = []
+        for link in self.links:
+            found.append(product(found[link.parent], link.pose) if link.parent >= 0 else link.pose)
+        return found
+
+    def pose(self, body: str) -> Matrix:
+        """Return the pose of a body in the world.
+
+        Args:
+            body: its name.
+        """
+        seat = self.seats[body]
+        return product(self.poses[seat.place], seat.pose) if seat.place >= 0 else seat.pose
+
+
+def _motions(link: Link, first: int) -> tuple[dict[int, Triple], dict[int, Triple]]:
+    """Unit motions of a link, angular and linear, by the number of their velocity."""
+    axis = [float(c) for c in link.axis]
+    match link.kind:
+        case "turn":
+            return {first: axis}, {}
+        case "slide":
+            return {}, {first: axis}
+        case "ball":
+            return {first + k: list(e) for k, e in enumerate(_AXES)}, {}
+    return (
+        {first + 3 + k: list(e) for k, e in enumerate(_AXES)},
+        {first + k: list(e) for k, e in enumerate(_AXES)},
+    )
+
+
+def _field(w: Triple, alpha: Triple) -> Rows:
+    """U = α̂ + ω̂ ω̂."""
+    xx, yy, zz = (c * c for c in w)
+    xy, yz, xz = w[0] * w[1], w[1] * w[2], w[0] * w[2]
+    return [
+        [-(yy + zz), xy - alpha[2], xz + alpha[1]],
+        [xy + alpha[2], -(xx + zz), yz - alpha[0]],
+        [xz - alpha[1], yz + alpha[0], -(xx + yy)],
+    ]
+
+
+def _momentum(
+    inertia: Inertia, angular: Triple | None, linear: Triple | None
+) -> tuple[Triple, Triple]:
+    """Momentum and its moment of a unit motion."""
+    if linear is not None:
+        return scale(inertia.m, linear), cross(inertia.h, linear)
+    assert angular is not None
+    E, trace = inertia.E, inertia.E[0][0] + inertia.E[1][1] + inertia.E[2][2]
+    moment = [trace * x - y for x, y in zip(angular, apply(E, angular), strict=True)]
+    return cross(angular, inertia.h), moment
+
+
+def _clean(pose: Matrix) -> Matrix:
+    """A pose whose rotation is freed from rounding where it is one by right angles."""
+    return [[*map(_whole, row[:3]), row[3]] for row in pose]
+
+
+def _whole(entry: Any) -> Any:
+    if isinstance(entry, float):
+        for number in (0.0, 1.0, -1.0):
+            if abs(entry - number) < _ROUNDING:
+                return number
+    return entry

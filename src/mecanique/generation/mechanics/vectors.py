@@ -1,0 +1,54 @@
+"""Vectors and 3×3 matrices of scalars: rows of floats and traced scalars; zeros cost nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+__all__ = ["Rows", "Triple", "add", "apply", "apply_transpose", "cross", "dot", "scale"]
+
+Triple: TypeAlias = "list[Any]"
+"""Three scalars."""
+
+Rows: TypeAlias = "list[list[Any]]"
+"""Rows of scalars."""
+
+
+def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
+    """Return a · b."""
+    total: Any = 0.0
+    for x, y in zip(a, b, strict=True):
+        total = total + x * y
+    return total
+
+
+def cross(a: Sequence[Any], b: Sequence[Any]) -> Triple:
+    """Return a × b."""
+    return [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+
+
+def add(*vectors: Sequence[Any]) -> Triple:
+    """Return the sum of vectors."""
+    total: Triple = [0.0, 0.0, 0.0]
+    for vector in vectors:
+        total = [x + y for x, y in zip(total, vector, strict=True)]
+    return total
+
+
+def scale(factor: Any, vector: Sequence[Any]) -> Triple:
+    """Return a multiple of a vector."""
+    return [factor * x for x in vector]
+
+
+def apply(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
+    """Return R x."""
+    return [dot(row[:3], vector) for row in R]
+
+
+def apply_transpose(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
+    """Return Rᵀ x."""
+    return [dot([row[k] for row in R], vector) for k in range(3)]

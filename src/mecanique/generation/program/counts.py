@@ -1,0 +1,54 @@
+"""How many operations of each kind a program has."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.generation.program.tape import Tape, Value
+
+__all__ = ["Counts", "count"]
+
+
+@final
+@dataclass(frozen=True)
+class Counts:
+    """Numbers of operations; what is computed once counts once.
+
+    Args:
+        additions: and subtractions.
+        multiplications: of any two factors.
+        divisions: by what is no number.
+        functions: sines, roots and so on.
+    """
+
+    additions: int
+    multiplications: int
+    divisions: int
+    functions: int
+
+    @property
+    def total(self) -> int:
+        """All of them."""
+        return self.additions + self.multiplications + self.divisions + self.functions
+
+    def __str__(self) -> str:
+        return (
+            f"{self.total} operations: {self.additions} additions, {self.multiplications} "
+            f"multiplications, {self.divisions} divisions, {self.functions} functions"
+        )
+
+
+def count(tape: Tape, outputs: Sequence[Value]) -> Counts:
+    """Return the numbers of operations that outputs need.
+
+    Args:
+        tape: the program.
+        outputs: its outputs.
+    """
+    kinds = [tape.operations[place][0] for place in tape.find_needed(outputs)]
+    sums = sum(kind in "+-" for kind in kinds)
+    products, divisions = kinds.count("*"), kinds.count("/")
+    others = len(kinds) - sums - products - divisions - kinds.count("input")
+    return Counts(sums, products, divisions, others)

@@ -1,0 +1,52 @@
+"""The numbers that a program gives, operation by operation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from mecanique.generation.program.tape import Tape, Value
+
+__all__ = ["evaluate"]
+
+_NAMES = {
+    "asin": "arcsin",
+    "acos": "arccos",
+    "atan": "arctan",
+    "atan2": "arctan2",
+    "pow": "power",
+    "Abs": "abs",
+    "+": "add",
+    "-": "subtract",
+    "*": "multiply",
+    "/": "divide",
+}
+
+
+def evaluate(
+    tape: Tape, outputs: Sequence[Value], inputs: Mapping[str, Any], states: int
+) -> np.ndarray:
+    """Return outputs at many states, shape (states, outputs).
+
+    Args:
+        tape: the program.
+        outputs: its outputs.
+        inputs: value of each input, shape () or (states,), by name.
+        states: their number.
+    """
+    found: dict[int, Any] = {}
+
+    def value(operand: Value) -> Any:
+        return found[operand] if isinstance(operand, int) else operand
+
+    for place in tape.find_needed(outputs):
+        kind, operands, name = tape.operations[place]
+        if kind == "input":
+            found[place] = np.asarray(inputs[name], dtype=float)
+        else:
+            function: Callable[..., Any] = getattr(np, _NAMES.get(kind, kind))
+            found[place] = function(*map(value, operands))
+    columns = [np.broadcast_to(value(output), (states,)) for output in outputs]
+    return np.stack(columns, axis=-1) if columns else np.zeros((states, 0))

@@ -1,0 +1,106 @@
+"""A program as text: assignments in a language, one for everything that is used more than once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.errors import DerivationError
+from mecanique.generation.program.tape import Tape, Value
+
+__all__ = ["Listing", "Notation", "list_program"]
+
+_LONGEST = 72
+"""Expressions longer than this are given a name of their own."""
+
+_LEVELS = {"+": 1, "-": 1, "*": 2, "/": 2}
+_ATOM = 4
+
+
+@final
+@dataclass(frozen=True)
+class Notation:
+    """How a language writes numbers and calls functions.
+
+    Args:
+        functions: format of each function's call, by its sympy name, with {} for the arguments.
+        assignment: format of an assignment to a new name, e.g. "const double {} = {};".
+        number: how a number is written.
+    """
+
+    functions: Mapping[str, str]
+    assignment: str
+    number: Callable[[float], str] = repr
+
+
+@final
+@dataclass(frozen=True)
+class Listing:
+    """A program as text.
+
+    Args:
+        inputs: names of the inputs that it uses.
+        lines: assignments, in order.
+        outputs: an expression for each output.
+    """
+
+    inputs: tuple[str, ...]
+    lines: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+def list_program(
+    tape: Tape, outputs: Sequence[Value], inputs: Mapping[str, str], notation: Notation
+) -> Listing:
+    """Return a program as text; what is used once is written where it is used.
+
+    Args:
+        tape: the program.
+        outputs: its outputs.
+        inputs: how each input is written, by its name on the tape.
+        notation: of the language.
+
+    Raises:
+        DerivationError: if the language does not have a function.
+    """
+    needed = tape.find_needed(outputs)
+    uses = dict.fromkeys(needed, 0)
+    for value in [*(v for place in needed for v in tape.operations[place][1]), *outputs]:
+        if isinstance(value, int):
+            uses[value] += 1
+    written: dict[int, tuple[str, int]] = {}
+    used: list[str] = []
+    lines: list[str] = []
+
+    def write(value: Value, level: int = 0) -> str:
+        if isinstance(value, int):
+            text, own = written[value]
+        else:
+            text, own = notation.number(value), _ATOM if value >= 0 else 0
+        return text if own >= level else f"({text})"
+
+    for place in needed:
+        kind, values, name = tape.operations[place]
+        if kind == "input":
+            used.append(name)
+            written[place] = inputs[name], _ATOM
+            continue
+        if kind in _LEVELS:
+            own = _LEVELS[kind]
+            left, right = values
+            if kind == "*" and left == -1.0 and isinstance(left, float):
+                text, own = f"-{write(right, 3)}", 1
+            else:
+                # operands on the right keep their parentheses, and with them the rounding
+                text = f"{write(left, own)} {kind} {write(right, own + 1)}"
+        elif kind in notation.functions:
+            text, own = notation.functions[kind].format(", ".join(map(write, values))), _ATOM
+        else:
+            raise DerivationError(f"there is no {kind!r} in this language")
+        if uses[place] > 1 or len(text) > _LONGEST:
+            symbol = f"x{len(lines)}"
+            lines.append(notation.assignment.format(symbol, text))
+            text, own = symbol, _ATOM
+        written[place] = text, own
+    return Listing(tuple(used), tuple(lines), tuple(write(value) for value in outputs))

@@ -1,0 +1,63 @@
+"""Linear equations with a symmetric matrix, on a tape: zeros of the matrix cost nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.generation.program.tape import Tape, Value
+
+__all__ = ["Factors", "factorize"]
+
+
+@final
+@dataclass(frozen=True)
+class Factors:
+    """M = Uᵀ D U with U lower triangular, ones on its diagonal: no roots, no interchange of rows.
+
+    Rows are eliminated from the last one up, so that a tree whose joints come after those that
+    carry them fills in no zero (R. Featherstone, Int. J. Robotics Research 24 (2005) 487).
+
+    Args:
+        tape: what it is written on.
+        pivots: D.
+        rows: entries of U below its diagonal, row by row.
+    """
+
+    tape: Tape
+    pivots: tuple[Value, ...]
+    rows: tuple[tuple[Value, ...], ...]
+
+    def solve(self, rest: Sequence[Value]) -> list[Value]:
+        """Return x with M x = rest.
+
+        Args:
+            rest: shape (n,).
+        """
+        tape, left = self.tape, list(rest)
+        for k in range(len(left) - 1, -1, -1):
+            for i in range(k):
+                left[i] = tape.subtract(left[i], tape.multiply(self.rows[k][i], left[k]))
+        found: list[Value] = []
+        for k, pivot in enumerate(self.pivots):
+            known = tape.sum(tape.multiply(self.rows[k][i], found[i]) for i in range(k))
+            found.append(tape.subtract(tape.divide(left[k], pivot), known))
+        return found
+
+
+def factorize(tape: Tape, M: Sequence[Sequence[Value]]) -> Factors:
+    """Return the factors of a symmetric matrix of which the lower triangle is read.
+
+    Args:
+        tape: what is written on.
+        M: shape (n, n).
+    """
+    left = [list(row[: k + 1]) for k, row in enumerate(M)]
+    rows: list[tuple[Value, ...]] = [()] * len(left)
+    for k in range(len(left) - 1, -1, -1):
+        rows[k] = tuple(tape.divide(left[k][i], left[k][k]) for i in range(k))
+        for i in range(k):
+            for j in range(i + 1):
+                left[i][j] = tape.subtract(left[i][j], tape.multiply(rows[k][j], left[k][i]))
+    return Factors(tape, tuple(left[k][k] for k in range(len(left))), tuple(rows))

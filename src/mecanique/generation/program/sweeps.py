@@ -1,0 +1,130 @@
+"""Derivatives of a program, written on its own tape: forward along a direction, or in reverse.
+
+Both apply the chain rule operation by operation (R. E. Wengert, Comm. ACM 7 (1964) 463; S.
+Linnainmaa, BIT 16 (1976) 146). Second derivatives are sweeps of sweeps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from mecanique.errors import DerivationError
+from mecanique.generation.program.tape import Tape, Value
+
+__all__ = ["pull_back", "push_forward"]
+
+
+def push_forward(tape: Tape, outputs: Sequence[Value], along: Mapping[int, Value]) -> list[Value]:
+    """Return the rate of each output as the inputs change at given rates.
+
+    Args:
+        tape: the program; the rates are written on it.
+        outputs: what changes.
+        along: rate of each input that does, by its place.
+    """
+    rates: dict[int, Value] = dict(along)
+    for place in tape.find_needed(outputs):
+        if place in rates:
+            continue
+        terms = [
+            tape.multiply(slope, rates[operand]) for operand, slope in _slopes(tape, place, rates)
+        ]
+        if terms:
+            rates[place] = tape.sum(terms)
+    return [rates.get(value, 0.0) if isinstance(value, int) else 0.0 for value in outputs]
+
+
+def pull_back(
+    tape: Tape, outputs: Sequence[Value], weights: Sequence[Value], inputs: Sequence[int]
+) -> list[Value]:
+    """Return Σ weight ∂output/∂input of each input, in one sweep whatever their number.
+
+    Args:
+        tape: the program; the derivatives are written on it.
+        outputs: what is differentiated.
+        weights: factor of each output.
+        inputs: places of the inputs.
+    """
+    needed = tape.find_needed(outputs)
+    depends = set(inputs)
+    for place in needed:
+        if any(value in depends for value in _operands(tape, place)):
+            depends.add(place)
+    gradient: dict[int, Value] = {}
+
+    def collect(place: int, term: Value) -> None:
+        gradient[place] = tape.add(gradient[place], term) if place in gradient else term
+
+    for value, weight in zip(outputs, weights, strict=True):
+        if isinstance(value, int):
+            collect(value, weight)
+    for place in reversed(needed):
+        if place in gradient:
+            for operand, slope in _slopes(tape, place, depends):
+                collect(operand, tape.multiply(gradient[place], slope))
+    return [gradient.get(place, 0.0) for place in inputs]
+
+
+def _operands(tape: Tape, place: int) -> list[int]:
+    return [value for value in tape.operations[place][1] if isinstance(value, int)]
+
+
+def _slopes(
+    tape: Tape, place: int, wanted: Mapping[int, Value] | set[int]
+) -> Iterator[tuple[int, Value]]:
+    """Each wanted operand of an operation, with the partial derivative by it."""
+    kind, values, _ = tape.operations[place]
+    for k, operand in enumerate(values):
+        if isinstance(operand, int) and operand in wanted:
+            yield operand, _slope(tape, kind, values, k, place)
+
+
+def _slope(tape: Tape, kind: str, values: tuple[Value, ...], k: int, place: int) -> Value:
+    """The partial derivative of an operation by its operand number k."""
+    x, other = values[k], values[1 - k] if len(values) == 2 else 0.0
+
+    def square(value: Value) -> Value:
+        return tape.multiply(value, value)
+
+    match kind:
+        case "+":
+            return 1.0
+        case "-":
+            return -1.0 if k else 1.0
+        case "*":
+            return other
+        case "/":
+            if k:
+                return tape.multiply(-1.0, tape.divide(place, x))
+            return tape.divide(1.0, other)
+        case "sin":
+            return tape.call("cos", x)
+        case "cos":
+            return tape.multiply(-1.0, tape.call("sin", x))
+        case "tan":
+            return tape.add(1.0, square(place))
+        case "sqrt":
+            return tape.divide(0.5, place)
+        case "exp":
+            return place
+        case "log":
+            return tape.divide(1.0, x)
+        case "asin" | "acos":
+            root = tape.call("sqrt", tape.subtract(1.0, square(x)))
+            return tape.divide(1.0 if kind == "asin" else -1.0, root)
+        case "atan":
+            return tape.divide(1.0, tape.add(1.0, square(x)))
+        case "tanh":
+            return tape.subtract(1.0, square(place))
+        case "Abs":
+            return tape.call("sign", x)
+        case "sign":
+            return 0.0
+        case "atan2":
+            squares = tape.add(square(x), square(other))
+            return tape.divide(other if k == 0 else tape.multiply(-1.0, other), squares)
+        case "pow":
+            if k:
+                return tape.multiply(place, tape.call("log", other))
+            return tape.multiply(other, tape.call("pow", x, tape.subtract(other, 1.0)))
+    raise DerivationError(f"no derivative is known of {kind!r}")

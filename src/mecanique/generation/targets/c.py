@@ -1,0 +1,257 @@
+"""C99: functions that allocate nothing, and a header with the units."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+
+__all__ = ["C", "compiler"]
+
+_FUNCTIONS = {
+    **{name: f"{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
+    **{name: f"{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "tanh", "pow")},
+    "Abs": "fabs({})",
+    "sign": "signum({})",
+}
+_NOTATION = Notation(_FUNCTIONS, "const double {} = {};")
+
+_PLAIN = str.maketrans({"·": "*", "²": "^2", "³": "^3", "θ": "theta", "–": "-", "−": "-"})
+
+WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-overlength-strings")
+"""Emitted C stands these."""
+
+
+def compiler() -> str:
+    """Return the path of a C compiler: $CC, or cc, gcc or clang.
+
+    Raises:
+        InputError: if there is none.
+    """
+    for name in (os.environ.get("CC", ""), "cc", "gcc", "clang"):
+        found = shutil.which(name) if name else None
+        if found:
+            return found
+    raise InputError(
+        "expected a C compiler, found none: install gcc or clang, or name one in the environment "
+        "variable CC"
+    )
+
+
+@final
+class C:
+    """C99."""
+
+    title = "C99"
+
+    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
+        """Return the header and the source."""
+        return {
+            f"{program.name}.h": _header(program, head),
+            f"{program.name}.c": _source(program, head),
+        }
+
+    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
+        """Return the test program with its table."""
+        return {f"test_{program.name}.c": _test(program, cases)}
+
+    def commands(self, program: Program, directory: Path) -> list[list[str]]:
+        """Return the commands that compile and run the test."""
+        name, runnable = program.name, str(directory / f"test_{program.name}.exe")
+        sources = [str(directory / f"{name}.c"), str(directory / f"test_{name}.c")]
+        return [
+            [compiler(), *WARNINGS, "-O1", "-o", runnable, *sources, "-lm"],
+            [runnable],
+        ]
+
+    def version(self) -> str:
+        """Return the first line in which the compiler names itself."""
+        said = subprocess.run(
+            [compiler(), "--version"], capture_output=True, text=True, check=False
+        )
+        return (said.stdout.splitlines() or [Path(compiler()).name])[0]
+
+
+def signature(program: Program, answer: Answer) -> str:
+    """Return the declaration of an answer's function, without the semicolon."""
+    quantity = answer.quantity
+    arguments = [
+        "double t" if kind == "t" else f"const double *{kind}" for kind in (*quantity.takes, "p")
+    ]
+    return f"void {program.name}_{quantity.name}({', '.join(arguments)}, double *out)"
+
+
+def _header(program: Program, head: Sequence[str]) -> str:
+    name, lines = program.name, _comment(head)
+    letters, guard = program.letters, f"{program.name.upper()}_H"
+    lines += [f"#ifndef {guard}", f"#define {guard}", "", "#ifdef __cplusplus", 'extern "C" {']
+    lines += ["#endif", ""]
+    for kind, title in (
+        ("q", "generalized coordinates"),
+        ("v", "generalized velocities"),
+        ("tau", "torques and forces added to those of the mechanism; NULL for none"),
+        ("p", f"parameters; NULL for {name}_parameters"),
+    ):
+        lines += _comment([f"{kind}: {title}", *(f"  {row}" for row in describe(letters[kind]))])
+    sizes = {kind: len(letters[kind]) for kind in ("q", "v", "p")}
+    lines.append(f"enum {{ {', '.join(f'{name}_n{k} = {n}' for k, n in sizes.items())} }};")
+    lines += ["", f"extern const double {name}_parameters[{max(sizes['p'], 1)}];", ""]
+    for answer in program.answers:
+        quantity, size = answer.quantity, len(answer.values)
+        lines += _comment([f"{quantity.meaning}: out[{size}]"])
+        lines += [*_wrap(f"{signature(program, answer)};"), ""]
+    lines += ["#ifdef __cplusplus", "}", "#endif", "", "#endif", ""]
+    return "\n".join(lines)
+
+
+def _source(program: Program, head: Sequence[str]) -> str:
+    name = program.name
+    values = ", ".join(repr(letter.value) for letter in program.parameters) or "0.0"
+    lines = [*_comment(head), "#include <math.h>", "#include <stddef.h>", ""]
+    lines += [f'#include "{name}.h"', ""]
+    constants = f"const double {name}_parameters[{max(len(program.parameters), 1)}]"
+    lines += [*_wrap(f"{constants} = {{{values}}};"), ""]
+    if any(kind == "sign" for kind, _, _ in program.tape.operations):
+        lines += ["static double signum(double x) { return (x > 0) - (x < 0); }", ""]
+    for answer in program.answers:
+        lines += [*_function(program, answer), ""]
+    return "\n".join(lines)
+
+
+def _function(program: Program, answer: Answer) -> list[str]:
+    symbols = symbols_of(program)
+    kinds = (*takes_state(answer), "p")
+    spelled = {
+        letter.place: symbol
+        for kind in kinds
+        for letter, symbol in zip(program.letters[kind], symbols[kind], strict=True)
+    }
+    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
+    used = set(listing.inputs)
+    lines = [*_wrap(signature(program, answer)), "{"]
+    idle = {*answer.quantity.takes, "p"}
+    for kind in kinds:
+        array, offset = kind, 0
+        if kind in ("q", "v") and "y" in answer.quantity.takes:
+            array, offset = "y", len(program.letters["q"]) if kind == "v" else 0
+        reads = [
+            (k + offset, symbol)
+            for k, (letter, symbol) in enumerate(
+                zip(program.letters[kind], symbols[kind], strict=True)
+            )
+            if letter.place in used
+        ]
+        if reads:
+            idle.discard(array)
+        if kind == "p" and reads:
+            lines.append(f"    if (p == NULL) p = {program.name}_parameters;")
+        for k, symbol in reads if kind != "t" else ():
+            read = f"tau != NULL ? tau[{k}] : 0.0" if kind == "tau" else f"{array}[{k}]"
+            lines.append(f"    const double {symbol} = {read};")
+    lines += [f"    {line}" for line in listing.lines]
+    lines += [f"    out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
+    lines += [f"    (void){name};" for name in (*answer.quantity.takes, "p") if name in idle]
+    if not answer.values:
+        lines.append("    (void)out;")
+    return [*lines, "}"]
+
+
+def _test(program: Program, cases: Cases) -> str:
+    """A program that compares at all states and prints the worst difference of each answer."""
+    name, states = program.name, len(cases)
+    lines = [
+        f"/* Compares {name}.c with values of Pinocchio; build with",
+        f"   cc -std=c99 -o test_{name} {name}.c test_{name}.c -lm */",
+        "#include <math.h>",
+        "#include <stdio.h>",
+        "",
+        f'#include "{name}.h"',
+        "",
+        f"enum {{ STATES = {states} }};",
+        "",
+    ]
+    inputs = {**cases.inputs, "y": np.hstack([cases.inputs["q"], cases.inputs["v"]])}
+    for kind in ("t", "y", "q", "v", "a", "tau", "p"):
+        if kind == "p" or any(kind in answer.quantity.takes for answer in program.answers):
+            lines += _table(kind, inputs[kind])
+    for named in (answer.quantity.name for answer in program.answers):
+        lines += _table(f"{named}_expected", cases.expected[named])
+        lines += _table(f"{named}_weight", cases.weights[named])
+        lines += _table(f"{named}_allowed", cases.allowed[named][:, None])
+    lines += [
+        "static int compare(const char *name, int size, const double *out, const double *expected,",
+        "                   const double *weight, double allowed, int state, double *worst,",
+        "                   int *where)",
+        "{",
+        "    double square = 0.0;",
+        "    for (int k = 0; k < size; k++) {",
+        "        const double d = weight[k] * (out[k] - expected[k]);",
+        "        square += d * d;",
+        "    }",
+        "    const double difference = sqrt(square);",
+        "    if (!(difference <= *worst)) { *worst = difference; *where = state; }",
+        "    if (difference <= allowed) return 0;",
+        '    fprintf(stderr, "%s differs by %.3g in state %d\\n", name, difference, state);',
+        "    return 1;",
+        "}",
+        "",
+        "int main(void)",
+        "{",
+        "    int failed = 0;",
+    ]
+    for answer in program.answers:
+        quantity, size = answer.quantity, len(answer.values)
+        given = ["t[k][0]" if kind == "t" else f"{kind}[k]" for kind in (*quantity.takes, "p")]
+        tables = f"{quantity.name}_expected[k], {quantity.name}_weight[k]"
+        lines += [
+            "    {",
+            f"        double out[{max(size, 1)}], worst = 0.0;",
+            "        int where = 0;",
+            "        for (int k = 0; k < STATES; k++) {",
+            f"            {name}_{quantity.name}({', '.join(given)}, out);",
+            f'            failed |= compare("{quantity.name}", {size}, out, {tables},',
+            f"                              {quantity.name}_allowed[k][0], k, &worst, &where);",
+            "        }",
+            f'        printf("{quantity.name} %.17g %d\\n", worst, where);',
+            "    }",
+        ]
+    return "\n".join([*lines, "    return failed;", "}", ""])
+
+
+def _table(name: str, rows: np.ndarray) -> list[str]:
+    width = max(rows.shape[1], 1)
+    lines = [f"static const double {name}[STATES][{width}] = {{"]
+    for row in rows:
+        lines += _wrap(f"    {{{', '.join(map(repr, row.tolist())) or '0.0'}}},")
+    return [*lines, "};", ""]
+
+
+def _comment(lines: Sequence[str]) -> list[str]:
+    first, *rest = [_ascii(line).replace("*/", "* /") for line in lines]
+    return ["/*", f" * {first}".rstrip(), *(f" * {line}".rstrip() for line in rest), " */"]
+
+
+def _ascii(text: str) -> str:
+    return text.translate(_PLAIN).encode("ascii", "backslashreplace").decode()
+
+
+def _wrap(line: str, width: int = 100) -> list[str]:
+    """Break a long list of numbers."""
+    lines = []
+    while len(line) > width:
+        at = line.rfind(", ", 0, width)
+        if at < 0:
+            break
+        lines.append(line[: at + 1])
+        line = f"     {line[at + 1 :]}"
+    return [*lines, line]

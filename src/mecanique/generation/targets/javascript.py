@@ -1,0 +1,176 @@
+"""JavaScript: functions of typed arrays that allocate nothing, as a module or for a page."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+
+__all__ = ["JavaScript", "functions"]
+
+_FUNCTIONS = {
+    **{name: f"Math.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
+    **{name: f"Math.{name}({{}})" for name in ("asin", "acos", "atan", "atan2", "tanh", "pow")},
+    "Abs": "Math.abs({})",
+    "sign": "Math.sign({})",
+}
+_NOTATION = Notation(_FUNCTIONS, "const {} = {};")
+
+
+@final
+class JavaScript:
+    """A module of JavaScript."""
+
+    title = "JavaScript"
+
+    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
+        """Return the module."""
+        lines = ["/*", *(f" * {line}".rstrip().replace("*/", "* /") for line in head), " *"]
+        lines += [" * y holds the coordinates, then the velocities:"]
+        state = [*program.letters["q"], *program.letters["v"]]
+        lines += [f" *   {row}" for row in describe(state)]
+        lines += [" * p holds the parameters:"]
+        lines += [f" *   {row}" for row in describe(program.parameters)]
+        lines += [
+            " * tau, torques and forces added to those of the mechanism, may be left out.",
+            " */",
+        ]
+        for kind, name in (("q", "coordinates"), ("v", "velocities"), ("p", "parameters")):
+            table = [
+                {"name": letter.name, "unit": letter.unit}
+                | ({"value": letter.value, "meaning": letter.meaning} if kind == "p" else {})
+                for letter in program.letters[kind]
+            ]
+            rows = [f"  {json.dumps(row, ensure_ascii=False)}," for row in table]
+            lines += [f"export const {name} = [", *rows, "];"]
+        lines += ["", *(f"export {text}\n" for text in functions(program))]
+        return {f"{program.name}.mjs": "\n".join(lines)}
+
+    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
+        """Return the test with its table."""
+        return {f"test_{program.name}.mjs": _test(program, cases)}
+
+    def commands(self, program: Program, directory: Path) -> list[list[str]]:
+        """Return the command that runs the test."""
+        return [[_node(), str(directory / f"test_{program.name}.mjs")]]
+
+    def version(self) -> str:
+        """Return the version of node."""
+        said = subprocess.run([_node(), "--version"], capture_output=True, text=True, check=False)
+        return f"node {said.stdout.strip()}"
+
+
+def functions(program: Program) -> list[str]:
+    """Return the text of each function of a program, name(t, y, p, out, tau).
+
+    Functions take only those arguments that they need, in this order; a function of accelerations
+    has them before p.
+
+    Args:
+        program: the program.
+    """
+    return [_function(program, answer) for answer in program.answers]
+
+
+def _node() -> str:
+    found = shutil.which("node")
+    if found is None:
+        raise InputError("expected node to run JavaScript, found none: install Node.js")
+    return found
+
+
+def _arguments(answer: Answer) -> list[str]:
+    takes = answer.quantity.takes
+    given = [name for name in ("a",) if name in takes]
+    return ["t", "y", *given, "p", "out", *(name for name in ("tau",) if name in takes)]
+
+
+def _function(program: Program, answer: Answer) -> str:
+    symbols = symbols_of(program)
+    kinds = (*takes_state(answer), "p")
+    letters = program.letters
+    spelled = {
+        letter.place: symbol
+        for kind in kinds
+        for letter, symbol in zip(letters[kind], symbols[kind], strict=True)
+    }
+    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
+    used = set(listing.inputs)
+    lines = [f"function {answer.quantity.name}({', '.join(_arguments(answer))}) {{"]
+    for kind in kinds:
+        offset = len(letters["q"]) if kind == "v" else 0
+        for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
+            if letter.place in used and kind != "t":
+                array = "y" if kind in ("q", "v") else kind
+                read = f"tau ? tau[{k}] : 0" if kind == "tau" else f"{array}[{k + offset}]"
+                lines.append(f"  const {symbol} = {read};")
+    lines += [f"  {line}" for line in listing.lines]
+    lines += [f"  out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
+    return "\n".join([*lines, "  return out;", "}"])
+
+
+def _test(program: Program, cases: Cases) -> str:
+    inputs = {**cases.inputs, "y": np.hstack([cases.inputs["q"], cases.inputs["v"]])}
+    inputs["t"] = inputs["t"][:, 0]
+    lines = [
+        f"// Compares {program.name}.mjs with values of Pinocchio; run with node.",
+        f'import * as code from "./{program.name}.mjs";',
+        "",
+        "const inputs = {",
+        *(
+            f"  {kind}: {json.dumps(inputs[kind].tolist())},"
+            for kind in ("t", "y", "a", "tau", "p")
+        ),
+        "};",
+        "const answers = {",
+    ]
+    for answer in program.answers:
+        name = answer.quantity.name
+        tables = {
+            "takes": _arguments(answer),
+            "expected": cases.expected[name].tolist(),
+            "weight": cases.weights[name].tolist(),
+            "allowed": cases.allowed[name].tolist(),
+        }
+        lines += [f"  {name}: {{"]
+        lines += [f"    {key}: {json.dumps(table)}," for key, table in tables.items()]
+        lines += ["  },"]
+    return "\n".join([*lines, "};", _COMPARE])
+
+
+_COMPARE = """
+let failed = 0;
+for (const [name, answer] of Object.entries(answers)) {
+  let worst = 0;
+  let where = 0;
+  for (let k = 0; k < inputs.t.length; k++) {
+    const out = new Float64Array(answer.expected[k].length);
+    code[name](...answer.takes.map((kind) => (kind === "out" ? out : inputs[kind][k])));
+    let square = 0;
+    for (let i = 0; i < out.length; i++) {
+      square += (answer.weight[k][i] * (out[i] - answer.expected[k][i])) ** 2;
+    }
+    const difference = Math.sqrt(square);
+    if (!(difference <= worst)) {
+      worst = difference;
+      where = k;
+    }
+    if (!(difference <= answer.allowed[k])) {
+      console.error(`${name} differs by ${difference} in state ${k}`);
+      failed = 1;
+    }
+  }
+  console.log(`${name} ${worst} ${where}`);
+}
+process.exitCode = failed;
+"""

@@ -1,0 +1,174 @@
+"""Python: functions of numpy's arrays, for one state or many; and of other modules like it."""
+
+from __future__ import annotations
+
+import platform
+import pprint
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import final
+
+from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.program import Answer, Program
+from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+
+__all__ = ["Python"]
+
+_FUNCTIONS = {
+    **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
+    "asin": "np.arcsin({})",
+    "acos": "np.arccos({})",
+    "atan": "np.arctan({})",
+    "atan2": "np.arctan2({})",
+    "pow": "np.power({})",
+    "Abs": "np.abs({})",
+    "sign": "np.sign({})",
+}
+_NOTATION = Notation(_FUNCTIONS, "{} = {}")
+
+
+@final
+class Python:
+    """A module of Python with numpy."""
+
+    title = "Python with numpy"
+
+    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
+        """Return the module."""
+        lines = [*head, ""]
+        for kind, title in (
+            ("q", "q: generalized coordinates"),
+            ("v", "v: generalized velocities"),
+            ("tau", "tau: torques and forces added to those of the mechanism; none by default"),
+            ("p", "p: parameters; PARAMETERS by default"),
+        ):
+            lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
+        lines += ["Arrays have the shape (..., size); answers have the same leading shape."]
+        lines = [_quote(line) for line in lines]
+        lines[0] = f'"""{lines[0]}'
+        lines += ['"""', "", "import numpy as np", ""]
+        for kind, name in (("q", "COORDINATES"), ("v", "VELOCITIES")):
+            lines.append(f"{name} = {tuple(letter.name for letter in program.letters[kind])!r}")
+        values = {letter.name: letter.value for letter in program.parameters}
+        lines += [f"PARAMETERS = {pprint.pformat(values, sort_dicts=False)}", "", "", _HELPERS]
+        for answer in program.answers:
+            lines += ["", "", *_function(program, answer)]
+        return {f"{program.name}.py": "\n".join([*lines, ""])}
+
+    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
+        """Return the test with its table."""
+        return {f"test_{program.name}.py": _test(program, cases)}
+
+    def commands(self, program: Program, directory: Path) -> list[list[str]]:
+        """Return the command that runs the test."""
+        return [[sys.executable, str(directory / f"test_{program.name}.py")]]
+
+    def version(self) -> str:
+        """Return the version of Python."""
+        return f"Python {platform.python_version()}"
+
+
+def _quote(line: str) -> str:
+    """A line within a docstring."""
+    return line.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
+
+
+def _function(program: Program, answer: Answer) -> list[str]:
+    quantity, symbols = answer.quantity, symbols_of(program)
+    kinds = (*takes_state(answer), "p")
+    spelled = {
+        letter.place: symbol
+        for kind in kinds
+        for letter, symbol in zip(program.letters[kind], symbols[kind], strict=True)
+    }
+    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
+    used = set(listing.inputs)
+    arguments = [f"{kind}=None" if kind == "tau" else kind for kind in quantity.takes]
+    lines = [
+        f"def {quantity.name}({', '.join(arguments)}, p=None):",
+        f'    """{quantity.meaning[0].upper()}{quantity.meaning[1:]}, shape {answer.shape}."""',
+    ]
+    size = len(program.letters["q"])
+    for kind in kinds:
+        offset = size if kind == "v" and "y" in quantity.takes else 0
+        array = "y" if kind in ("q", "v") and "y" in quantity.takes else kind
+        for k, (letter, symbol) in enumerate(
+            zip(program.letters[kind], symbols[kind], strict=True)
+        ):
+            if letter.place in used and kind != "t":
+                read = f"_read({array}, {k + offset})"
+                if kind in ("tau", "p"):
+                    default = repr(letter.value) if kind == "p" else "0.0"
+                    read = f"{default} if {kind} is None else {read}"
+                lines.append(f"    {symbol} = {read}")
+    lines += [f"    {line}" for line in listing.lines]
+    given = ", ".join("np.asarray(t)[..., None]" if k == "t" else k for k in quantity.takes)
+    lines += ["    out = [", *(f"        {text}," for text in listing.outputs), "    ]"]
+    return [*lines, f"    return _stack(out, {answer.shape}, {given}, p)"]
+
+
+_HELPERS = '''
+def _read(array, k):
+    return np.asarray(array)[..., k]
+
+
+def _stack(entries, shape, *given):
+    """Return entries as an array, with the leading shape of what was given."""
+    leading = np.broadcast_shapes(*(np.shape(a)[:-1] for a in given if a is not None))
+    columns = [np.broadcast_to(entry, leading) for entry in entries]
+    return np.reshape(np.stack(columns, axis=-1), leading + shape)
+'''.strip("\n")
+
+
+def _test(program: Program, cases: Cases) -> str:
+    takes = {answer.quantity.name: [*answer.quantity.takes, "p"] for answer in program.answers}
+    tables = {
+        "INPUTS": {kind: rows.tolist() for kind, rows in cases.inputs.items()},
+        "EXPECTED": {name: rows.tolist() for name, rows in cases.expected.items()},
+        "WEIGHTS": {name: rows.tolist() for name, rows in cases.weights.items()},
+        "ALLOWED": {name: rows.tolist() for name, rows in cases.allowed.items()},
+    }
+    return "\n".join(
+        [
+            f'"""Compares {program.name}.py with values of Pinocchio."""',
+            "",
+            "import importlib.util",
+            "import pathlib",
+            "import sys",
+            "",
+            "import numpy as np",
+            "",
+            f'HERE = pathlib.Path(__file__).with_name("{program.name}.py")',
+            f"TAKES = {takes!r}",
+            *(f"{name} = {table!r}" for name, table in tables.items()),
+            _COMPARE,
+        ]
+    )
+
+
+_COMPARE = """
+
+def main():
+    spec = importlib.util.spec_from_file_location("code", HERE)
+    code = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(code)
+    inputs = {kind: np.array(rows, dtype=float) for kind, rows in INPUTS.items()}
+    inputs["t"] = inputs["t"][:, 0]
+    inputs["y"] = np.hstack([inputs["q"], inputs["v"]])
+    failed = 0
+    for name, takes in TAKES.items():
+        out = getattr(code, name)(*(inputs[kind] for kind in takes))
+        off = np.reshape(out, np.shape(EXPECTED[name])) - EXPECTED[name]
+        difference = np.linalg.norm(np.array(WEIGHTS[name]) * off, axis=1)
+        where = int(np.argmax(difference))
+        print(name, float(difference[where]), where)
+        for k in np.flatnonzero(~(difference <= ALLOWED[name])):
+            print(f"{name} differs by {difference[k]:.3g} in state {k}", file=sys.stderr)
+            failed = 1
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
+"""

@@ -1,0 +1,123 @@
+"""What a language has to do: write a program, write its test, and say how the test is run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol, final
+
+import numpy as np
+
+from mecanique.generation.identifiers import identifiers
+from mecanique.generation.program.program import Answer, Letter, Program
+
+__all__ = ["Cases", "Target", "describe", "symbols_of", "takes_state"]
+
+
+@final
+@dataclass(frozen=True)
+class Cases:
+    """States with what the reference answers there.
+
+    A difference counts relatively: the norm of weight × difference over the entries of an answer.
+
+    Args:
+        inputs: values of t, q, v, a, tau and p, each shape (n, any).
+        expected: what the reference gives, by quantity, each shape (n, any).
+        weights: of the same shapes.
+        allowed: largest relative difference in each state, by quantity, each shape (n,).
+    """
+
+    inputs: dict[str, np.ndarray]
+    expected: dict[str, np.ndarray]
+    weights: dict[str, np.ndarray]
+    allowed: dict[str, np.ndarray]
+
+    def __len__(self) -> int:
+        return len(self.inputs["t"])
+
+    def first(self, number: int) -> Cases:
+        """Return the first of them."""
+        return Cases(
+            *(
+                {name: rows[:number] for name, rows in table.items()}
+                for table in (self.inputs, self.expected, self.weights, self.allowed)
+            )
+        )
+
+
+class Target(Protocol):
+    """A language."""
+
+    title: str
+
+    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
+        """Return the files of a program, by name.
+
+        Args:
+            program: the program.
+            head: lines of the comment at the top.
+        """
+
+    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
+        """Return the files of its test, by name.
+
+        The test prints a line "quantity difference state" for each answer, and fails if one
+        differs by more than is allowed.
+
+        Args:
+            program: the program.
+            cases: the states.
+        """
+
+    def commands(self, program: Program, directory: Path) -> list[list[str]]:
+        """Return the commands that build and run the test.
+
+        Args:
+            program: the program.
+            directory: where its files are.
+
+        Raises:
+            InputError: if what they need is not installed.
+        """
+
+    def version(self) -> str:
+        """Return name and version of what runs the code."""
+
+
+def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
+    """Return an identifier for every input, by kind.
+
+    Args:
+        program: the program.
+    """
+    found = {
+        kind: identifiers(kind, (letter.name for letter in letters))
+        for kind, letters in program.letters.items()
+        if kind not in ("t", "a", "tau")
+    }
+    speeds = [letter.name for letter in program.letters["v"]]
+    return found | {"t": ("t",), "a": identifiers("a", speeds), "tau": identifiers("tau", speeds)}
+
+
+def takes_state(answer: Answer) -> tuple[str, ...]:
+    """Return the kinds of inputs of an answer, with q and v for y."""
+    kinds: list[str] = []
+    for kind in answer.quantity.takes:
+        kinds += ["q", "v"] if kind == "y" else [kind]
+    return tuple(kinds)
+
+
+def describe(letters: Sequence[Letter]) -> list[str]:
+    """Return a line for each input: its number, name, unit and meaning.
+
+    Args:
+        letters: the inputs of one kind.
+    """
+    lines = []
+    for k, letter in enumerate(letters):
+        unit = f" [{letter.unit}]" if letter.unit else ""
+        meaning = f": {letter.meaning}" if letter.meaning else ""
+        lines.append(f"{k}  {letter.name}{unit}{meaning}")
+    return lines

@@ -1,0 +1,248 @@
+"""Code in C, JavaScript and Python: that of every system, run and compared with Pinocchio."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.generation.identifiers import identifiers, mangle, unmangle
+from mecanique.generation.targets.c import WARNINGS, compiler
+from mecanique.generation.targets.javascript import JavaScript
+from mecanique.generation.targets.python import Python
+
+TREES = [name for name in mq.textbook.names() if not mq.textbook.load(name).loops]
+CLOSED = [name for name in mq.textbook.names() if mq.textbook.load(name).loops]
+OF_TREES = (
+    "rhs",
+    "acceleration",
+    "energy",
+    "mass_matrix",
+    "bias",
+    "gravity",
+    "forces",
+    "inverse_dynamics",
+    "poses",
+)
+
+
+def equations(name: str) -> mq.Equations:
+    return mq.derive(mq.textbook.load(name))
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_the_code_of_every_tree_gives_what_pinocchio_gives(name: str) -> None:
+    for target in ("c", "javascript", "python"):
+        verdict = mq.generate(equations(name), target, OF_TREES).verdict
+        assert verdict is not None
+        assert verdict.samples == 100
+        assert verdict.worst.keys() == set(OF_TREES)
+        for quantity, worst in verdict.worst.items():
+            assert worst <= max(1e-13, verdict.rounded[quantity])
+
+
+@pytest.mark.parametrize("name", CLOSED)
+def test_the_code_of_every_closed_mechanism_gives_what_pinocchio_gives(name: str) -> None:
+    verdict = mq.generate(equations(name), "python", ("rhs", "energy")).verdict
+    assert verdict is not None
+    assert verdict.worst["rhs"] <= max(1e-13, verdict.rounded["rhs"])
+
+
+OPERATIONS = {
+    "cart_pole": (26, 20),
+    "double_pendulum": (49, 36),
+    "free_rigid_body": (130, 34),
+    "furuta_pendulum": (46, 34),
+    "heavy_top": (60, 37),
+    "n_link_pendulum": (141, 65),
+    "simple_pendulum": (7, 9),
+}
+"""Operations of right-hand sides and energies, parameters as letters: no more than these."""
+
+
+@pytest.mark.parametrize("name", OPERATIONS)
+def test_programs_stay_short(name: str) -> None:
+    from mecanique.generation.build import build_program
+
+    program = build_program(equations(name), ("rhs", "energy"))
+    found = program.count("rhs").total, program.count("energy").total
+    assert found == OPERATIONS[name]
+
+
+def test_the_head_states_operations_states_and_versions(tmp_path: Path) -> None:
+    code = mq.generate(equations("cart_pole"), what=("acceleration", "energy"), samples=20)
+    paths = code.write(tmp_path / "new" / "place")
+    assert [path.name for path in paths] == ["cart_pole.h", "cart_pole.c", "test_cart_pole.c"]
+    head = paths[0].read_text()
+    assert code.verdict is not None
+    assert "the mechanism 'cart_pole' in C99" in head
+    assert "at 20 random states (seed 0), 10 of them with other parameters:" in head
+    assert f"acceleration: worst relative difference {code.verdict.worst['acceleration']:.1e}" in (
+        head
+    )
+    assert f"acceleration: {code.count('acceleration')}" in head
+    assert "pin " in head
+    assert "1  q' [rad/s]" in head
+    assert "1  m [kg]" in head
+    assert repr(code).startswith("<Code of 'cart_pole': acceleration, energy in c, ")
+
+
+def test_the_test_that_comes_along_passes_and_fails_rightly(tmp_path: Path) -> None:
+    code = mq.generate(equations("furuta_pendulum"), what="rhs,energy", samples=20)
+    code.write(tmp_path)
+    name = "furuta_pendulum"
+
+    def run() -> subprocess.CompletedProcess[str]:
+        sources = [str(tmp_path / f"{name}.c"), str(tmp_path / f"test_{name}.c")]
+        built = [compiler(), *WARNINGS, "-o", str(tmp_path / "run"), *sources, "-lm"]
+        subprocess.run(built, check=True)
+        return subprocess.run([str(tmp_path / "run")], capture_output=True, text=True, check=False)
+
+    assert run().returncode == 0
+    source = tmp_path / f"{name}.c"
+    source.write_text(source.read_text().replace("out[3] = ", "out[3] = 1e-9 + "))
+    wrong = run()
+    assert wrong.returncode == 1
+    assert "rhs differs by" in wrong.stderr
+    assert "energy differs" not in wrong.stderr
+
+
+def test_code_that_gives_something_else_is_not_handed_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    for language, target, right, wrong in (
+        (Python, "python", "np.sin(", "1e-9 + np.sin("),
+        (JavaScript, "javascript", "Math.sin(", "1e-9 + Math.sin("),
+    ):
+        files = language.files
+        monkeypatch.setattr(
+            language,
+            "files",
+            lambda *a, files=files, right=right, wrong=wrong: {
+                name: text.replace(right, wrong) for name, text in files(*a).items()
+            },
+        )
+        with pytest.raises(mq.DerivationError, match="and Pinocchio disagree: rhs differs by"):
+            mq.generate(equations("simple_pendulum"), target, "rhs")
+
+
+def test_compiled_functions_take_one_state_or_many() -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    code = mq.generate(mq.derive(mechanism), what=("acceleration", "energy", "mass_matrix"))
+    compiled, reference = code.compile(), mq.Reference(mechanism)
+    rng = np.random.default_rng(3)
+    q, v, tau = rng.normal(size=(3, 7, 2))
+    a = compiled.acceleration(0.0, q, v, tau)
+    np.testing.assert_allclose(a, reference.acceleration(q, v, tau=tau), rtol=1e-12)
+    assert compiled.acceleration(0.0, q[2], v[2], tau[2]).tolist() == a[2].tolist()
+    assert compiled.mass_matrix(0.0, q).shape == (7, 2, 2)
+    heavy = mq.Reference(mechanism.replace(m=3.0))
+    np.testing.assert_allclose(
+        compiled.acceleration(t=0.0, q=q, v=v, p={"m": 3.0}), heavy.acceleration(q, v), rtol=1e-12
+    )
+    with pytest.raises(mq.InputError, match=r"expected shape \(2,\) or \(n, 2\) for q in a call"):
+        compiled.acceleration(0.0, [1.0], [0.0, 0.0])
+    with pytest.raises(mq.UnknownNameError, match="unknown parameter 'mass'"):
+        compiled.acceleration(0.0, q, v, p={"mass": 3.0})
+    with pytest.raises(mq.InputError, match="one number of states in a call of energy"):
+        compiled.energy(0.0, q, v[:3])
+    with pytest.raises(AttributeError, match="no function 'bias' was compiled; there is: accel"):
+        _ = compiled.bias
+
+
+def test_an_input_that_is_a_function_of_time_is_an_argument() -> None:
+    mechanism = mq.textbook.load("cart_pole")
+    (force,) = mechanism.inputs
+    driven = replace(mechanism, inputs=(mq.Input(force.symbol, np.sin, "N"),))
+    code = mq.generate(mq.derive(driven), "python", "rhs")
+    assert code.parameters == (*mechanism.values, "F")
+    assert code.verdict is not None
+    assert code.verdict.worst["rhs"] < 1e-13
+
+
+def test_without_a_compiler_the_code_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    for target, missing in (("c", "a C compiler"), ("javascript", "node")):
+        code = mq.generate(equations("simple_pendulum"), target)
+        assert code.verdict is None
+        assert f"Not run where it was written: expected {missing}" in str(code)
+    with pytest.raises(mq.InputError, match="expected a C compiler, found none: install gcc"):
+        mq.generate(equations("simple_pendulum")).compile()
+
+
+def test_what_is_asked_wrongly_is_refused(tmp_path: Path) -> None:
+    pendulum = equations("simple_pendulum")
+    for arguments, message in (
+        ({"target": "fortran"}, "unknown target 'fortran'; known: c, javascript, python"),
+        ({"what": "accelerations"}, "unknown quantity 'accelerations'; did you mean 'accel"),
+        ({"what": ()}, "expected names of quantities, each once, got"),
+        ({"what": "energy,energy"}, "expected names of quantities, each once, got"),
+        ({"what": "multipliers"}, "expected a mechanism with loops for 'multipliers'"),
+        ({"parameters": ("k",)}, "unknown parameter 'k'"),
+        ({"name": "2nd"}, "expected a name of ASCII letters, digits and underscores"),
+        ({"samples": 0}, "expected a whole number of at least 1 for samples, got 0"),
+    ):
+        with pytest.raises(mq.InputError, match=message):
+            mq.generate(pendulum, **arguments)
+    code = mq.generate(pendulum, "python")
+    with pytest.raises(mq.InputError, match='expected code with target="c" to compile, got'):
+        code.compile()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(mq.InputError, match="expected a directory to write in, got"):
+        code.write(tmp_path / "file")
+
+
+def test_numbers_take_the_place_of_letters_where_asked() -> None:
+    code = mq.generate(equations("double_pendulum"), parameters=("m2",))
+    assert code.parameters == ("m2",)
+    assert code.count("acceleration").total < 49
+
+
+def test_names_are_reversible_and_never_collide() -> None:
+    names = [
+        "q",
+        "q'",
+        "θ_1",
+        "θ_1'",
+        "_x3b8_",
+        "_xab",
+        "_xabθ",
+        "a_dot",
+        "a'",
+        "a b",
+        "",
+        "x_dot'",
+    ]
+    mangled = [mangle(name) for name in names]
+    assert [unmangle(text) for text in mangled] == names
+    assert len(set(mangled)) == len(names)
+    assert all(text.isascii() for text in mangled)
+    assert mangle("theta'") == "theta_dot"
+    assert identifiers("q", ("theta", "θ")) == ("q_theta", "q__x3b8_")
+    with pytest.raises(mq.DerivationError, match="two names would both be written as 'q_a'"):
+        identifiers("q", ("a", "a"))
+
+
+def test_names_that_are_words_of_a_language_do_no_harm() -> None:
+    static, force = mq.Parameter("static", 1.0), mq.Parameter("λ", 2.0)
+    mechanism = mq.Mechanism(
+        "while (1) */",
+        (mq.Body("ground"), mq.Body("double", mq.particle(static))),
+        (mq.Prismatic("for", "ground", "double", axis=(0.0, 0.0, 1.0), coordinate="int"),),
+        forces=(mq.JointSpring("if", "for", force),),
+        parameters=(static, force),
+    )
+    for target in ("c", "javascript", "python"):
+        code = mq.generate(mq.derive(mechanism), target, OF_TREES)
+        assert code.verdict is not None
+
+
+def test_python_text_runs_without_the_package(tmp_path: Path) -> None:
+    mq.generate(equations("spherical_pendulum"), "python", "rhs").write(tmp_path)
+    test = str(tmp_path / "test_spherical_pendulum.py")
+    done = subprocess.run([sys.executable, "-I", test], capture_output=True, text=True, check=True)
+    assert done.stdout.startswith("rhs ")
