@@ -92,7 +92,8 @@ ORDER: dict[str, list[str]] = {
     ],
     "generation.program": [
         "tape",
-        "counts evaluation half_angles listing lowering solving sweeps traced",
+        "counts evaluation half_angles listing lowering sweeps traced",
+        "solving",
         "program",
     ],
     "generation.mechanics": [

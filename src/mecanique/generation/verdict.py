@@ -9,6 +9,7 @@ from __future__ import annotations
 import subprocess
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import reduce
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, final
@@ -105,13 +106,7 @@ def cases_of(program: Program, samples: int, seed: int) -> Cases:
         _cases(program, mechanism, number, seed + k)
         for k, (mechanism, number) in enumerate(_variations(program, samples, seed))
     ]
-    joined: list[dict[str, np.ndarray]] = []
-    for table in ("inputs", "expected", "weights", "allowed"):
-        first: dict[str, np.ndarray] = getattr(parts[0], table)
-        joined.append(
-            {name: np.concatenate([getattr(part, table)[name] for part in parts]) for name in first}
-        )
-    return Cases(*joined)
+    return reduce(Cases.join, parts)
 
 
 def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerdict:
@@ -242,11 +237,13 @@ def _regular_states(reference: Reference, samples: int, seed: int) -> States:
             break
         states = random_states(mechanism, samples, seed + k + 1)
     kept = [states.at(np.flatnonzero(ranks == most)) for ranks, states in found]
-    q, v, t, a = (
-        np.concatenate([getattr(part, name) for part in kept])[:samples]
-        for name in ("q", "v", "t", "a")
+    return States(
+        mechanism,
+        np.concatenate([part.q for part in kept])[:samples],
+        np.concatenate([part.v for part in kept])[:samples],
+        np.concatenate([part.t for part in kept])[:samples],
+        np.concatenate([part.a for part in kept])[:samples],
     )
-    return States(mechanism, q, v, t, a)
 
 
 def _expect(

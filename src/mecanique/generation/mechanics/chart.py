@@ -9,7 +9,7 @@ from typing import Any, final
 from mecanique.derivation.tree.links import Link
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.vectors import Rows, dot
+from mecanique.generation.mechanics.vectors import Rows, dot, products, transpose
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import Traced, trace, value_of
 from mecanique.model.expression import symbols_in
@@ -44,10 +44,8 @@ class Chart:
 
     def project_matrix(self, M: Rows) -> Rows:
         """Return Gᵀ M G."""
-        columns = list(zip(*self.G, strict=True))
-        MG = [[dot(row, column) for column in columns] for row in M]
-        MGT = list(zip(*MG, strict=True))
-        return [[dot(left, right) for right in MGT] for left in columns]
+        columns = transpose(self.G)
+        return products(columns, products(columns, M))
 
 
 def along(letters: Letters, scalars: Sequence[Any]) -> list[Any]:

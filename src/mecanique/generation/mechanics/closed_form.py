@@ -55,7 +55,7 @@ class ClosedForm:
 
     def mass_matrix(self) -> Rows:
         """Return M."""
-        return [[self._write(entry) for entry in row] for row in self._derivation.M]
+        return [list(map(self._write, row)) for row in self._derivation.M]
 
     def bias(self) -> list[Any]:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity."""

@@ -15,9 +15,8 @@ import numpy as np
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.loops import Loops
 from mecanique.generation.mechanics.sampling import sample
-from mecanique.generation.mechanics.vectors import Rows, dot
+from mecanique.generation.mechanics.vectors import Rows, dot, products, scale, transpose
 from mecanique.generation.program.solving import factorize
-from mecanique.generation.program.traced import trace, value_of
 
 __all__ = ["Solution", "solve_constrained"]
 
@@ -48,7 +47,7 @@ def solve_constrained(letters: Letters, M: Rows, drive: list[Any], loops: Loops)
         drive: forces minus bias.
         loops: what the loops demand.
     """
-    tape, size = letters.tape, len(drive)
+    tape = letters.tape
     masses, jacobians = sample(letters, [M, loops.jacobian])
     kept = _independent(masses, jacobians)
     J = [loops.jacobian[k] for k in kept]
@@ -57,24 +56,17 @@ def solve_constrained(letters: Letters, M: Rows, drive: list[Any], loops: Loops)
         weight = float(np.median(np.trace(masses, axis1=1, axis2=2))) / float(
             np.median(np.sum(jacobians**2, axis=(1, 2)))
         )
-        columns = list(zip(*J, strict=True))
-        M = [
-            [M[i][k] + weight * dot(columns[i], columns[k]) for k in range(size)]
-            for i in range(size)
-        ]
+        columns = transpose(J)
+        squares = [scale(weight, row) for row in products(columns, columns)]
+        M = [list(map(sum, zip(*rows, strict=True))) for rows in zip(M, squares, strict=True)]
         drive = [f - weight * dot(column, gamma) for f, column in zip(drive, columns, strict=True)]
-    factors = factorize(tape, [[value_of(entry) for entry in row] for row in M])
-
-    def solve(rest: list[Any]) -> list[Any]:
-        return [trace(tape, x) for x in factors.solve([value_of(entry) for entry in rest])]
-
-    free = solve(drive)
-    pulled = [solve(row) for row in J]
-    schur = [[dot(row, answer) for answer in pulled[: k + 1]] for k, row in enumerate(J)]
+    factors = factorize(tape, M)
+    free = factors.solve(drive)
+    pulled = [factors.solve(row) for row in J]
     missing = [-(g + dot(row, free)) for g, row in zip(gamma, J, strict=True)]
-    inner = factorize(tape, [[value_of(entry) for entry in row] for row in schur])
-    found = [trace(tape, x) for x in inner.solve([value_of(entry) for entry in missing])]
-    a = [x + dot(found, [answer[k] for answer in pulled]) for k, x in enumerate(free)]
+    found = factorize(tape, products(J, pulled)).solve(missing)
+    moved = transpose(pulled) if pulled else [[] for _ in free]
+    a = [x + dot(found, column) for x, column in zip(free, moved, strict=True)]
     multipliers: list[Any] = [0.0] * len(loops.names)
     for k, value in zip(kept, found, strict=True):
         multipliers[k] = value

@@ -14,11 +14,11 @@ from mecanique.generation.mechanics.forces import Forces
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.loops import Loops, loops_of
 from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Rows
+from mecanique.generation.mechanics.vectors import Rows, apply
 from mecanique.generation.program.counts import count
 from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.tape import Value
-from mecanique.generation.program.traced import trace, value_of
+from mecanique.generation.program.traced import values_of
 
 __all__ = ["Dynamics", "dynamics_of"]
 
@@ -104,7 +104,7 @@ class Dynamics:
             "multipliers": lambda: list(self._solution.multipliers),
             "closure": lambda: [*self.loops.residual, *self.loops.rate],
         }
-        return [value_of(scalar) for scalar in answers[quantity]()]
+        return values_of(answers[quantity]())
 
     @cached_property
     def mass_matrix(self) -> Rows:
@@ -131,10 +131,7 @@ class Dynamics:
         """Generalized accelerations."""
         if self.letters.mechanism.loops:
             return list(self._solution.acceleration)
-        tape = self.letters.tape
-        M = [[value_of(entry) for entry in row] for row in self.mass_matrix]
-        rest = [value_of(entry) for entry in self._drive]
-        return [trace(tape, value) for value in factorize(tape, M).solve(rest)]
+        return factorize(self.letters.tape, self.mass_matrix).solve(self._drive)
 
     @property
     def _drive(self) -> list[Any]:
@@ -150,10 +147,8 @@ class Dynamics:
         if isinstance(self._form, Tree):
             needed = self._form.recursion.inverse_dynamics(self.letters.a)
         else:
-            needed = [
-                sum((m * a for m, a in zip(row, self.letters.a, strict=True)), h)
-                for row, h in zip(self.mass_matrix, self.bias, strict=True)
-            ]
+            pushed = apply(self.mass_matrix, self.letters.a)
+            needed = [x + h for x, h in zip(pushed, self.bias, strict=True)]
         return [x - Q for x, Q in zip(needed, self.forces, strict=True)]
 
     def _poses(self) -> list[Any]:

@@ -19,7 +19,7 @@ from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, scale
 from mecanique.generation.program.sweeps import pull_back
 from mecanique.generation.program.traced import trace, value_of
-from mecanique.model.forces import BodyLoad, JointLoad, LineLoad
+from mecanique.model.forces import BodyLoad, End, JointLoad, LineLoad
 
 __all__ = ["Forces", "on_velocities"]
 
@@ -148,11 +148,12 @@ class Forces:
         return self._letters.arithmetic(scalar, self._recursion.chart.r)
 
     def _span(self, force: LineLoad) -> _Span:
-        a, b = (
-            times_point(self._recursion.pose(end.body), [self._number(c) for c in end.point])
-            for end in force.ends
-        )
+        a, b = (self._locate(end) for end in force.ends)
         return _Span(self._letters, [y - x for x, y in zip(a, b, strict=True)])
+
+    def _locate(self, end: End) -> Triple:
+        """A point of a body in the world."""
+        return times_point(self._recursion.pose(end.body), [self._number(c) for c in end.point])
 
     def _load(self, force: BodyLoad, moved: list[Any], weights: list[Any]) -> None:
         wrench, pose = force.wrench, self._recursion.pose(force.wrench.body)

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.tree.poses import quaternion_rotation
+from mecanique.derivation.tree.quaternions import quaternion_rotation
 from mecanique.generation.program.tape import Tape
 from mecanique.generation.program.traced import arithmetic_on, trace
 from mecanique.model.mechanism import Mechanism

@@ -28,6 +28,7 @@ from mecanique.generation.mechanics.vectors import (
     apply_transpose,
     cross,
     dot,
+    products,
     scale,
 )
 
@@ -71,7 +72,7 @@ class Inertia:
         """Return the same in the axes and about the origin of the frame in which the pose is."""
         p = [row[3] for row in pose]
         turned = apply(pose, self.h)
-        RE = [[dot(row[:3], column) for column in self.E] for row in pose]  # E is symmetric
+        RE = [apply(self.E, row[:3]) for row in pose]  # E is symmetric
         E: Rows = [[0.0] * 3 for _ in range(3)]
         for i in range(3):
             for k in range(i + 1):
@@ -100,10 +101,12 @@ class Moving:
 
     def relative(self, rates: Sequence[Any]) -> tuple[Triple, Triple]:
         """Return Σ S u, angular and linear."""
-        return tuple(  # type: ignore[return-value]  # two
-            add(_STILL, *(scale(rates[k], axis) for k, axis in motions.items()))
-            for motions in (self.angular, self.linear)
-        )
+        w, v = _STILL, _STILL
+        for k, axis in self.angular.items():
+            w = add(w, scale(rates[k], axis))
+        for k, axis in self.linear.items():
+            v = add(v, scale(rates[k], axis))
+        return w, v
 
     def project(self, force: Triple, moment: Triple) -> dict[int, Any]:
         """Return what a force and a moment do in each motion, by the number of its velocity."""
@@ -253,7 +256,7 @@ class Recursion:
             fields.append((_field(w, alpha), alpha, a))
         loads: list[tuple[Triple, Triple]] = []
         for (U, _, a), body in zip(fields, self.inertias, strict=True):
-            UE = [[dot(row, column) for column in body.E] for row in U]
+            UE = products(U, body.E)  # E is symmetric
             turned = [UE[2][1] - UE[1][2], UE[0][2] - UE[2][0], UE[1][0] - UE[0][1]]
             loads.append((add(scale(body.m, a), apply(U, body.h)), add(turned, cross(body.h, a))))
         tau: list[Any] = [0.0] * len(u)

@@ -5,13 +5,34 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-__all__ = ["Rows", "Triple", "add", "apply", "apply_transpose", "cross", "dot", "scale"]
+__all__ = [
+    "Rows",
+    "Triple",
+    "add",
+    "apply",
+    "apply_transpose",
+    "cross",
+    "dot",
+    "products",
+    "scale",
+    "transpose",
+]
 
 Triple: TypeAlias = "list[Any]"
 """Three scalars."""
 
 Rows: TypeAlias = "list[list[Any]]"
 """Rows of scalars."""
+
+
+def transpose(A: Sequence[Sequence[Any]]) -> Rows:
+    """Return Aᵀ."""
+    return [list(column) for column in zip(*A, strict=True)]
+
+
+def products(A: Sequence[Sequence[Any]], B: Sequence[Sequence[Any]]) -> Rows:
+    """Return A Bᵀ: the products of all rows of A with all rows of B."""
+    return [apply(B, row) for row in A]
 
 
 def dot(a: Sequence[Any], b: Sequence[Any]) -> Any:
@@ -46,9 +67,9 @@ def scale(factor: Any, vector: Sequence[Any]) -> Triple:
 
 def apply(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
     """Return R x."""
-    return [dot(row[:3], vector) for row in R]
+    return [dot(row[: len(vector)], vector) for row in R]
 
 
 def apply_transpose(R: Sequence[Sequence[Any]], vector: Sequence[Any]) -> Triple:
     """Return Rᵀ x."""
-    return [dot([row[k] for row in R], vector) for k in range(3)]
+    return apply(transpose(R)[:3], vector)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 from mecanique.generation.program.tape import Tape, Value
+from mecanique.generation.program.traced import trace, values_of
 
 __all__ = ["Factors", "factorize"]
 
@@ -29,13 +30,13 @@ class Factors:
     pivots: tuple[Value, ...]
     rows: tuple[tuple[Value, ...], ...]
 
-    def solve(self, rest: Sequence[Value]) -> list[Value]:
+    def solve(self, rest: Sequence[Any]) -> list[Any]:
         """Return x with M x = rest.
 
         Args:
-            rest: shape (n,).
+            rest: scalars, shape (n,).
         """
-        tape, left = self.tape, list(rest)
+        tape, left = self.tape, values_of(rest)
         for k in range(len(left) - 1, -1, -1):
             for i in range(k):
                 left[i] = tape.subtract(left[i], tape.multiply(self.rows[k][i], left[k]))
@@ -43,17 +44,17 @@ class Factors:
         for k, pivot in enumerate(self.pivots):
             known = tape.sum(tape.multiply(self.rows[k][i], found[i]) for i in range(k))
             found.append(tape.subtract(tape.divide(left[k], pivot), known))
-        return found
+        return [trace(tape, value) for value in found]
 
 
-def factorize(tape: Tape, M: Sequence[Sequence[Value]]) -> Factors:
+def factorize(tape: Tape, M: Sequence[Sequence[Any]]) -> Factors:
     """Return the factors of a symmetric matrix of which the lower triangle is read.
 
     Args:
         tape: what is written on.
-        M: shape (n, n).
+        M: rows of scalars, shape (n, n).
     """
-    left = [list(row[: k + 1]) for k, row in enumerate(M)]
+    left = [values_of(row[: k + 1]) for k, row in enumerate(M)]
     rows: list[tuple[Value, ...]] = [()] * len(left)
     for k in range(len(left) - 1, -1, -1):
         rows[k] = tuple(tape.divide(left[k][i], left[k][k]) for i in range(k))

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, final
 
 from mecanique.derivation.tree.poses import Arithmetic
 from mecanique.generation.program.tape import Tape, Value
 
-__all__ = ["Traced", "arithmetic_on", "trace", "value_of"]
+__all__ = ["Traced", "arithmetic_on", "trace", "value_of", "values_of"]
 
 
 @final
@@ -73,6 +73,15 @@ def value_of(scalar: Any) -> Value:
         scalar: a traced one, or a number.
     """
     return scalar.place if isinstance(scalar, Traced) else float(scalar)
+
+
+def values_of(scalars: Iterable[Any]) -> list[Value]:
+    """Return several scalars as values of their tape.
+
+    Args:
+        scalars: traced ones, or numbers.
+    """
+    return [value_of(scalar) for scalar in scalars]
 
 
 def arithmetic_on(tape: Tape) -> Arithmetic:

@@ -39,11 +39,23 @@ class Cases:
 
     def first(self, number: int) -> Cases:
         """Return the first of them."""
+
+        def cut(table: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return {name: rows[:number] for name, rows in table.items()}
+
+        return Cases(cut(self.inputs), cut(self.expected), cut(self.weights), cut(self.allowed))
+
+    def join(self, other: Cases) -> Cases:
+        """Return these, then others."""
+
+        def link(a: dict[str, np.ndarray], b: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return {name: np.concatenate([rows, b[name]]) for name, rows in a.items()}
+
         return Cases(
-            *(
-                {name: rows[:number] for name, rows in table.items()}
-                for table in (self.inputs, self.expected, self.weights, self.allowed)
-            )
+            link(self.inputs, other.inputs),
+            link(self.expected, other.expected),
+            link(self.weights, other.weights),
+            link(self.allowed, other.allowed),
         )
 
 
@@ -92,13 +104,14 @@ def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
     Args:
         program: the program.
     """
-    found = {
-        kind: identifiers(kind, (letter.name for letter in letters))
-        for kind, letters in program.letters.items()
-        if kind not in ("t", "a", "tau")
+
+    def names(kind: str) -> list[str]:
+        own = "v" if kind in ("a", "tau") else kind
+        return [letter.name for letter in program.letters[own]]
+
+    return {"t": ("t",)} | {
+        kind: identifiers(kind, names(kind)) for kind in ("q", "v", "a", "tau", "p")
     }
-    speeds = [letter.name for letter in program.letters["v"]]
-    return found | {"t": ("t",), "a": identifiers("a", speeds), "tau": identifiers("tau", speeds)}
 
 
 def takes_state(answer: Answer) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from mecanique.generation.mechanics.closed_form import ClosedForm
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.tape import Tape, Value
-from mecanique.generation.program.traced import value_of
+from mecanique.generation.program.traced import values_of
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Program", "program_of"]
@@ -59,9 +59,8 @@ def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
     letters = Letters(mechanism, kept)
     form, tape = ClosedForm(letters, derive(mechanism)), letters.tape
-    M = [[value_of(entry) for entry in row] for row in form.mass_matrix()]
-    rest = [value_of(Q - h) for Q, h in zip(form.forces(), form.bias(), strict=True)]
-    accelerations = factorize(tape, M).solve(rest)
-    rates = [value_of(rate) for rate in form.rates()]
+    rest = [Q - h for Q, h in zip(form.forces(), form.bias(), strict=True)]
+    accelerations = factorize(tape, form.mass_matrix()).solve(rest)
+    rates = values_of([*form.rates(), *accelerations])
     open_ = tuple(symbol for symbol in letters.open if symbol in kept)
-    return Program(mechanism, tape, (*rates, *accelerations), open_, tuple(letters.signals))
+    return Program(mechanism, tape, tuple(rates), open_, tuple(letters.signals))
