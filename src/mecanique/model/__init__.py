@@ -31,6 +31,7 @@ from mecanique.model.forces import (
     Spring,
     Torque,
 )
+from mecanique.model.free_body import FloatingState, floating, floating_state
 from mecanique.model.joints import (
     Fixed,
     Floating,
@@ -59,6 +60,7 @@ __all__ = [
     "Damper",
     "Fixed",
     "Floating",
+    "FloatingState",
     "Force",
     "Helical",
     "Input",
@@ -93,6 +95,8 @@ __all__ = [
     "coordinate",
     "cylinder",
     "disk",
+    "floating",
+    "floating_state",
     "massless",
     "particle",
     "plate",

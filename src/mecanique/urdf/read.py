@@ -63,10 +63,11 @@ def read_urdf(
     `root_joint` (with a number if that name is taken): position `root_joint_x`, `_y`, `_z` in the
     world, unit quaternion `root_joint_qx`, `_qy`, `_qz`, `_qw` (w last); velocities
     `root_joint_vx`, `_vy`, `_vz` of the root's origin and `root_joint_wx`, `_wy`, `_wz`, angular,
-    both in the root's own axes. Joint damping, springs and dampers of the
-    drake: dialect, its ball and distance constraints, mimic joints and rotor inertias are read; dry
-    friction and collisions do not enter the equations. `mecanique.lint` says what is not used and
-    what other programs read differently.
+    both in the root's own axes; `mecanique.floating` gives them from other conventions.
+
+    Joint damping, springs and dampers of the drake: dialect, its ball and distance constraints,
+    mimic joints and rotor inertias are read; dry friction and collisions do not enter the
+    equations. `mecanique.lint` says what is not used and what other programs read differently.
 
     Args:
         path_or_text: the path of a URDF file, or its text.

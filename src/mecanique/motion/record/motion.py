@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.free_body import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.record.curve import Curve, State
@@ -184,6 +185,22 @@ class Motion:
         """
         state = self._states(t)
         return self.reference.velocity(body, state.q, state.v, state.t)
+
+    def floating_state(
+        self, t: float | Sequence[float] | np.ndarray | None = None, joint: str | None = None
+    ) -> FloatingState:
+        """Return where a free body is, how it is turned and moves, in any convention.
+
+        Args:
+            t: times [s]: a number, for shape (3,), or shape (n,); the samples' by default.
+            joint: name of the `Floating` or `Spherical` joint; not needed where there is one.
+
+        Raises:
+            InputError: if the mechanism has no such joint.
+            UnknownNameError: if there is no joint of that name.
+        """
+        state = self._states(t)
+        return floating_state(self.mechanism, state.q, state.v, joint)
 
     def energy(self, t: Sequence[float] | np.ndarray | None = None) -> Energies:
         """Return the energies, and the work that changed them.

@@ -1,0 +1,251 @@
+"""The state of a joint that leaves its child free: where it is, how it is turned and moves.
+
+The model's own convention is that of `Floating`: position of the child's origin in the axes of the
+joint on its parent, unit quaternion (x, y, z, w), velocity of the child's origin and angular
+velocity in the child's axes. Others write the quaternion's w first, use Euler angles, or refer
+velocities to the world's axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias, final
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.model.free_body.attitude import from_euler, from_quaternion, to_euler, to_quaternion
+from mecanique.model.joints import Floating, Joint, Spherical
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.quaternions import conjugate, multiply, turn
+from mecanique.model.values import Given
+
+__all__ = ["FloatingState", "floating", "floating_state"]
+
+Rows: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | np.ndarray"
+"""Shape (k,) of one state, or (n, k) of many."""
+
+ByName: TypeAlias = "dict[str, Any]"
+"""Each a number, or of shape (n,) for n states."""
+
+_UNTURNED = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FloatingState:
+    """Where a free body is, how it is turned and moves; `floating_state` reads it.
+
+    Of many states all arrays have a first axis of n.
+
+    Args:
+        joint: name of the joint that leaves the body free.
+        position: shape (3,), of the body's origin in the world [m].
+        orientation: shape (4,), unit quaternion (x, y, z, w) that turns from the body's axes to the
+            world's.
+        linear: shape (3,), velocity of the body's origin, world axes [m/s].
+        angular: shape (3,), angular velocity, world axes [rad/s].
+    """
+
+    joint: str
+    position: np.ndarray
+    orientation: np.ndarray
+    linear: np.ndarray
+    angular: np.ndarray
+
+    def quaternion(self, order: str) -> np.ndarray:
+        """Return the unit quaternion in an order, shape (4,); of the two, that with w ≥ 0.
+
+        Args:
+            order: "xyzw" or "wxyz".
+
+        Raises:
+            InputError: if there is no such order.
+        """
+        return to_quaternion(self.orientation, order)
+
+    def euler(self, sequence: str) -> np.ndarray:
+        """Return the Euler angles of a sequence, shape (3,) [rad].
+
+        At gimbal lock, where only the sum or difference of the first and third turn counts, the
+        third angle is zero.
+
+        Args:
+            sequence: such as "xyz" or "ZYX", as in `floating`.
+
+        Raises:
+            InputError: if there is no such sequence.
+        """
+        return to_euler(self.orientation, sequence)
+
+    def velocity(self, axes: str) -> tuple[np.ndarray, np.ndarray]:
+        """Return the velocity of the origin and the angular velocity, each of shape (3,).
+
+        Args:
+            axes: "world" or "body", what they refer to.
+
+        Raises:
+            InputError: if there are no such axes.
+        """
+        if _check_axes(axes) == "world":
+            return self.linear, self.angular
+        back = conjugate(self.orientation)
+        return turn(back, self.linear), turn(back, self.angular)
+
+
+def floating(
+    mechanism: Mechanism,
+    joint: str | None = None,
+    *,
+    position: Rows | None = None,
+    quaternion: Rows | None = None,
+    order: str | None = None,
+    euler: Rows | None = None,
+    sequence: str | None = None,
+    linear: Rows | None = None,
+    angular: Rows | None = None,
+    axes: str | None = None,
+) -> tuple[ByName, ByName]:
+    """Return the positions and velocities by name that put a free body into a state.
+
+    They go where states are given by name, e.g. with q, v = floating(…) into simulate(mechanism,
+    q={**q, "elbow": 0.3}, v=v). What is not given is zero; of conventions none is taken for
+    granted. Each of shape (k,) may have the shape (n, k), for n states.
+
+    Args:
+        mechanism: one with a body that moves freely in the world, e.g. a robot that was read with
+            `read_urdf(…, root="floating")`.
+        joint: name of the `Floating` joint that leaves it free, or of a `Spherical` one, which can
+            only turn; not needed where there is one.
+        position: shape (3,), of the body's origin in the world [m].
+        quaternion: shape (4,), of any length, that turns from the body's axes to the world's.
+        order: of the quaternion: "xyzw" (as in URDF tools, SciPy, ROS, Pinocchio's q) or "wxyz" (as
+            in MuJoCo, Drake, Eigen's constructor).
+        euler: shape (3,), instead of a quaternion, angles in the order of the sequence [rad].
+        sequence: of the turns: in small letters about the world's fixed axes, "xyz" are roll,
+            pitch and yaw of URDF; in capitals about the body's axes that have turned along, "ZYX"
+            are yaw, pitch and roll in aviation, "ZXZ" Euler's own in Goldstein.
+        linear: shape (3,), velocity of the body's origin [m/s].
+        angular: shape (3,), angular velocity [rad/s].
+        axes: those that both velocities refer to: "world" or "body".
+
+    Raises:
+        InputError: if the mechanism has no such joint, a shape is wrong, a number is not finite, or
+            a convention is not stated.
+        UnknownNameError: if there is no joint of that name.
+    """
+    free = _choose(mechanism, joint)
+    for name, given in (("position", position), ("linear velocity", linear)):
+        if given is not None and not free.linear_coordinates:
+            raise InputError(f"joint {free.name!r} can only turn; expected no {name}, got {given}")
+    if quaternion is not None and euler is not None:
+        raise InputError("expected either a quaternion or Euler angles, got both")
+    orientation = _UNTURNED
+    if quaternion is not None:
+        orientation = from_quaternion(_rows(quaternion, 4, "quaternion"), order)
+    elif euler is not None:
+        orientation = from_euler(_rows(euler, 3, "Euler angles"), sequence)
+    rates = {"linear velocity": linear, "angular velocity": angular}
+    in_body = {name: _rows(given, 3, name) for name, given in rates.items()}
+    moves = linear is not None or angular is not None
+    if moves and _check_axes(axes) == "world":
+        in_body = {name: turn(conjugate(orientation), rate) for name, rate in in_body.items()}
+    stand, turned = _stand(mechanism, free)
+    away = _rows(position, 3, "position") - stand
+    q = _by_name(free.linear_coordinates, turn(conjugate(turned), away))
+    q |= _by_name(free.quaternion, multiply(conjugate(turned), orientation))
+    v = _by_name(free.linear_velocities, in_body["linear velocity"])
+    v |= _by_name(free.angular_velocities, in_body["angular velocity"])
+    return q, v
+
+
+def floating_state(
+    mechanism: Mechanism, q: Given, v: Given = None, joint: str | None = None
+) -> FloatingState:
+    """Return where a free body is, how it is turned and moves, to be read in any convention.
+
+    Args:
+        mechanism: one with a body that moves freely in the world.
+        q: shape (nq,) or (n, nq), or values by name.
+        v: shape (nv,) or (n, nv), or values by name.
+        joint: name of the `Floating` or `Spherical` joint; not needed where there is one.
+
+    Raises:
+        InputError: if the mechanism has no such joint, or the state is not what is expected.
+        UnknownNameError: if a name does not exist.
+    """
+    free = _choose(mechanism, joint)
+    positions, velocities = mechanism.position(q, many=True), mechanism.velocity(v, many=True)
+    at = [mechanism.coordinates.index(name) for name in free.quaternion]
+    stand, turned = _stand(mechanism, free)
+    orientation = multiply(turned, positions[..., at])
+    orientation = orientation * np.where(orientation[..., 3:] < 0, -1.0, 1.0)
+    place = np.zeros(3)
+    if free.linear_coordinates:
+        place = positions[..., [mechanism.coordinates.index(n) for n in free.linear_coordinates]]
+    rates = []
+    for names in (free.linear_velocities, free.angular_velocities):
+        columns = [mechanism.velocities.index(name) for name in names]
+        rates.append(turn(orientation, velocities[..., columns]) if columns else np.zeros(3))
+    return FloatingState(free.name, stand + turn(turned, place), orientation, *rates)
+
+
+def _choose(mechanism: Mechanism, name: str | None) -> Joint:
+    """Return the joint that leaves a body free in the world."""
+    if name is None:
+        able = [each.name for each in mechanism.joints if isinstance(each, Floating)]
+        if len(able) != 1:
+            many = f"{len(able)} floating joints, {', '.join(able)}; name one"
+            count = many if able else "no floating joint"
+            raise InputError(f"mechanism {mechanism.name!r} has {count}")
+        (name,) = able
+    joint = mechanism.joint(name)
+    if not isinstance(joint, (Floating, Spherical)):
+        raise InputError(
+            f"expected a floating or spherical joint, got {joint.name!r}, a {type(joint).__name__}"
+        )
+    if joint.parent != mechanism.ground:
+        raise InputError(
+            f"joint {joint.name!r} hangs on {joint.parent!r}, not on the ground; "
+            "its coordinates are relative to that body"
+        )
+    return joint
+
+
+def _stand(mechanism: Mechanism, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
+    """Return where the joint stands in the world, and how it is turned there."""
+    numbers = [
+        np.array([mechanism.evaluate(component) for component in vector])
+        for vector in (joint.origin.xyz, joint.origin.rpy)
+    ]
+    return numbers[0], from_euler(numbers[1], "xyz")
+
+
+def _rows(given: Rows | None, width: int, what: str) -> np.ndarray:
+    """Return what was given as an array, shape (…, width); zero where nothing was."""
+    if given is None:
+        return np.zeros(width)
+    try:
+        rows = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InputError(f"expected {width} numbers for the {what}, got {given!r}") from None
+    if rows.ndim not in (1, 2) or rows.shape[-1] != width:
+        raise InputError(
+            f"expected shape ({width},) or (n, {width}) for the {what}, got {rows.shape}"
+        )
+    if not np.isfinite(rows).all():
+        raise InputError(f"expected finite numbers for the {what}, got {rows.tolist()}")
+    return rows
+
+
+def _by_name(names: Sequence[str], values: np.ndarray) -> ByName:
+    """Return the last axis of some values by name, as numbers or arrays; none for no names."""
+    columns = np.moveaxis(values, -1, 0) if names else ()
+    return dict(zip(names, (float(x) if x.ndim == 0 else x for x in columns), strict=True))
+
+
+def _check_axes(axes: str | None) -> str:
+    if axes not in ("world", "body"):
+        raise InputError(f'expected the axes "world" or "body" of the velocities, got {axes!r}')
+    return str(axes)
