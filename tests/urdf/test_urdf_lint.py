@@ -73,6 +73,7 @@ _BUSHING = """<drake:linear_bushing_rpy>
   <drake:bushing_force_stiffness value="0 0 0"/><drake:bushing_force_damping value="0 0 0"/>
 </drake:linear_bushing_rpy>
 """
+_ROLLING = '<mecanique:rolling name="r" link="arm" on="base" radius="0.1"/>'
 _ROTOR = """<transmission name="t"><type>SimpleTransmission</type><joint name="shoulder"/>\
 <actuator name="m">
   <drake:rotor_inertia value="0.1"/></actuator></transmission>
@@ -236,6 +237,7 @@ CASES: dict[str, tuple[str, int, str]] = {
     "M608": (add(_ROTOR), 38, "a rotor adds inertia"),
     "M609": (add(_SPRING.replace('free_length value="1"', 'free_length value="0"')), 37,
              "Drake refuses a spring"),
+    "M610": (add(_ROLLING), 37, "only mecanique reads it"),
     "M701": (many(210), 2, "the robot has 212 velocities"),
     "M702": (chain(1100), 2, "the longest chain has 1101 joints"),
     "M703": (add("<gazebo/>"), 37, "<gazebo> in <robot> is not used"),

@@ -14,6 +14,7 @@ __all__ = [
     "ACTUATOR_GEAR",
     "ACTUATOR_INERTIA",
     "BALL_CONSTRAINT",
+    "BLADE",
     "BUSHING",
     "DISTANCE_CONSTRAINT",
     "DRAKE_JOINT",
@@ -22,6 +23,7 @@ __all__ = [
     "LOOP",
     "LOOP_FRAMES",
     "OWN_NAMESPACE",
+    "ROLLING",
     "SCREW",
     "SPRING_DAMPER",
     "UNBOUNDED",
@@ -41,6 +43,12 @@ OWN_NAMESPACE = "urn:mecanique"
 
 LOOP = "mecanique:loop"
 """Below robot: a loop of a kind that Drake has no tag for, with its name and type."""
+
+ROLLING = "mecanique:rolling"
+"""Below robot: a wheel, disk or ball that rolls on a plane without slip."""
+
+BLADE = "mecanique:blade"
+"""Below robot: a knife edge or skate that does not move sideways."""
 
 SCREW = "mecanique:screw"
 """Below a joint that slides and mimics the hinge behind it: both are one screw joint, the hinge."""

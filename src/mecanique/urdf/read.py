@@ -140,6 +140,7 @@ def mechanism_of(
             tuple(joints),
             forces=_forces(document, damping),
             loops=tuple(document.extensions.loops),
+            contacts=tuple(document.extensions.contacts),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),
             ground=ground,

@@ -481,6 +481,13 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "The same tag gives another force in Drake.",
         "Know it when comparing.",
     ),
+    (
+        "M610",
+        "mecanique-only",
+        "info",
+        "Other programs ignore it: they see a body slip, or fall through the plane it rolls on.",
+        "Know it when comparing.",
+    ),
     # engines
     (
         "M701",

@@ -64,7 +64,9 @@ def write_urdf(
       same force as long as a hinge stays within half a turn of the spring's reference;
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`; other
-      loops become `mecanique:loop` (`mecanique.urdf.reading.loops`), which other programs ignore.
+      loops become `mecanique:loop` (`mecanique.urdf.reading.loops`), which other programs ignore;
+    - what rolls becomes `mecanique:rolling`, a blade `mecanique:blade`
+      (`mecanique.urdf.reading.contacts`), which other programs ignore: they see it slip.
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
     tree is written as if it were free. Planar and universal joints become slides and hinges with
@@ -86,7 +88,7 @@ def write_urdf(
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)
-    if has_screws or has_own_loops(mechanism):
+    if has_screws or has_own_loops(mechanism) or mechanism.contacts:
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:

@@ -46,6 +46,11 @@ def check(document: Document, report: Report) -> None:
         "only Drake and mecanique read it",
     )
     report.together(
+        "M610",
+        [(element, f"<{element.tag}>") for element in document.extensions.own],
+        "only mecanique reads it",
+    )
+    report.together(
         "M608",
         [(element, f"<{element.tag}>") for element in document.rotors],
         "a rotor adds inertia",

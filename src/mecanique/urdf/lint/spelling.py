@@ -8,9 +8,11 @@ from difflib import get_close_matches
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
+    BLADE,
     EXTENSIONS,
     LOOP,
     LOOP_FRAMES,
+    ROLLING,
     SCREW,
 )
 from mecanique.urdf.element import Element
@@ -37,7 +39,7 @@ _JOINT = (
 _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "robot": (
         {"name", "version"},
-        {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS, LOOP},
+        {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS, LOOP, ROLLING, BLADE},
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
     "joint": _JOINT,
@@ -63,6 +65,11 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "mimic": ({"joint", "multiplier", "offset"}, ()),
     "frame": ({"name", "link", "xyz", "rpy"}, ()),
     LOOP: ({"name", "type"}, set(LOOP_FRAMES)),
+    ROLLING: (
+        {"name", "link", "on", "radius", "crown", "center", "axis", "plane_xyz", "plane_rpy"},
+        (),
+    ),
+    BLADE: ({"name", "link", "on", "point", "along", "normal"}, ()),
     SCREW: ((), ()),
     **{tag: ({"link", "xyz", "rpy"}, ()) for tag in LOOP_FRAMES},
 }

@@ -7,16 +7,19 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import final
 
+from mecanique.model.contacts import Contact
 from mecanique.model.forces import AnyForce, Damper, JointDamper, JointSpring, Spring
 from mecanique.model.loops import Loop
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
     BALL_CONSTRAINT,
+    BLADE,
     BUSHING,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
     LOOP,
+    ROLLING,
     SPRING_DAMPER,
     Extension,
 )
@@ -24,6 +27,7 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.bushings import BushingFaultError, Frame, in_joint
+from mecanique.urdf.reading.contacts import read_contact
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 from mecanique.urdf.reading.loops import read_loop
@@ -41,12 +45,16 @@ class Extensions:
     Args:
         forces: springs and dampers.
         loops: closures.
-        used: the elements they come from.
+        contacts: what rolls, and blades.
+        used: the elements of Drake's that they come from.
+        own: the elements that contacts come from, which mecanique alone reads.
     """
 
     forces: list[AnyForce] = field(default_factory=list)
     loops: list[Loop] = field(default_factory=list)
+    contacts: list[Contact] = field(default_factory=list)
     used: list[Element] = field(default_factory=list)
+    own: list[Element] = field(default_factory=list)
     names: Names = field(default_factory=Names)
 
 
@@ -66,6 +74,11 @@ def read_extensions(
         if element.tag == LOOP:
             loop = read_loop(element, links, found.names, report)
             found.loops += [loop] if loop is not None else []
+            continue
+        if element.tag in (ROLLING, BLADE):
+            contact = read_contact(element, links, found.names, report)
+            found.contacts += [contact] if contact is not None else []
+            found.own.append(element)
             continue
         extension = EXTENSIONS.get(element.tag)
         if extension is None:

@@ -21,6 +21,7 @@ from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotate, rotation
 from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
+from mecanique.urdf.reading.contacts import contact_tag
 from mecanique.urdf.reading.loops import loop_nodes
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
@@ -42,6 +43,8 @@ def ends_of_tags(mechanism: Mechanism) -> set[str]:
             ends |= {joint.parent, joint.child}
     for loop in mechanism.loops:
         ends |= {loop.body_a, loop.body_b}
+    for contact in mechanism.contacts:
+        ends |= {contact.body, contact.on}
     return ends
 
 
@@ -73,7 +76,7 @@ def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterat
     for loop in mechanism.loops:
         yield from loop_nodes(mechanism, loop, anchors)
     for contact in mechanism.contacts:
-        yield Comment(f"contact {contact.name}: URDF has no tag for it")
+        yield contact_tag(mechanism, contact, anchors)
     for constraint in mechanism.velocity_constraints:
         yield Comment(f"velocity constraint {constraint.name}: URDF has no tag for it")
 
