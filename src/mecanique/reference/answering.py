@@ -12,6 +12,7 @@ from mecanique.model.states import States
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.freedom import generic_rank
 
 __all__ = ["Answering"]
 
@@ -30,6 +31,27 @@ class Answering:
         self.mechanism = mechanism
         self._tree = Tree(mechanism)
         self._closed = Closed(self._tree) if mechanism.constrained else None
+
+    _movable = False
+    """Whether it is known that the loops do not lock the mechanism by chance."""
+
+    def _unlocked(self, one: Callable[..., Array]) -> Callable[..., Array]:
+        """Return a question about the motion on the loops that refuses what they lock by chance.
+
+        One look is enough: what is locked can be in no other position.
+        """
+        closed = self._closed
+        if closed is None or closed.most is not None or self._movable:
+            return one
+
+        def answer(q: Array, v: Array, t: float) -> Array:
+            if not self._movable:
+                closed.refuse_open(q, t)
+                generic_rank(closed, q, t)
+                self._movable = True
+            return one(q, v, t)
+
+        return answer
 
     def _answer(
         self, states: States, one: Callable[..., Array], *, accelerations: bool = False

@@ -189,7 +189,7 @@ class Wrenches(Answering):
             np.logical_or(flags, found.undetermined, out=flags)
             return found.wrenches
 
-        parts = self._answer(states, one)
+        parts = self._answer(states, self._unlocked(one))
         return self._wrenches(states, parts, flags)
 
     def _wrenches(

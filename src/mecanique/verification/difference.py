@@ -23,7 +23,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["QUANTITIES", "relative_difference", "relative_rounding", "scale", "scales"]
+__all__ = ["QUANTITIES", "SMALL", "relative_difference", "relative_rounding", "scale", "scales"]
 
 Array = npt.NDArray[np.float64]
 
@@ -43,7 +43,7 @@ QUANTITIES = (
 )
 """What is compared, in the order of the table."""
 
-_SMALL = 1e-3
+SMALL = 1e-3
 """Part of the typical size below which a value is judged against the typical size."""
 
 _MOST = 1e-3
@@ -114,6 +114,6 @@ def _sizes(x: Array, y: Array, least: float) -> Array:
         # scaled by the largest, so that a huge value does not overflow into a floor that excuses
         # everything
         typical = largest * float(np.sqrt(np.mean((known / largest) ** 2))) if largest > 0 else 0.0
-        floor = max(_SMALL * typical, _SMALL * least, np.finfo(float).tiny)
+        floor = max(SMALL * typical, SMALL * least, np.finfo(float).tiny)
         size: Array = np.maximum(np.maximum(np.linalg.norm(x, axis=1), sizes), floor)
     return size

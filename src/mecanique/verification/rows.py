@@ -18,7 +18,16 @@ from mecanique.verification.difference import (
 )
 from mecanique.verification.verdict import Row
 
-__all__ = ["TOLERANCE", "Dynamics", "Values", "Whole", "evaluate", "moving_mass", "rows_of"]
+__all__ = [
+    "TOLERANCE",
+    "Dynamics",
+    "Values",
+    "Whole",
+    "evaluate",
+    "least_size",
+    "moving_mass",
+    "rows_of",
+]
 
 Array = npt.NDArray[np.float64]
 Values: TypeAlias = Mapping[str, Array]
@@ -132,7 +141,7 @@ def rows_of(
         x, y = (
             scale(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs)
         )
-        least = _least_size(quantity, mass)
+        least = least_size(quantity, mass)
         difference, remark = relative_difference(x, y, least), ""
         if quantity == "potential energy" and difference.max() > tolerance:
             # a potential is known up to a constant only; differences decide
@@ -170,8 +179,8 @@ def moving_mass(mechanism: Mechanism) -> float:
     return sum(max(mechanism.evaluate(body.mass), 0.0) for body in moving) or 1.0
 
 
-def _least_size(quantity: str, mass: float) -> float:
-    """The smallest size to judge a difference of this quantity against."""
+def least_size(quantity: str, mass: float) -> float:
+    """Return the smallest size to judge a difference of this quantity against."""
     if quantity == "mass matrix":
         return 1.0
     return mass if quantity in _BY_MASS else mass**0.5

@@ -7,6 +7,7 @@ import math
 import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
@@ -235,10 +236,15 @@ def _number(value: float) -> float | None:
 
 def versions() -> dict[str, str]:
     """Return the versions of what takes part, by name."""
+    return dict(_installed())
+
+
+@cache
+def _installed() -> tuple[tuple[str, str], ...]:
     found = {"python": platform.python_version()}
     for package in ("mecanique", "pin", "numpy"):
         try:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "unknown"
-    return dict(sorted(found.items()))
+    return tuple(sorted(found.items()))

@@ -80,14 +80,20 @@ def equilibria(
         reference: the mechanism's `Reference`, if you have one already.
 
     Raises:
-        InputError: if a start is not what is expected.
+        InputError: if a start is not what is expected, or the loops lock the mechanism in a
+            singular position.
         UnknownNameError: if a coordinate does not exist.
+        ClosureError: if the loops cannot be closed at all.
     """
     t = finite(t, "the time t")
     if reference is None:
         from mecanique.reference import Reference
 
         reference = Reference.of(mechanism)
+    if reference.closed is not None:
+        from mecanique.reference.loops.freedom import refuse_locked
+
+        refuse_locked(reference.closed, t)
     if isinstance(starts, int):
         if starts < 0:
             raise InputError(f"expected a number of starts of at least 0, got {starts}")

@@ -61,7 +61,8 @@ def linearize(
         reference: the mechanism's `Reference`, if you have one already.
 
     Raises:
-        InputError: if the state is not what is expected, or no equilibrium is found.
+        InputError: if the state is not what is expected, no equilibrium is found, or the loops lock
+            the mechanism in a singular position.
         EngineError: if a motion moves no mass in the state given.
         UnknownNameError: if a coordinate or velocity does not exist.
         ClosureError: if the loops cannot be closed.
@@ -82,6 +83,10 @@ def linearize(
         t, v, at = float(at.t), at.v, at.q
     if at is not None:
         return linearize_about(reference, at, v, t, described=described)
+    if reference.closed is not None:
+        from mecanique.reference.loops.freedom import refuse_locked
+
+        refuse_locked(reference.closed, t)
     q = equilibrium_near(reference, mechanism.position(near), t)
     place = "the neutral position" if near is None else "the start given"
     if q is None and near is not None:
@@ -105,7 +110,6 @@ def _search(reference: Reference, t: float, described: Mechanism) -> Linearizati
 
     Raises:
         InputError: if none is found, or none can be linearized about.
-        ClosureError: if the loops cannot be closed at all.
     """
     mechanism = reference.mechanism
     first, *starts = random_starts(mechanism, STARTS, 0)
@@ -115,10 +119,6 @@ def _search(reference: Reference, t: float, described: Mechanism) -> Linearizati
             break
         found.add(start)
     if not found.equilibria:
-        if reference.closed is not None:
-            from mecanique.reference.loops.freedom import refuse_locked
-
-            refuse_locked(reference.closed, t)
         if found.refused:
             raise InputError(
                 f"the equilibria found of {mechanism.name!r} cannot be linearized about: "

@@ -105,12 +105,13 @@ def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array)
     Raises:
         ClosureError: naming the loop that cannot be closed, and by how much.
     """
-    if isinstance(guess, Mapping) and not held.any():
+    if isinstance(guess, Mapping) and guess and not held.any():
         try:
             return close_position(closed, q, t, held_columns(closed.mechanism, tuple(guess)))
         except ClosureError:
             pass
-    if guess is None and not held.any():
+    nothing_given = guess is None or (isinstance(guess, Mapping) and not guess)
+    if nothing_given and not held.any():
         return _position_anywhere(closed, q, t, held)
     return close_position(closed, q, t, held)
 

@@ -7,13 +7,15 @@ typical one.
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import numpy.typing as npt
 
 from mecanique.errors import ClosureError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["closed_states"]
+__all__ = ["closed_states", "refuse_locked"]
 
 Array = npt.NDArray[np.float64]
 
@@ -73,3 +75,20 @@ def closed_states(
         np.array([found[k][1] for k in keep]).reshape(len(keep), v.shape[1]),
         np.array(which, dtype=np.intp)[keep],
     )
+
+
+def refuse_locked(mechanism: Mechanism) -> None:
+    """Raise if a mechanism with loops is locked in a singular position.
+
+    It may tremble there, so that no random position is held by the loops.
+
+    Raises:
+        InputError: if it is.
+    """
+    from mecanique.reference import Reference
+    from mecanique.reference.loops.freedom import refuse_locked as refuse
+
+    closed = Reference.of(mechanism).closed
+    if closed is not None:
+        with suppress(ClosureError):
+            refuse(closed, 0.0)

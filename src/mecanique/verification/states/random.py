@@ -15,7 +15,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles, draw_positions
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
-from mecanique.verification.states.loops import closed_states
+from mecanique.verification.states.loops import closed_states, refuse_locked
 from mecanique.verification.states.validity import is_possible
 
 __all__ = ["random_states"]
@@ -50,8 +50,8 @@ def random_states(
         assumptions: what must hold besides.
 
     Raises:
-        InputError: if `samples` or `seed` is not a whole number in its range, or no possible state
-            is found.
+        InputError: if `samples` or `seed` is not a whole number in its range, no possible state is
+            found, or the mechanism is locked in a singular position.
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     random = np.random.default_rng(seed)
@@ -60,6 +60,8 @@ def random_states(
         candidates = _draw(mechanism, lot, random)
         if mechanism.constrained:
             q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
+            if not len(at) and not any(map(len, found)):
+                refuse_locked(mechanism)
             candidates = replace(candidates.at(at), q=q, v=v)
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
