@@ -10,7 +10,7 @@ from typing import final
 
 from mecanique.errors import InputError
 from mecanique.files import write_whole
-from mecanique.generation.compiled import Compiled, compile_program
+from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
 from mecanique.generation.program.counts import Counts
 from mecanique.generation.program.program import Program
 from mecanique.generation.verdict import CodeVerdict
@@ -74,7 +74,7 @@ class Code:
             ) from None
         return tuple(place / name for name in self.files)
 
-    def compile(self, options: Sequence[str] = ("-O2",)) -> Compiled:
+    def compile(self, options: Sequence[str] = OPTIONS) -> Compiled:
         """Compile the C code and return its functions, to call with arrays.
 
         Args:

@@ -16,7 +16,10 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.c import compiler
 
-__all__ = ["Compiled", "compile_program"]
+__all__ = ["OPTIONS", "Compiled", "compile_program"]
+
+OPTIONS = ("-O1", "-march=native")
+"""More optimization takes long on programs without branches, and gains nothing."""
 
 Array = npt.NDArray[np.float64]
 
@@ -132,7 +135,7 @@ class _Function:
 
 
 def compile_program(
-    program: Program, files: Mapping[str, str], options: Sequence[str] = ("-O2",)
+    program: Program, files: Mapping[str, str], options: Sequence[str] = OPTIONS
 ) -> Compiled:
     """Compile the C of a program and load it.
 
