@@ -6,6 +6,8 @@ from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
 from typing import Any
 
+from mecanique.wording import say_count
+
 __all__ = [
     "ClosureError",
     "DerivationError",
@@ -65,7 +67,7 @@ class MechanismError(MecaniqueError):
     def __init__(self, name: str, faults: Sequence[str]) -> None:
         self.name = name
         self.faults = tuple(faults)
-        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
+        count = say_count(len(self.faults), "fault")
         super().__init__("\n  ".join([f"mechanism {name!r} has {count}:", *self.faults]))
 
 

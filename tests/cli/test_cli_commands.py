@@ -261,7 +261,7 @@ def test_picture_draws_a_figure_and_a_body_cut_free() -> None:
 
 def test_gallery_writes_pages_and_pictures() -> None:
     words = ("gallery", "pages", "--only", "two_blocks", "--duration", "0.1")
-    assert fine(*words) == f"Wrote {Path('pages') / 'index.html'}: 1 of 1 systems\n"
+    assert fine(*words) == f"Wrote {Path('pages') / 'index.html'}: 1 of 1 system\n"
     assert sorted(path.name for path in Path("pages").iterdir()) == [
         "index.html",
         "two_blocks.html",

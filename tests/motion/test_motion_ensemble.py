@@ -169,7 +169,7 @@ def test_what_is_done_before_an_interruption_is_kept_and_continued(tmp_path: Pat
             raise KeyboardInterrupt
 
     with pytest.raises(
-        mq.IntegrationError, match=r"interrupted: 20 of 40 runs are done.*the same call continues"
+        mq.IntegrationError, match=r"interrupted: 20 of 40 runs done.*the same call continues"
     ) as info:
         sweep_of_pendulums(directory=tmp_path, progress=stop)
     partial = info.value.motion

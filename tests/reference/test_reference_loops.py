@@ -360,7 +360,7 @@ def test_a_singular_position_is_told_from_a_redundant_equation() -> None:
         four_bar(a=1.0, b=2.0, c=1.0, d=2.0), {"phi": 0.0, "theta": 0.0, "psi": 0.0}
     )
     assert (flat.N, flat.rank_here, flat.singular, flat.redundant) == (1, 1, True, ())
-    assert "singular position: only 1 equations are independent there" in str(flat)
+    assert "singular position: only 1 equation is independent there" in str(flat)
     bricard = degrees_of_freedom(textbook.load("bricard_linkage"))
     assert (bricard.N, bricard.constraints, bricard.rank, bricard.singular) == (1, 5, 4, False)
     assert len(bricard.redundant) == 1

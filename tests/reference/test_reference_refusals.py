@@ -55,7 +55,7 @@ def pendulum() -> Reference:
         ([0.1], [1.0, 2.0], 0.0, r"expected shape \(1,\) or \(n, 1\) for the velocity values"),
         ([0.1], None, np.nan, "expected a finite number for time t"),
         ([0.1], None, "now", "expected a finite number for time t"),
-        ("q", None, 0.0, "expected 1 numbers for the coordinate values"),
+        ("q", None, 0.0, "expected 1 number for the coordinate values"),
         (
             np.zeros((3, 2)),
             None,

@@ -53,7 +53,7 @@ def test_coordinates_are_matched_by_name() -> None:
 def test_different_coordinates_are_refused_by_name() -> None:
     one, two = mq.textbook.load(PENDULUM), mq.textbook.load("cart_pole")
     with pytest.raises(
-        InputError, match="expected 1 coordinates as in 'rigid_bar_pendulum', got 2 in 'cart_pole'"
+        InputError, match="expected 1 coordinate as in 'rigid_bar_pendulum', got 2 in 'cart_pole'"
     ):
         mq.verify(one, 5, against=two)
 

@@ -13,6 +13,7 @@ from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
 from mecanique.cli.derivations import derivation, derivations
 from mecanique.cli.printing import say, working
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
+from mecanique.wording import say_count
 
 __all__ = ["app"]
 
@@ -157,7 +158,7 @@ def verify(
         raise typer.Exit(0 if surveyed.agrees else 1)
     chosen = choose(system, parameters, root)
     other = None if against is None else source(against, root)
-    with working(f"Comparing with {against or 'Pinocchio'} at {number} states"):
+    with working(f"Comparing with {against or 'Pinocchio'} at {say_count(number, 'state')}"):
         verdict = mq.verify(chosen.mechanism, number, seed, against=other, **allowed)
         facts = () if against is not None else textbook_facts(system, parameters, seed)
     check = Check(verdict, facts)

@@ -31,6 +31,7 @@ from mecanique.cli.words import (
     simulate_motion,
     start_of,
 )
+from mecanique.wording import say_count
 
 IsFloating = Annotated[
     bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free to move.")
@@ -65,7 +66,7 @@ def run(
         text = str(equations)
     heading(f"Equations of motion of {mechanism.name}")
     say(text)
-    with working(f"Comparing with Pinocchio at {samples} states"):
+    with working(f"Comparing with Pinocchio at {say_count(samples, 'state')}"):
         verdict = mq.verify(mechanism, samples=samples, seed=seed)
     say("")
     heading("Verdict")
@@ -219,6 +220,7 @@ def gallery(
     failed = [card for card in cards if card.fault]
     for card in failed:
         complain(f"{card.name}: {card.fault}")
-    say(f"Wrote {directory / 'index.html'}: {len(cards) - len(failed)} of {len(cards)} systems")
+    all_of_them = say_count(len(cards), "system")
+    say(f"Wrote {directory / 'index.html'}: {len(cards) - len(failed)} of {all_of_them}")
     if failed:
         raise typer.Exit(1)

@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import finite
+from mecanique.wording import say_count
 
 __all__ = ["Given", "column_of", "numbers_of"]
 
@@ -62,7 +63,7 @@ def numbers_of(
         numbers: np.ndarray = np.array(given, dtype=float)
     except (TypeError, ValueError):
         raise InputError(
-            f"expected {len(names)} numbers for the {kind} values, got {given!r}"
+            f"expected {say_count(len(names), 'number')} for the {kind} values, got {given!r}"
         ) from None
     if numbers.ndim not in ((1, 2) if many else (1,)) or numbers.shape[-1] != len(names):
         rows = f" or (n, {len(names)})" if many else ""

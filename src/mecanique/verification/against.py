@@ -20,6 +20,7 @@ from mecanique.verification.given import Functions, read_samples
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, versions
+from mecanique.wording import say_count
 
 __all__ = ["Other", "compare_with"]
 
@@ -102,7 +103,7 @@ def _of_mechanism(
             for a, b in ((ours, theirs), (theirs, ours))
         ]
         raise InputError(
-            f"expected {len(ours[0])} coordinates as in {mechanism.name!r}, "
+            f"expected {say_count(len(ours[0]), 'coordinate')} as in {mechanism.name!r}, "
             f"got {len(theirs[0])} in {other.name!r}; only the first has {alone[0]}; "
             f"only the second has {alone[1]}; a joint that one side lets follow another "
             "(mimic) or holds fixed is free on the other"

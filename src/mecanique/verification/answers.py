@@ -16,6 +16,7 @@ from mecanique.verification.conditioning import rounding
 from mecanique.verification.forms import InHouse
 from mecanique.verification.rows import TOLERANCE, Array, evaluate, rows_of
 from mecanique.verification.verdict import Row
+from mecanique.wording import say_count
 
 __all__ = ["Answers", "ask"]
 
@@ -108,7 +109,7 @@ def ask(
             without = ", without the mass matrix" if light else ""
             notes = (
                 *notes,
-                f"{name}: at the first {len(some)} states only{without}, "
+                f"{name}: at the first {say_count(len(some), 'state')} only{without}, "
                 "their cost grows with the cube of the size",
             )
         found[name] = evaluate(form, some, light=light)

@@ -17,6 +17,7 @@ from mecanique.verification.difference import (
     scale,
 )
 from mecanique.verification.verdict import Row
+from mecanique.wording import say_count
 
 __all__ = [
     "TOLERANCE",
@@ -153,7 +154,7 @@ def rows_of(
         for name, values in zip(names, (ours, theirs), strict=True):
             bad = _count_not_finite(values[quantity])
             if bad:
-                remark = f"{name} is not finite at {bad} of {len(states)} states"
+                remark = f"{name} is not finite at {bad} of {say_count(len(states), 'state')}"
         excused = np.zeros(len(states))
         if rounding is not None and quantity in rounding:
             excused = relative_rounding(rounding[quantity][: len(states)], x, y, least)

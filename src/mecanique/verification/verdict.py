@@ -13,6 +13,7 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
 
 from mecanique.verification.causes.cause import Cause
+from mecanique.wording import say_count
 
 __all__ = ["Row", "Verdict", "versions"]
 
@@ -118,7 +119,9 @@ class Verdict:
     @property
     def summary(self) -> str:
         """The verdict in one sentence."""
-        where = f"{self.samples} states of {self.given}" if self.given else self._random
+        where = (
+            f"{say_count(self.samples, 'state')} of {self.given}" if self.given else self._random
+        )
         if self.agrees:
             return (
                 f"{self.mechanism}: agrees at {where}, worst relative difference {self.worst:.1e}"
@@ -129,7 +132,7 @@ class Verdict:
 
     @property
     def _random(self) -> str:
-        return f"{self.samples} random states (seed {self.seed})"
+        return f"{say_count(self.samples, 'random state')} (seed {self.seed})"
 
     def to_json(self) -> str:
         """Return everything as JSON text; a difference that is not finite is null."""

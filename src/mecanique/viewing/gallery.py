@@ -20,6 +20,7 @@ from mecanique.motion.simulation.simulate import simulate
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.page.page import policy
 from mecanique.viewing.show import export
+from mecanique.wording import say_count
 
 __all__ = ["Card", "gallery", "index", "picture_of", "pictures"]
 
@@ -151,7 +152,7 @@ def index(cards: Sequence[Card]) -> str:
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta name="color-scheme" content="light dark">\n<title>Mechanisms</title>\n'
         f"<style>{style}</style>\n</head>\n<body>\n<header><h1>Mechanisms</h1>"
-        f'<p id="count" role="status">{len(cards)} systems</p></header>\n'
+        f'<p id="count" role="status">{say_count(len(cards), "system")}</p></header>\n'
         f'<nav aria-label="Tags">{buttons}</nav>\n<main>\n'
         + "\n".join(map(_card, cards))
         + f"\n</main>\n<script>{script}</script>\n</body>\n</html>\n"

@@ -12,6 +12,7 @@ from mecanique.model.mechanism.state_space import StateSpace
 from mecanique.model.mechanism.validation import faults
 from mecanique.model.mechanism.variants import Variants
 from mecanique.model.placement import vector
+from mecanique.wording import say_count
 
 __all__ = ["Mechanism"]
 
@@ -77,8 +78,9 @@ class Mechanism(StateSpace, Variants):
     def __repr__(self) -> str:
         names = [*self.coordinates[:12], *(["…"] if self.nq > 12 else [])]
         return (
-            f"<Mechanism {self.name!r}: {len(self.bodies)} bodies, {len(self.joints)} joints, "
-            f"{len(self.forces)} forces, q = ({', '.join(names)})>"
+            f"<Mechanism {self.name!r}: {say_count(len(self.bodies), 'body', 'bodies')}, "
+            f"{say_count(len(self.joints), 'joint')}, {say_count(len(self.forces), 'force')}, "
+            f"q = ({', '.join(names)})>"
         )
 
     def __getstate__(self) -> dict[str, Any]:

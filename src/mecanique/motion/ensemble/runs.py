@@ -18,6 +18,7 @@ from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.ensemble.chunks import Chunk
 from mecanique.motion.output.provenance import provenance
+from mecanique.wording import say_count
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
@@ -203,7 +204,9 @@ class Runs:
         from mecanique.motion.simulation.simulate import simulate
 
         if not -len(self) <= index < len(self):
-            raise InputError(f"expected the index of one of {len(self)} runs, got {index!r}")
+            raise InputError(
+                f"expected the index of one of {say_count(len(self), 'run')}, got {index!r}"
+            )
         own = {symbol: float(values[index]) for symbol, values in self.parameters.items()}
         nq = self.mechanism.nq
         span = {
@@ -220,8 +223,8 @@ class Runs:
 
     def __repr__(self) -> str:
         return (
-            f"<Runs of {self.mechanism.name!r}: {self.done} of {len(self)} runs, "
-            f"{len(self.t)} samples, "
+            f"<Runs of {self.mechanism.name!r}: {self.done} of {say_count(len(self), 'run')}, "
+            f"{say_count(len(self.t), 'sample')}, "
             f"t = {self.t[0]:g}…{self.t[-1]:g} s>"
         )
 

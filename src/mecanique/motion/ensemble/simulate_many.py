@@ -30,6 +30,7 @@ from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import sweep
 from mecanique.motion.simulation.arguments import refuse_still, sample_times, span_and_tolerances
+from mecanique.wording import say_count
 
 __all__ = ["simulate_many"]
 
@@ -173,7 +174,8 @@ def simulate_many(
                 else "; with a directory the same call continues them"
             )
             raise IntegrationError(
-                f"{what}: {runs.done} of {len(runs)} runs are done, in the error's .motion{again}",
+                f"{what}: {runs.done} of {say_count(len(runs), 'run')} done, "
+                f"in the error's .motion{again}",
                 motion=runs,
             ) from error
     return runs

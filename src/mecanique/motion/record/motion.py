@@ -17,6 +17,7 @@ from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.energies import Energies, energies
 from mecanique.motion.record.events import Event, Occurrence
+from mecanique.wording import say_count
 
 if TYPE_CHECKING:
     import pandas
@@ -382,7 +383,7 @@ class Motion:
 
     def __repr__(self) -> str:
         span = f"t = {self.t[0]:g}…{self.t[-1]:g} s"
-        return f"<Motion of {self.mechanism.name!r}: {len(self.t)} samples, {span}>"
+        return f"<Motion of {self.mechanism.name!r}: {say_count(len(self.t), 'sample')}, {span}>"
 
     def __getstate__(self) -> dict[str, Any]:
         state = {f.name: getattr(self, f.name) for f in fields(self)}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mecanique.model.units import add_unit, units
+from mecanique.wording import say_count
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
@@ -21,10 +22,11 @@ def summary(motion: Motion) -> str:
     energy = motion.energy()
     lines = [
         f"motion of {mechanism.name}: t = {motion.t[0]:g}…{motion.t[-1]:g} s, "
-        f"{len(motion.t)} samples",
+        f"{say_count(len(motion.t), 'sample')}",
         f"method: {motion.method}",
-        f"        rtol {statistics.rtol:g}, atol {statistics.atol:g}; {statistics.steps} steps, "
-        f"{statistics.evaluations} evaluations, {statistics.seconds:.3g} s",
+        f"        rtol {statistics.rtol:g}, atol {statistics.atol:g}; "
+        f"{say_count(statistics.steps, 'step')}, "
+        f"{say_count(statistics.evaluations, 'evaluation')}, {statistics.seconds:.3g} s",
         f"energy: {energy.total[0]:.6g} J at the start, {energy.work[-1]:.6g} J of work since; "
         f"balance within {abs(energy.balance).max() / energy.scale:.1e} (relative)",
     ]

@@ -8,6 +8,7 @@ from mecanique.errors import IntegrationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.problem import Integration, Problem
+from mecanique.wording import say_count
 
 __all__ = ["failure"]
 
@@ -52,8 +53,8 @@ def failure(problem: Problem, integration: Integration, motion: Motion | None) -
         )
     elif outcome.kind == "too many steps":
         message = (
-            f"more than {problem.max_steps} steps{where}; raise max_steps, shorten the duration or "
-            "loosen rtol"
+            f"more than {say_count(problem.max_steps, 'step')}{where}; raise max_steps, "
+            "shorten the duration or loosen rtol"
         )
     elif outcome.kind == "no headway":
         message = (

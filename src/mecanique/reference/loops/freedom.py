@@ -24,6 +24,7 @@ from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
+from mecanique.wording import say_count
 
 __all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank", "refuse_locked"]
 
@@ -75,25 +76,28 @@ class Freedom:
         return self.coordinates - self.rank
 
     def __str__(self) -> str:
-        text = f"N = {self.coordinates} velocities"
+        text = f"N = {say_count(self.coordinates, 'velocity', 'velocities')}"
         if self.constraints:
-            text += f" - {self.rank} independent constraint equations (of {self.constraints})"
+            independent = say_count(self.rank, "independent constraint equation")
+            text += f" - {independent} (of {self.constraints})"
         text += f" = {self.N}"
         if self.velocity_rows:
             text += (
                 f"; {(k := self.rank - self.velocity_rows)} of the equations "
                 f"restrict{'s' if k == 1 else ''} positions, {self.velocity_rows} velocities "
-                f"alone: {self.positions} independent positions"
+                f"alone: {say_count(self.positions, 'independent position')}"
             )
         count, particles = self.bodies
         if count:
             b, each = (3 if particles else 6) * count - self.N, "3 n_p" if particles else "6 n"
-            things = "particles" if particles else "rigid bodies"
-            text += f"; as {each} - b of {count} {things}: b = {b} restraints"
+            things = ("particle",) if particles else ("rigid body", "rigid bodies")
+            text += f"; as {each} - b of {say_count(count, *things)}: "
+            text += f"b = {say_count(b, 'restraint')}"
         if self.redundant:
             text += f"; redundant: {', '.join(self.redundant)}"
         if self.singular:
-            text += f"; singular position: only {self.rank_here} equations are independent there"
+            here = say_count(self.rank_here, "equation is", "equations are")
+            text += f"; singular position: only {here} independent there"
         if not self.N:
             text += "; locked: nothing can move"
         return text

@@ -24,6 +24,7 @@ from mecanique.viewing.scene.document import (
     Quantity,
     VerdictTable,
 )
+from mecanique.wording import say_count
 
 __all__ = ["derivation_of", "document_of", "ledger_of", "letter", "table_of"]
 
@@ -128,9 +129,9 @@ def _freedom(motion: Motion) -> tuple[str, ...]:
     mechanism: Mechanism = motion.mechanism
     names = ", ".join(mechanism.coordinates)
     moving = len(mechanism.bodies) - 1
-    bodies = "1 moving body" if moving == 1 else f"{moving} moving bodies"
+    bodies = say_count(moving, "moving body", "moving bodies")
     sentences = [
-        f"{bodies}, {mechanism.nv} degrees of freedom in the tree; "
+        f"{bodies}, {say_count(mechanism.nv, 'degree')} of freedom in the tree; "
         f"generalized coordinates: {names or 'none'}."
     ]
     if mechanism.coordinates.driven:
