@@ -35,6 +35,7 @@ ORDER: dict[str, list[str]] = {
         "expression",
         "coordinates parameters placement quaternions values velocity_constraints",
         "bodies contacts forces joints loops",
+        "elements",
         "mechanism",
         "free_body guides states units",
         "dynamics random_positions",

@@ -15,7 +15,20 @@ PARTICIPLE = re.compile(
 )
 """The last word of a name that fails; "need" and "speed" pass, so do "read", "set" and "split"."""
 
-VERBS = {"is", "has", "can", "add", "choose", "collect", "count", "find", "keep", "note", "solve"}
+VERBS = {
+    "add",
+    "can",
+    "choose",
+    "collect",
+    "count",
+    "find",
+    "has",
+    "is",
+    "keep",
+    "note",
+    "refuse",
+    "solve",
+}
 """A participle may follow one of these: `is_pinned`, `find_needed`."""
 
 RIGHT = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -117,7 +118,7 @@ def test_closed_reactions_are_the_numeric_ones(name: str) -> None:
     balances = Balances(mechanism)
     a = balances.acceleration(some)
     values = some.values | dict(zip(by_hand.algebra.accelerations, a.T, strict=True))
-    numeric = balances.totals(some)
+    numeric = balances.reactions(some)
     evaluated = Evaluation(by_hand.algebra.ring, values)
     for cut in by_hand.cuts.bodies:
         found = by_hand.demands[cut.body]
@@ -177,7 +178,7 @@ def test_reactions_do_no_virtual_work(name: str) -> None:
 
 
 def test_what_guides_coordinates_does_no_work_in_all() -> None:
-    work = VirtualWork(textbook.load("bars_and_springs_small"))
+    work = VirtualWork(replace(textbook.load("bars_and_springs_small"), elements=()))
     (line,) = work.balances.sum_guides()
     ring = work.algebra.ring
     assert line.left == (ring["C_A"] + ring["C_D"]) / (4 * ring["l"])

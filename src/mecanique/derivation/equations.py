@@ -310,6 +310,28 @@ class Equations(Dynamics):
         """
         return self._transmit(Balances.totals, q, v, t, tau)
 
+    def guide_forces(
+        self, q: Given, v: Given = None, t: float | np.ndarray = 0.0
+    ) -> dict[str, np.ndarray]:
+        """Return the forces of the elements that guide, by name: tensions of cords [N].
+
+        Args:
+            q: shape (nq,) or (n, nq), or values by coordinate name.
+            v: shape (nv,) or (n, nv), or values by velocity name.
+            t: shape () or (n,) [s].
+
+        Raises:
+            InputError: if a shape is wrong or a number is not finite.
+            DerivationError: if the method shows no reactions, or an element does not fit the map.
+        """
+        if not isinstance(self.numeric, Balances):
+            raise DerivationError(
+                f'the method {self.method!r} shows no forces of elements; use method="newton_euler"'
+            )
+        states = States.of(self.mechanism, q, v, t)
+        found = self.numeric.guide_forces(states)
+        return {name: states.unbatch(force) for name, force in found.items()}
+
     def _transmit(
         self,
         what: Callable[[Balances, States], dict[str, Reaction]],

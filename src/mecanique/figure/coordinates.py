@@ -23,6 +23,9 @@ from mecanique.model.joints import Prismatic, Revolute
 
 __all__ = ["coordinates"]
 
+_INSIDE = 1e-6
+"""A coordinate that cannot be zero is read this far within its limits."""
+
 SMALL = 14.0
 """Shorter distances are drawn as a direction only [pt]."""
 
@@ -103,6 +106,8 @@ def _read(setting: Setting, k: int, name: str) -> _Angle | _Distance | None:
     """What a coordinate measures: the first body that it moves, compared with its pose at zero."""
     q = setting.q.copy()
     q[k] = 0.0 if abs(q[k]) > 1e-9 else 1e-3
+    lower, upper = setting.mechanism.limits.get(name, (-math.inf, math.inf))
+    q[k] = min(max(q[k], lower + _INSIDE), upper - _INSIDE)
     before = np.asarray(setting.reference.poses(q, setting.t))
     body = _moved_body(setting, name, before)
     if body is None:

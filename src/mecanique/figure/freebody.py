@@ -11,6 +11,7 @@ from mecanique.figure.mechanism import solid_marks
 from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
 from mecanique.figure.paper.signs import arc, arrow, label, unit
 from mecanique.figure.setting import Setting
+from mecanique.model.elements import Cord
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
 
 __all__ = ["cut_free"]
@@ -122,6 +123,9 @@ def _symbol(setting: Setting, action: Action, moment: bool) -> str:
         return "-I*alpha" if moment else f"-{letter}*a"
     if action.name == TOGETHER:
         return "C" if moment else "S"
+    cords = [each for each in setting.mechanism.elements if isinstance(each, Cord)]
+    if any(action.name in cord.forces for cord in cords):
+        return f"T_{action.name}"
     stem = "".join(sign if sign.isalnum() else "_" for sign in action.name).strip("_") or "force"
     letters = {
         "reaction": "M" if moment else "R",

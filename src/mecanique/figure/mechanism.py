@@ -17,6 +17,7 @@ from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import outline
 from mecanique.figure.supports import supports
+from mecanique.model.elements import Cord
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 from mecanique.model.loops import Loop
@@ -77,10 +78,10 @@ def _links(setting: Setting) -> Iterator[Mark]:
             yield from _line(camera.at(setting.point(joint.parent)), camera.at(setting.seat(joint)))
         if not isinstance(joint, Prismatic) or loads_in(mechanism.forces, joint.name):
             continue
-        if camera.flat and abs(float(setting.axis(joint)[2])) > 0.9:
-            yield from _cord(setting, joint)
-        elif bare and joint.child not in sprung:
+        if bare and joint.child not in sprung:
             yield from _line(camera.at(setting.seat(joint)), camera.at(setting.point(joint.child)))
+
+    yield from _cords(setting)
 
 
 def _line(a: Point, b: Point) -> Iterator[Mark]:
@@ -88,35 +89,21 @@ def _line(a: Point, b: Point) -> Iterator[Mark]:
         yield Stroke(np.array([a, b]), "cable")
 
 
-def _cord(setting: Setting, joint: Prismatic) -> Iterator[Mark]:
-    """The support of a weight on a vertical slide: a pulley's rim, or a hinge on the ground."""
-    camera, mechanism = setting.camera, setting.mechanism
-    at = camera.at(setting.point(joint.child))
-    wheels = [s for s in setting.solids if s.kind == "cylinder" and s.body != joint.child]
-    for wheel in wheels:
-        center, radius = camera.at(wheel.ends[0]), wheel.size * camera.scale
-        beside = abs(abs(at[0] - center[0]) - radius) < 0.02 * radius + 1
-        if beside and center[1] < at[1]:
-            yield Stroke(np.array([at, [at[0], center[1]]]), "cable")
-            return
-    hinges = [
-        j for j in mechanism.joints if j.parent == mechanism.ground and isinstance(j, Revolute)
-    ]
-    driven = joint.coordinate in mechanism.coordinates.driven
-    if hinges and driven and setting.solids and not wheels:
-        yield from _deflect(at, camera.at(setting.point(hinges[0].child)))
-
-
-def _deflect(at: Point, hinge: Point) -> Iterator[Mark]:
-    """A cord that runs up from a weight, over a small pulley, and on to a hinge."""
-    corner = np.array([at[0], hinge[1]])
-    if corner[1] >= at[1] or math.hypot(*(corner - hinge)) <= 1.5 * PULLEY:
+def _cords(setting: Setting) -> Iterator[Mark]:
+    """The stretches of cords from where they leave one thing to where they touch the next."""
+    mechanism, camera = setting.mechanism, setting.camera
+    cords = [element for element in mechanism.elements if isinstance(element, Cord)]
+    if not cords:
         return
-    across = np.array([math.copysign(PULLEY, hinge[0] - corner[0]), 0.0])
-    up = np.array([0.0, -PULLEY])
-    yield Stroke(np.array([at, corner]), "cable")
-    yield Stroke(np.array([corner + across + up, hinge + up]), "cable")
-    yield Circle(corner + across, PULLEY, "pin")
+    names = {name for cord in cords for name in cord.forces}
+    every = setting.reference.guide_actions(setting.q, setting.v, setting.t)
+    ends = [camera.at(each.point) for each in every if each.name in names]
+    for start, end in zip(ends[::2], ends[1::2], strict=True):
+        yield from _line(start, end)
+    for cord in cords:
+        for wheel in cord.over:
+            if is_zero(wheel.radius):
+                yield Circle(camera.at(setting.point(wheel.body, wheel.center)), PULLEY / 2, "pin")
 
 
 def _joints(setting: Setting) -> Iterator[Mark]:
@@ -133,7 +120,8 @@ def _joints(setting: Setting) -> Iterator[Mark]:
         elif isinstance(joint, (Spherical, Universal)):
             yield Circle(at, 4.2, "pin")
             yield Circle(at, 1.4, "tip")
-    for loop in mechanism.loops:
+    pins = [element for element in mechanism.elements if isinstance(element, Loop)]
+    for loop in (*mechanism.loops, *pins):
         yield from _loop(setting, loop)
 
 

@@ -20,6 +20,7 @@ from mecanique.model.bodies.shapes import (
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.contacts import Blade, Rolling
 from mecanique.model.coordinates import Coordinates
+from mecanique.model.elements import Cord, Pulley
 from mecanique.model.expression import coordinate, time, velocity
 from mecanique.model.forces import (
     AnyForce,
@@ -56,6 +57,7 @@ __all__ = [
     "Body",
     "Box",
     "Coordinates",
+    "Cord",
     "Cylinder",
     "Damper",
     "Fixed",
@@ -76,6 +78,7 @@ __all__ = [
     "Placement",
     "Planar",
     "Prismatic",
+    "Pulley",
     "Record",
     "Revolute",
     "Rolling",

@@ -59,6 +59,22 @@ class Loop:
         object.__setattr__(self, "length", plain(self.length))
 
     @property
+    def forces(self) -> tuple[str, ...]:
+        """Names of what it transmits, row by row."""
+        return tuple(f"{self.name}: {row}" for row in CLOSED[self.kind])
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies it joins."""
+        return self.body_a, self.body_b
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        frames = (self.frame_a, self.frame_b)
+        return (*(s for frame in frames for s in (*frame.xyz, *frame.rpy)), self.length)
+
+    @property
     def rows(self) -> int:
         """Number of scalar constraint equations."""
         return len(CLOSED[self.kind])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,14 @@ from mecanique.reference.engine.guided import Guided
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 
 __all__ = ["Wrenches"]
+
+
+class _HeldStates(NamedTuple):
+    """What elements do in some states: forces, what is left to the joints, actions on bodies."""
+
+    forces: Array
+    wrenches: dict[str, Wrench]
+    actions: Array
 
 
 class Wrenches(Answering):
@@ -57,6 +66,8 @@ class Wrenches(Answering):
         """
         states = States.of(self.mechanism, q, v, t, tau=tau)
         found = self._find_totals(states)
+        if self.mechanism.elements:
+            found |= self._hold(states).wrenches
         if not self._guided.reasons:
             return found
         poses = np.asarray(self._answer(states, self._tree.poses))
@@ -69,7 +80,13 @@ class Wrenches(Answering):
         }
 
     def totals(
-        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+        self,
+        q: Given,
+        v: Given = None,
+        t: float | Array = 0.0,
+        tau: Given = None,
+        *,
+        elements: bool = True,
     ) -> dict[str, Wrench]:
         """Return what crosses each joint in all, its reaction and what guides across it, by joint.
 
@@ -83,6 +100,7 @@ class Wrenches(Answering):
             v: shape (nv,).
             t: time [s].
             tau: what drives besides the mechanism's own forces, as in `reactions`.
+            elements: whether the forces of the elements are part of it.
 
         Raises:
             EngineError: if a motion moves no mass in this state, or a loop is open.
@@ -90,7 +108,84 @@ class Wrenches(Answering):
             UnknownNameError: if a name in tau is no joint, coordinate or velocity.
             InputError: if tau acts elsewhere than in a joint with one coordinate.
         """
-        return self._find_totals(States.of(self.mechanism, q, v, t, tau=tau))
+        states = States.of(self.mechanism, q, v, t, tau=tau)
+        found = self._find_totals(states)
+        known = elements or not self.mechanism.elements
+        return found if known else found | self._hold(states).wrenches
+
+    def guide_forces(
+        self, q: Given, v: Given = None, t: float | Array = 0.0, tau: Given = None
+    ) -> dict[str, Array]:
+        """Return the forces of the elements that guide, by name: tensions of cords [N].
+
+        A force that redundant elements leave undetermined is not a number.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            tau: what drives besides the mechanism's own forces, as in `reactions`.
+
+        Returns:
+            Each shape () or (n,) [N or N·m].
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or an element does not fit.
+        """
+        if not self.mechanism.elements:
+            return {}
+        held = self._hold(States.of(self.mechanism, q, v, t, tau=tau))
+        names = self._tree.elements.names
+        return {name: held.forces[..., k] for k, name in enumerate(names)}
+
+    def guide_actions(
+        self, q: Given, v: Given = None, t: float | Array = 0.0
+    ) -> tuple[AppliedForce, ...]:
+        """Return what the elements that guide do to the bodies, force by force, on both bodies.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+        """
+        if not self.mechanism.elements:
+            return ()
+        states = States.of(self.mechanism, q, v, t)
+        parts = self._hold(states).actions
+        names, units = self._tree.elements.names, self._tree.elements.units()
+        return tuple(
+            AppliedForce(
+                names[unit.force],
+                unit.body,
+                unit.other,
+                *np.moveaxis(parts[..., k, :, :], -2, 0),
+            )
+            for k, unit in enumerate(units)
+        )
+
+    def _hold(self, states: States) -> _HeldStates:
+        """What the elements do, state by state, and what is then left to the joints."""
+        joints, tree = len(self.mechanism.joints), self._tree
+        count = len(tree.elements.names)
+        loose, unknown = np.zeros((joints, 6), dtype=bool), np.zeros(count, dtype=bool)
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            if self._closed is None:
+                totals = tree.reactions(q, v, t)
+            else:
+                totals = self._closed.reactions(q, v, t).wrenches[:joints]
+            held = tree.hold(q, v, t, totals)
+            np.logical_or(loose, held.loose, out=loose)
+            np.logical_or(unknown, held.unknown, out=unknown)
+            return np.concatenate([part.ravel() for part in held[:2]] + [held.actions.ravel()])
+
+        parts = self._answer(states, one)
+        ahead = parts.shape[:-1]
+        forces = np.where(unknown, np.nan, parts[..., :count])
+        first = count + 6 * joints
+        wrenches = parts[..., count:first].reshape(*ahead, joints, 2, 3)
+        actions = parts[..., first:].reshape(*ahead, -1, 3, 3)
+        return _HeldStates(forces, self._wrenches(states, wrenches, loose), actions)
 
     @property
     def guided(self) -> dict[str, str]:
@@ -156,7 +251,7 @@ class Wrenches(Answering):
 
     @cached_property
     def _guided(self) -> Guided:
-        return Guided(self.mechanism)
+        return Guided(self.mechanism, self._tree.elements.open)
 
     @cached_property
     def _carriers(self) -> list[str]:
@@ -199,7 +294,7 @@ class Wrenches(Answering):
         places = Places(partial(self._poses_by_name, states))
         found = {}
         for k, (name, (parent, child, point)) in enumerate(
-            zip(self._carriers, self._seats, strict=True)
+            list(zip(self._carriers, self._seats, strict=True))[: parts.shape[-3]]
         ):
             found[name] = Wrench(
                 parts[..., k, 0, :],

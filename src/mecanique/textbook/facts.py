@@ -24,6 +24,7 @@ __all__ = [
     "Fact",
     "Formula",
     "Frequencies",
+    "GuideForce",
     "KineticEnergy",
     "MassMatrix",
     "Number",
@@ -138,6 +139,20 @@ class Reaction(_Stated):
 
 @final
 @dataclass(frozen=True)
+class GuideForce(_Stated):
+    """The force of an element that guides at any state, e.g. the tension of a cord.
+
+    Args:
+        force: its name.
+        formula: gives its size [N].
+    """
+
+    force: str
+    formula: Formula
+
+
+@final
+@dataclass(frozen=True)
 class Conserved(_Stated):
     """Quantities that stay constant along every motion.
 
@@ -242,6 +257,7 @@ Fact: TypeAlias = (
     | MassMatrix
     | KineticEnergy
     | Reaction
+    | GuideForce
     | Conserved
     | Solution
     | Period

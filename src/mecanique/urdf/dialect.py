@@ -16,6 +16,8 @@ __all__ = [
     "BALL_CONSTRAINT",
     "BLADE",
     "BUSHING",
+    "CORD",
+    "CORD_STOPS",
     "DISTANCE_CONSTRAINT",
     "DRAKE_JOINT",
     "DRAKE_NAMESPACE",
@@ -49,6 +51,12 @@ ROLLING = "mecanique:rolling"
 
 BLADE = "mecanique:blade"
 """Below robot: a knife edge or skate that does not move sideways."""
+
+CORD = "mecanique:cord"
+"""Below robot: a cord that does not stretch, with its name and the normal of its plane."""
+
+CORD_STOPS = ("mecanique:end", "mecanique:pulley")
+"""Below a cord, in order: where it begins, the pulleys it runs over, where it ends."""
 
 SCREW = "mecanique:screw"
 """Below a joint that slides and mimics the hinge behind it: both are one screw joint, the hinge."""

@@ -141,6 +141,7 @@ def mechanism_of(
             forces=_forces(document, damping),
             loops=tuple(document.extensions.loops),
             contacts=tuple(document.extensions.contacts),
+            elements=tuple(document.extensions.elements),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),
             ground=ground,

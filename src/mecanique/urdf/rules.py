@@ -485,7 +485,8 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M610",
         "mecanique-only",
         "info",
-        "Other programs ignore it: they see a body slip, or fall through the plane it rolls on.",
+        "Other programs ignore it: they see loops open and bodies slip, and do not know what "
+        "guides mimic joints.",
         "Know it when comparing.",
     ),
     # engines

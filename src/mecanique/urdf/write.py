@@ -66,7 +66,8 @@ def write_urdf(
     - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`; other
       loops become `mecanique:loop` (`mecanique.urdf.reading.loops`), which other programs ignore;
     - what rolls becomes `mecanique:rolling`, a blade `mecanique:blade`
-      (`mecanique.urdf.reading.contacts`), which other programs ignore: they see it slip.
+      (`mecanique.urdf.reading.contacts`), which other programs ignore: they see it slip;
+    - a cord becomes `mecanique:cord` (`mecanique.urdf.reading.elements`).
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
     tree is written as if it were free. Planar and universal joints become slides and hinges with
@@ -129,7 +130,9 @@ def _robot(mechanism: Mechanism, links: dict[str, tuple[SimpleJoint, ...]]) -> I
         for step in chain:
             yield _joint(mechanism, joint, step)
     yield from _actuators(mechanism)
-    yield from forces_and_loops(mechanism, {WORLD: anchor} if anchor else {})
+    anchors = {WORLD: anchor} if anchor else {}
+    mimicked = all(any(_mimic(mechanism, name)) for name in mechanism.coordinates.driven)
+    yield from forces_and_loops(mechanism, anchors, mimicked=mimicked)
 
 
 def _weld(parent: str, child: str, steps: Iterable[SimpleJoint]) -> Tag:

@@ -26,6 +26,7 @@ from mecanique.textbook.facts import (
     Eigenvalues,
     Fact,
     Frequencies,
+    GuideForce,
     KineticEnergy,
     MassMatrix,
     Period,
@@ -286,7 +287,13 @@ def _residual(fact: Fact, build: _Build) -> float:
             return _at_states(
                 bench,
                 fact.formula,
-                lambda q, v, t: bench.reference.totals(q, v, t)[fact.joint].force,
+                lambda q, v, t: _of_joint(bench.reference, fact.joint, q, v, t),
+            )
+        case GuideForce():
+            return _at_states(
+                bench,
+                fact.formula,
+                lambda q, v, t: bench.reference.guide_forces(q, v, t)[fact.force],
             )
         case Conserved():
             return _drift(bench, fact)
@@ -319,6 +326,12 @@ def _at_states(
     states = list(bench.states())
     expected = [np.asarray(formula(bench.numbers(q, v, t)), dtype=float) for q, v, t in states]
     return _relative([engine(q, v, t) for q, v, t in states], expected)
+
+
+def _of_joint(reference: Reference, joint: str, q: Array, v: Array, t: float) -> Array:
+    """The force in a joint; in all, where something not described guides across it."""
+    ask = reference.totals if joint in reference.guided else reference.reactions
+    return ask(q, v, t)[joint].force
 
 
 def _mass_matrix(bench: _Bench, fact: MassMatrix) -> float:

@@ -90,7 +90,8 @@ def balances(ours: InHouse) -> Equations:
 def reactions(source: Equations | Reference, mechanism: Mechanism, states: States) -> Array:
     """Return the reactions of all joints as one vector, shape (n, 6 · joints).
 
-    Where something that is not described guides a joint, it is the total of both. Moments are
+    It is the total of each joint, with what guides across it; forces of elements follow. Moments
+    are
     divided by the characteristic length; those of a joint that the source does not know are not
     numbers.
     """
@@ -103,6 +104,9 @@ def reactions(source: Equations | Reference, mechanism: Mechanism, states: State
             parts.append(np.full((len(states), 6), np.nan))
         else:
             parts += [np.asarray(wrench.force), np.asarray(wrench.moment) / length]
+    if mechanism.elements:
+        forces = source.guide_forces(states.q, states.v, states.t)
+        parts += [np.nan_to_num(np.asarray(force))[:, None] for force in forces.values()]
     return np.concatenate(parts, axis=1)
 
 

@@ -31,6 +31,7 @@ class FreeBody:
         parent: place of its parent among the free bodies, −1 for the ground.
         mass: [kg].
         seat: shape (n, 3), where its joint is, the origin of its frame [m].
+        turn: shape (n, 3, 3), rotation of its frame.
         center: shape (n, 3), its center of mass [m].
         velocity: shape (n, 3), of the center of mass [m/s].
         spin: shape (n, 3), angular velocity [rad/s].
@@ -48,6 +49,7 @@ class FreeBody:
     parent: int
     mass: float
     seat: np.ndarray
+    turn: np.ndarray
     center: np.ndarray
     velocity: np.ndarray
     spin: np.ndarray
@@ -172,6 +174,7 @@ class FreeBodies:
             parent=self._parents[k],
             mass=mass,
             seat=frame.seat,
+            turn=frame.turn,
             center=at,
             velocity=frame.velocity + inward,
             spin=frame.spin,

@@ -23,11 +23,13 @@ from typing import ClassVar, NamedTuple, final
 import numpy as np
 
 from mecanique.derivation.numeric.dynamics import BatchDynamics
+from mecanique.derivation.numeric.elements import Along, find_unexplained, size, unit_needs
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.multipliers import Held
 from mecanique.derivation.numeric.recursion import solve
+from mecanique.model.elements import force_names
 from mecanique.model.guides.find import guides_of
-from mecanique.model.guides.guide import idle_coordinates
+from mecanique.model.guides.guide import Guide, idle_coordinates
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
@@ -59,7 +61,6 @@ class Balances(BatchDynamics):
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = mechanism
         self._bodies = FreeBodies(mechanism)
-        self._guides = guides_of(mechanism)
 
     @cached_property
     def _held(self) -> Held:
@@ -77,8 +78,8 @@ class Balances(BatchDynamics):
         Raises:
             DerivationError: if a motion meets no inertia.
         """
-        found = self.totals(states)
-        crossed = {name for guide in self._guides for name in guide.crossed}
+        found = self._hold(states)[0] if self._mechanism.elements else self.totals(states)
+        crossed = {name for guide in self.guides for name in guide.crossed}
         if crossed:
             at = self._bodies.at(states)
             for k, joint in enumerate(self._mechanism.tree):
@@ -89,7 +90,7 @@ class Balances(BatchDynamics):
 
     def _loose(self, at: Snapshot, k: int) -> np.ndarray:
         """Whether a guide may act along each component of the k-th joint's wrench, shape (n, 6)."""
-        idle = idle_coordinates(self._guides, self._mechanism.tree[k])
+        idle = idle_coordinates(self.guides, self._mechanism.tree[k])
         mine = [
             u
             for u, (holder, names) in enumerate(self._bodies.columns)
@@ -99,6 +100,54 @@ class Balances(BatchDynamics):
         # what is left of each unit wrench without its part in the idle directions
         left = np.eye(6) - axes @ np.linalg.pinv(axes)
         return np.asarray(np.linalg.norm(left, axis=1) > _SHARE)
+
+    def guide_forces(self, states: States) -> dict[str, np.ndarray]:
+        """Return the forces of the elements that guide, by name, shape (n,) each [N or N·m].
+
+        What redundant elements leave undetermined is not a number.
+        """
+        if not self._mechanism.elements:
+            return {}
+        forces = self._hold(states)[1]
+        return dict(zip(force_names(self._mechanism.elements), forces.T, strict=True))
+
+    @cached_property
+    def guides(self) -> tuple[Guide, ...]:
+        """The guides that no element describes."""
+        m = self._mechanism
+        found = guides_of(m)
+        if not (found and m.elements):
+            return found
+        away = np.random.default_rng(1784).uniform(0.2, 1.0, m.nq)
+        for near in (0.1, 0.03, 0.01, 0.003, 0.0):
+            at = self._bodies.at(States.of(m, m.normalize(m.neutral() + near * away)))
+            with np.errstate(invalid="ignore"):
+                along = self._push(at)[1]
+            if np.isfinite(along.forces).all():
+                break
+        return find_unexplained(m, found, along)
+
+    def _push(self, at: Snapshot) -> tuple[list[np.ndarray], Along]:
+        """What joints transmit to balance unit forces of elements, and what along the joints."""
+        carried = self._transmit(at, unit_needs(self._mechanism, at))
+        return carried, Along(self._along(at, carried), at.rates, self._bodies.columns)
+
+    def _hold(self, states: States) -> tuple[dict[str, Reaction], np.ndarray]:
+        """The reactions once the elements do their part, and the elements' forces, (n, k)."""
+        m, at = self._mechanism, self._bodies.at(states)
+        solved = self._solve(states)
+        carried, along = self._push(at)
+        totals = [solved[:, k : k + 6] for k in range(m.nv, solved.shape[1], 6)]
+        u = times(at.rates, solved[:, : m.nv]) + at.motions.gamma
+        demand = self._along(at, [total[..., None] for total in totals])[..., 0] + at.armature * u
+        sizes = size(m, self.guides, along, demand)
+        found = {}
+        for joint, total, under in zip(m.tree, totals, carried, strict=True):
+            whole = total + times(under, sizes.forces)
+            found[joint.name] = Reaction(whole[:, :3], whole[:, 3:])
+        unknown = (sizes.idle != 0).any(axis=(0, 2))
+        forces = np.where(unknown, np.nan, sizes.forces)
+        return {joint.name: found[joint.name] for joint in m.joints}, forces
 
     def totals(self, states: States) -> dict[str, Reaction]:
         """Return what crosses each joint by name, its reaction and what guides across it together.

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, final
 
+from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.axes import Direction
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
+from mecanique.derivation.symbolic.elements import Guiding
 from mecanique.derivation.symbolic.elimination import JointRate, demands, joint_rates, project
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.kinematics import Kinematics
@@ -66,19 +68,28 @@ class NewtonEuler:
         self.algebra = algebra or Algebra(mechanism)
         self.cuts = Cuts(Kinematics(self.algebra))
         self.rates = joint_rates(self.cuts)
-        self.guides = [guide for guide in guides_of(mechanism) if guide.crossed]
+        every = Balances(mechanism).guides if mechanism.elements else guides_of(mechanism)
+        self.guides = [guide for guide in every if guide.crossed]
+        """What ties joints without being described."""
+        self._held = {name for guide in every for name in guide.coordinates}
+        self.guiding = Guiding(self.cuts)
         self._inertia = demands(self.cuts, _needs)
         self._loads = demands(self.cuts, Cut.loads)
         free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
-        self.demands = demands(self.cuts, _missing, free)
+        self.demands = demands(self.cuts, _missing, None if mechanism.elements else free)
         """What each joint transmits to its child along a motion, by name of the child."""
-        self.unknowns: dict[str, str] = {}
+        self.unknowns: dict[str, str] = dict(
+            zip(self.guiding.names, self.guiding.meanings, strict=True)
+        )
         """What each reaction is, by its name."""
         self.symbols: dict[str, Wrench] = {}
         """What each joint does to its child, the reactions by name, by name of the child."""
         self._own: dict[str, Wrench] = {}
         self._zeros: list[str] = []
         self._closed: list[Result] = []
+        self._guide_forces: list[Result] = []
+        if mechanism.elements:
+            self._find_guide_forces()
         for cut in self.cuts.bodies:
             self._name_reactions(cut)
 
@@ -125,7 +136,7 @@ class NewtonEuler:
         """Each reaction that is not identically zero in closed form, by its name, e.g. R_pin_n."""
         return {
             result.left.quantity: result.right
-            for result in self._closed
+            for result in (*self._guide_forces, *self._closed)
             if isinstance(result.left, Left)
         }
 
@@ -154,6 +165,25 @@ class NewtonEuler:
         self.symbols[cut.body] = Wrench(total(sums["force"]), total(sums["moment"]))
         self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
 
+    def _find_guide_forces(self) -> None:
+        """Solve for the forces of elements, and take what they do off what crosses the joints."""
+        carried, guiding = self.guiding.balance_units(), self.guiding
+        free = [rate for cut in self.cuts.bodies for rate in self._free(cut)]
+        found = guiding.solve(free, self.demands, carried)
+        sizes = guiding.symbols if found is None else found
+        if found is not None:
+            pairs = zip(guiding.names, found, strict=True)
+            self._guide_forces = [Result(Left(name), size) for name, size in pairs]
+        for cut in self.cuts.bodies:
+            whole = self.demands[cut.body]
+            for size, under in zip(sizes, carried, strict=True):
+                part = under[cut.body]
+                whole = Wrench(
+                    total([whole.force, part.force * size]),
+                    total([whole.moment, part.moment * size]),
+                )
+            self.demands[cut.body] = whole.tidy()
+
     def is_guided(self, cut: Cut) -> bool:
         """Return whether something that is not described acts across the joint of a body."""
         return bool(explain_joint(self.guides, cut.joint.name))
@@ -164,6 +194,9 @@ class NewtonEuler:
         here = [rate for rate in self.rates if rate.body == cut.body]
         if len(self.rates) == len(algebra.velocities):
             return here
+        if algebra.mechanism.elements:
+            own = cut.joint.followers
+            return [] if own else [rate for rate in here if rate.name not in self._held]
         driven = algebra.mechanism.coordinates.driven
         guided = set(driven)
         for name in driven:
@@ -190,6 +223,7 @@ class NewtonEuler:
             f"{self._total(cut)} {cut.joint.name}",
             *(["its weight"] if any(cut.weight) else []),
             *dict.fromkeys(one.name for one in cut.applied),
+            *self.guiding.acting_on(cut),
             *(f"the opposite of {self._total(other)} {other.joint.name}" for other in hung),
         ]
 
@@ -207,7 +241,8 @@ class NewtonEuler:
     def resultant(self, cut: Cut) -> Vector:
         """Return the resultant force on a body, reactions by name, in the axes of its carrier."""
         back = [wrench.force for _, wrench in self._behind(cut)]
-        return total([cut.weight, cut.loads().force, self.symbols[cut.body].force, *back])
+        held = self.guiding.on(cut).force
+        return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
 
     def forces_along(self, cut: Cut) -> Vector:
         """Return the resultant force along the axes in which the body's equations are written.
@@ -240,6 +275,7 @@ class NewtonEuler:
     def moment(self, cut: Cut) -> Vector:
         """Return the resultant moment about the body's fixed point, or else its center of mass."""
         moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
+        moments.append(self.guiding.on(cut).moment)
         moments.append(cross(_back(cut), self.resultant(cut)))
         for place, wrench in self._behind(cut):
             moments += [wrench.moment, cross(place, wrench.force)]
@@ -262,11 +298,19 @@ class NewtonEuler:
         )
         if self._zeros:
             sentence += f" Identically zero: {', '.join(self._zeros)}."
+        if self.guiding.names:
+            yield Stage(
+                "Forces of the elements",
+                "A joint transmits nothing along or about the directions in which it is free: what "
+                "the bodies need there, the elements give."
+                + ("" if self._guide_forces else " Their closed forms would be long."),
+                tuple(self._guide_forces),
+            )
         if self._closed or self._zeros:
             yield Stage("Reactions", sentence, tuple(self._closed))
         if self.guides:
             yield Stage("Undetermined reactions", _explain(self.guides))
-        if len(self.rates) == len(self.algebra.velocities):
+        if len(self.rates) == len(self.algebra.velocities) or self.guiding.names:
             return
         driven = self.algebra.mechanism.coordinates.driven
         words = [rate.name for rate in self.rates if rate.name in driven and any(rate.partials)]

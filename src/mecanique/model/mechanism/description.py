@@ -13,6 +13,7 @@ from mecanique.errors import UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.contacts import Contact
 from mecanique.model.coordinates import Coordinates
+from mecanique.model.elements import Element
 from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
@@ -40,6 +41,7 @@ class Description:
     ground: str = "ground"
     velocity_constraints: tuple[VelocityConstraint, ...] = ()
     contacts: tuple[Contact, ...] = ()
+    elements: tuple[Element, ...] = ()
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -35,6 +35,8 @@ class Mechanism(StateSpace, Variants):
         ground: name of the body that is fixed in the inertial frame; its frame is the world's.
         velocity_constraints: linear constraints on velocities in general.
         contacts: wheels, disks and balls that roll, and blades.
+        elements: cords and other elements that hold bodies on the coordinate map, with their
+            forces; a `Loop` among them is one that the map closes.
 
     Raises:
         MechanismError: with every fault found.
@@ -50,6 +52,7 @@ class Mechanism(StateSpace, Variants):
             "inputs",
             "velocity_constraints",
             "contacts",
+            "elements",
         ):
             object.__setattr__(self, name, tuple(getattr(self, name)))
         object.__setattr__(self, "gravity", vector(self.gravity, "gravity"))

@@ -28,7 +28,7 @@ def faults(mechanism: Description) -> list[str]:
     found = [*_names(mechanism), *_symbols(mechanism)]
     found += [*_tree(mechanism)]
     found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
-    found += [*_contacts(mechanism), *_velocity_constraints(mechanism)]
+    found += [*_contacts(mechanism), *_velocity_constraints(mechanism), *_elements(mechanism)]
     # values can be judged only when every symbol is known
     return found or [
         *_bodies(mechanism),
@@ -71,6 +71,7 @@ def _names(m: Description) -> Iterator[str]:
         "joint": [joint.name for joint in m.joints],
         "force": [force.name for force in m.forces],
         "loop or contact": [each.name for each in (*m.loops, *m.contacts, *m.velocity_constraints)],
+        "element": [element.name for element in m.elements],
         "parameter or input": [p.symbol for p in m.parameters] + [i.symbol for i in m.inputs],
         "coordinate": [*m.coordinates.names, *driven],
     }
@@ -147,6 +148,8 @@ def _symbols(m: Description) -> Iterator[str]:
         yield from _unknown(f"loop {loop.name!r}", (*scalars, loop.length), constants)
     for contact in m.contacts:
         yield from _unknown(f"contact {contact.name!r}", contact.scalars, constants)
+    for element in m.elements:
+        yield from _unknown(f"element {element.name!r}", element.scalars, constants)
     yield from _unknown("gravity", m.gravity, constants)
 
 
@@ -250,6 +253,14 @@ def _contacts(m: Description) -> Iterator[str]:
                 yield f"{where}: {name!r} is no body"
         if contact.body == contact.on:
             yield f"{where}: body {contact.body!r} touches itself"
+
+
+def _elements(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    for element in m.elements:
+        for name in element.bodies:
+            if name not in bodies:
+                yield f"element {element.name!r}: {name!r} is no body"
 
 
 def _velocity_constraints(m: Description) -> Iterator[str]:

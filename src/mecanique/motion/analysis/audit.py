@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, final
 
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.elements import Cord
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
     from mecanique.motion.record.motion import Motion
 
 __all__ = ["Audit", "AuditRow", "audit"]
+
+_SLACK = 1e-9
+"""A cord that would have to push by this part of its largest tension is slack."""
 
 LIGHT = 299_792_458.0
 """Speed of light in vacuum [m/s] (SI definition)."""
@@ -131,7 +136,18 @@ def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Au
         speed = 1.0 + float(np.abs(motion.v).max(initial=0.0))
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", motion.t))
         rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", motion.t))
+    rows += _pulls(motion)
     return Audit(tuple(rows), _largest_speed(motion), trust(motion, accuracy) if refine else None)
+
+
+def _pulls(motion: Motion) -> Iterator[AuditRow]:
+    """How far cords would have to push, where they are slack and the motion is another."""
+    cords = [element for element in motion.mechanism.elements if isinstance(element, Cord)]
+    forces = motion.guide_forces() if cords else {}
+    for name in (name for cord in cords for name in cord.forces):
+        push = np.maximum(-forces[name], 0.0)[:, None]
+        size = float(np.abs(forces[name]).max(initial=0.0)) or 1.0
+        yield _row(f"push of {name}, slack", push, size, _SLACK, "N", motion.t)
 
 
 def _row(

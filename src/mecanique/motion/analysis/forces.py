@@ -103,13 +103,13 @@ class Actions:
             )
 
     def reactions(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
-        """Yield the wrenches of joints on child and parent, and of loops on both bodies.
+        """Yield the wrenches of joints on child and parent, of loops and elements on both bodies.
 
         Where something that is not described acts across joints of a body, their reactions are not
         determined: what all of them and the guides do to the body comes as one, `TOGETHER`.
         """
         poses = self._reference.poses(q, t)
-        found = self._reference.totals(q, v, t)
+        found = self._reference.totals(q, v, t, elements=False)
         guided = self._reference.guided
         seats = [
             (joint.child, joint.parent, self._origin(poses, joint.child))
@@ -133,6 +133,16 @@ class Actions:
                 continue
             yield Action(name, "reaction", body, other, at, wrench.force, wrench.moment)
             yield Action(name, "reaction", other, body, at, -wrench.force, -wrench.moment)
+        for each in self._reference.guide_actions(q, v, t):
+            yield Action(
+                each.name,
+                "reaction",
+                each.body,
+                each.other,
+                each.point,
+                each.force,
+                each.moment,
+            )
         for body, (force, moment) in sums.items():
             if body != self._mechanism.ground:
                 at = self._origin(poses, body)

@@ -244,6 +244,15 @@ class Motion:
         found: dict[str, Wrench] = self.reference.reactions(self.q, self.v, self.t)
         return found
 
+    def guide_forces(self, t: Sequence[float] | np.ndarray | None = None) -> dict[str, np.ndarray]:
+        """Return the forces of the elements that guide, by name: tensions of cords, shape (n,) [N].
+
+        Args:
+            t: times, shape (n,) [s]; the samples' by default.
+        """
+        state = State(self.t, self.q, self.v) if t is None else self._states(t)
+        return self.reference.guide_forces(state.q, state.v, state.t)
+
     def point(
         self,
         body: str,

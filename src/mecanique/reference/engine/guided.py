@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import final
 
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.model.guides.find import guides_of
-from mecanique.model.guides.guide import explain_joint, idle_coordinates
+from mecanique.model.guides.guide import Guide, explain_joint, idle_coordinates
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.answers import Array
@@ -21,11 +21,16 @@ _WHOLE = 1 - 1e-9
 
 @final
 class Guided:
-    """The joints of a mechanism whose reactions depend on guides that it does not describe."""
+    """The joints of a mechanism whose reactions depend on guides that it does not describe.
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    Args:
+        mechanism: any mechanism.
+        guides: those that its elements do not describe.
+    """
+
+    def __init__(self, mechanism: Mechanism, guides: Sequence[Guide]) -> None:
         self._mechanism = mechanism
-        self._guides = guides_of(mechanism)
+        self._guides = guides
         self._place = {body.name: k for k, body in enumerate(mechanism.bodies)}
         reasons = {
             joint.name: explain_joint(self._guides, joint.name) for joint in mechanism.joints

@@ -15,6 +15,8 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Efforts
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.elements import Elements, Unit
+from mecanique.reference.engine.held import Held, hold
 from mecanique.reference.engine.load import load
 from mecanique.reference.engine.loads import Loads
 from mecanique.reference.engine.probe import backward_error, massless_mode, random_states, reach_of
@@ -43,6 +45,7 @@ class Tree:
         self.engine = load(mechanism)
         self.chart = Chart(mechanism, self.engine)
         self.loads = Loads(mechanism, self.engine, self.chart.index)
+        self.elements = Elements(mechanism, self.engine, self.chart, self.loads.sites)
         self._pin = pin
         self._reactions = Reactions(mechanism, self.engine)
         self._supported = External(self.engine.model.njoints)
@@ -63,7 +66,11 @@ class Tree:
         """Mass of the bodies that the ground does not hold [kg]."""
         self.massless: Array | None = None
         """A motion that moves no mass in any state tried, shape (nv,); None if there is none."""
+        self.demand = np.zeros(self.engine.model.nv)
+        """What the last `transmit` left open along the joints, shape (nu,)."""
         self.recursive = self._probe()
+        if mechanism.elements:
+            self._probe_elements()
         """Whether the articulated-body recursion may give the accelerations."""
 
     def move(
@@ -217,9 +224,60 @@ class Tree:
         engine = self.engine
         model = engine.weightless if weightless else engine.model
         self._supported.set(actions)
-        self._pin.rnea(model, engine.data, self.chart.p, u, rate, self._supported.forces)
+        self.demand = np.array(
+            self._pin.rnea(model, engine.data, self.chart.p, u, rate, self._supported.forces)
+        )
         found = self._reactions.read(actions)
         return np.array([found[joint.name] for joint in self.mechanism.joints]).reshape(-1, 2, 3)
+
+    def hold(self, q: Array, v: Array, t: float, totals: Array) -> Held:
+        """Return what elements do, and what is then left to the joints.
+
+        The last `transmit` must be the one that gave the totals.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+            totals: what crosses each joint in all, shape (joints, 2, 3).
+
+        Raises:
+            EngineError: if an element does not fit the coordinate map.
+        """
+        demand = self.demand
+        units, carried, along = self._push(q, v, t)
+        return hold(self.elements.columns(along), demand, units, carried, totals)
+
+    def _push(self, q: Array, v: Array, t: float) -> tuple[list[Unit], Array, Array]:
+        """Unit forces of elements, what joints transmit under them, and what along the joints."""
+        self.move(q, v, t)
+        units, count = self.elements.units(), len(self.elements.names)
+        rest = np.zeros(self.engine.model.nv)
+        carried = np.zeros((count, len(self.mechanism.joints), 2, 3))
+        along = np.zeros((len(rest), count))
+        for k in range(count):
+            actions = [unit.action for unit in units if unit.force == k]
+            carried[k] = self.transmit(actions, rest, rest, weightless=True)
+            along[:, k] = self.demand
+        return units, carried, along
+
+    def _probe_elements(self) -> None:
+        """Find what the elements describe, in a position like any other.
+
+        Raises:
+            EngineError: if an element does not fit the coordinate map or the position.
+        """
+        random, v = np.random.default_rng(1784), np.zeros(self.mechanism.nv)
+        away = random.uniform(0.2, 1.0, self.mechanism.nq)
+        for near in (0.1, 0.03, 0.01, 0.003, 0.0):
+            q = self.mechanism.normalize(self.mechanism.neutral() + near * away)
+            try:
+                self.elements.explain(self._push(q, v, 0.0)[2])
+            except EngineError:
+                if not near:
+                    raise
+            else:
+                return
 
     def poses(self, q: Array, v: Array, t: float) -> Array:
         """Return the pose of every body, in their order, shape (nb, 4, 4); v does not matter."""

@@ -9,10 +9,12 @@ below the axle; m2 has risen as far, and the pulley has turned by x / R.
 from mecanique.model import (
     Body,
     Coordinates,
+    Cord,
     Mechanism,
     Parameter,
     Placement,
     Prismatic,
+    Pulley,
     Revolute,
     box,
     coordinate,
@@ -21,6 +23,7 @@ from mecanique.model import (
 from mecanique.textbook.facts import (
     Acceleration,
     Conserved,
+    GuideForce,
     MassMatrix,
     Number,
     Reaction,
@@ -29,6 +32,7 @@ from mecanique.textbook.facts import (
 )
 from mecanique.textbook.system import System
 
+HERE = (0.0, 0.0, 0.0)
 QUARTER = 1.5707963267948966
 
 
@@ -47,7 +51,7 @@ def build(
         ),
         joints=(
             Prismatic(
-                "cord1",
+                "rail1",
                 "ground",
                 "weight1",
                 axis=(0, 0, -1),
@@ -55,7 +59,7 @@ def build(
                 coordinate="x",
             ),
             Prismatic(
-                "cord2",
+                "rail2",
                 "ground",
                 "weight2",
                 axis=(0, 0, -1),
@@ -65,6 +69,7 @@ def build(
             Revolute("axle", "ground", "pulley", axis=(0, -1, 0), coordinate="turn"),
         ),
         coordinates=Coordinates(("x",), {"x2": -x, "turn": x / R}),
+        elements=(Cord("cord", ("weight1", HERE), (Pulley("pulley", R, -1),), ("weight2", HERE)),),
         parameters=(m1, m2, M, R, h, g),
         gravity=(0, 0, -g),
     )
@@ -105,10 +110,20 @@ SYSTEM = System(
             lambda s: {"x": -0.5 + fall(s) * s.t**2 / 2, "x'": fall(s) * s.t},
             until=lambda s: 1.0,
         ),
-        Reaction(
+        GuideForce(
             "the cord pulls m1 up with m1 (g - x'')",
-            "cord1",
-            lambda s: [0, 0, s.m1 * (s.g - fall(s))],
+            "cord_1",
+            lambda s: s.m1 * (s.g - fall(s)),
+        ),
+        GuideForce(
+            "the cord pulls m2 up with m2 (g + x'')",
+            "cord_2",
+            lambda s: s.m2 * (s.g + fall(s)),
+        ),
+        Reaction(
+            "the axle bears the pulley's weight and both tensions, (M + m1 + m2) g - (m1 - m2) x''",
+            "axle",
+            lambda s: [0, 0, (s.M + s.m1 + s.m2) * s.g - (s.m1 - s.m2) * fall(s)],
         ),
         Conserved(
             "the energy (m1 + m2 + M / 2) x'² / 2 - (m1 - m2) g x",

@@ -14,6 +14,7 @@ from numpy import sqrt
 from mecanique.model import (
     Body,
     Coordinates,
+    Loop,
     Mechanism,
     Parameter,
     Placement,
@@ -87,6 +88,7 @@ def build(m: Parameter, k: Parameter, l: Parameter, a: Parameter) -> Mechanism:
                 free_length=a,
             ),
         ),
+        elements=(Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
         coordinates=Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
         parameters=(m, k, l, a),
         gravity=(0, 0, 0),

@@ -5,7 +5,7 @@ about the horizontal: two massless bars ABC and DEF of length 4 l, pinned at A a
 the bar CF, with particles m at B and 2 m at E. Both bars turn by q / (4 l), where the generalized
 coordinate q is the vertical displacement of C, positive downwards. The vertical springs, k at the
 middle of ABC and 2 k at F, act on the turning bars like torsional springs of stiffness k (2 l)² at
-A and 2 k (4 l)² at D. Gravity is ignored.
+A and 2 k (4 l)² at D, and with their forces there. Gravity is ignored.
 """
 
 from numpy import cos, sqrt
@@ -13,7 +13,9 @@ from numpy import cos, sqrt
 from mecanique.model import (
     Body,
     Coordinates,
+    Force,
     JointSpring,
+    Loop,
     Mechanism,
     Parameter,
     Placement,
@@ -66,7 +68,11 @@ def build(m: Parameter, k: Parameter, l: Parameter) -> Mechanism:
         forces=(
             JointSpring("spring_B", "A", k * (2 * l) ** 2),
             JointSpring("spring_F", "D", 2 * k * (4 * l) ** 2),
+            # the springs' vertical forces, moved to the pins, where they do no work
+            Force("pull_B", "ABC", (0, 0, 0), (0, 0, k * coordinate("q") / 2)),
+            Force("push_F", "DEF", (0, 0, 0), (0, 0, 2 * k * coordinate("q"))),
         ),
+        elements=(Loop.pin("F", "CF", (0, 0, -l), "DEF", (4 * l, 0, 0)),),
         coordinates=Coordinates(("q",), {"alpha": turn, "delta": turn, "gamma": -turn}),
         parameters=(m, k, l),
         gravity=(0, 0, 0),

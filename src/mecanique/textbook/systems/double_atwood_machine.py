@@ -10,19 +10,30 @@ that carries them.
 from mecanique.model import (
     Body,
     Coordinates,
+    Cord,
     Cylinder,
     Mechanism,
     Parameter,
     Placement,
     Prismatic,
+    Pulley,
     Visual,
     box,
     coordinate,
     massless,
 )
-from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number, Steady, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    GuideForce,
+    MassMatrix,
+    Number,
+    Steady,
+    Values,
+)
 from mecanique.textbook.system import System
 
+HERE = (0.0, 0.0, 0.0)
 QUARTER = 1.5707963267948966
 
 
@@ -45,7 +56,7 @@ def build(
         ),
         joints=(
             Prismatic(
-                "cord1",
+                "rail1",
                 "ground",
                 "weight1",
                 axis=(0, 0, -1),
@@ -61,7 +72,7 @@ def build(
                 coordinate="down",
             ),
             Prismatic(
-                "cord2",
+                "rail2",
                 "pulley",
                 "weight2",
                 axis=(0, 0, -1),
@@ -69,7 +80,7 @@ def build(
                 coordinate="y",
             ),
             Prismatic(
-                "cord3",
+                "rail3",
                 "pulley",
                 "weight3",
                 axis=(0, 0, -1),
@@ -78,6 +89,17 @@ def build(
             ),
         ),
         coordinates=Coordinates(("x", "y"), {"down": -x, "y3": -y}),
+        elements=(
+            Cord(
+                "cord", ("weight1", HERE), (Pulley("ground", R, -1, grips=False),), ("pulley", HERE)
+            ),
+            Cord(
+                "second",
+                ("weight2", HERE),
+                (Pulley("pulley", R, -1, grips=False),),
+                ("weight3", HERE),
+            ),
+        ),
         parameters=(m1, m2, m3, R, h, g),
         gravity=(0, 0, -g),
     )
@@ -87,6 +109,11 @@ def acceleration(s: Values) -> tuple[Number, Number]:
     """Return x'' and y''."""
     four, both = 4 * s.m2 * s.m3, s.m1 * (s.m2 + s.m3)
     return (both - four) * s.g / (both + four), 2 * s.m1 * (s.m2 - s.m3) * s.g / (both + four)
+
+
+def tension(s: Values) -> Number:
+    """Return the tension of the cord over the moving pulley."""
+    return 4 * s.m1 * s.m2 * s.m3 * s.g / (s.m1 * (s.m2 + s.m3) + 4 * s.m2 * s.m3)
 
 
 def energy(s: Values) -> Number:
@@ -124,6 +151,14 @@ SYSTEM = System(
         MassMatrix(
             "M = [[m1 + m2 + m3, m3 - m2], [m3 - m2, m2 + m3]]",
             lambda s: [[s.m1 + s.m2 + s.m3, s.m3 - s.m2], [s.m3 - s.m2, s.m2 + s.m3]],
+        ),
+        GuideForce(
+            "the first cord pulls with 8 m1 m2 m3 g / D",
+            "cord",
+            lambda s: 2 * tension(s),
+        ),
+        GuideForce(
+            "the second cord pulls with half of that, as its pulley has no mass", "second", tension
         ),
         Conserved("the energy", energy),
         Steady(

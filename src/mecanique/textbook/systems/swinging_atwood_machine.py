@@ -3,7 +3,7 @@
 A cord without mass over two small pulleys at the distance d carries a counterweight M, which moves
 up and down at the depth h − r below its pulley, and a particle m, which may also swing in the
 vertical plane, under gravity g. The generalized coordinates are the length r of cord on the
-particle's side, which must stay positive, and its angle theta from the downward vertical, positive
+particle's side, between 0 and h, and its angle theta from the downward vertical, positive
 towards +x. For M = 3 m, and not otherwise, the motion has a second constant besides its energy.
 """
 
@@ -12,17 +12,28 @@ from numpy import cos, sin
 from mecanique.model import (
     Body,
     Coordinates,
+    Cord,
     Mechanism,
     Parameter,
     Placement,
     Prismatic,
+    Pulley,
     Revolute,
     box,
     coordinate,
     particle,
 )
-from mecanique.textbook.facts import Acceleration, Conserved, MassMatrix, Number, Values
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    GuideForce,
+    MassMatrix,
+    Number,
+    Values,
+)
 from mecanique.textbook.system import System
+
+HERE = (0.0, 0.0, 0.0)
 
 
 def build(M: Parameter, m: Parameter, d: Parameter, h: Parameter, g: Parameter) -> Mechanism:
@@ -47,7 +58,18 @@ def build(M: Parameter, m: Parameter, d: Parameter, h: Parameter, g: Parameter) 
             Revolute("pulley", "ground", "cord", axis=(0, -1, 0), coordinate="theta"),
             Prismatic("pay_out", "cord", "bob", axis=(0, 0, -1), coordinate="r"),
         ),
-        coordinates=Coordinates(("r", "theta"), {"up": coordinate("r")}),
+        coordinates=Coordinates(("r", "theta"), {"up": coordinate("r")}, limits={"r": (0, h)}),
+        elements=(
+            Cord(
+                "rope",
+                ("counterweight", HERE),
+                (
+                    Pulley("ground", center=(-d, 0, 0), grips=False),
+                    Pulley("ground", grips=False),
+                ),
+                ("bob", HERE),
+            ),
+        ),
         parameters=(M, m, d, h, g),
         gravity=(0, 0, -g),
     )
@@ -98,6 +120,11 @@ SYSTEM = System(
             acceleration,
         ),
         MassMatrix("M = diag(M + m, m r²)", lambda s: [[s.M + s.m, 0], [0, s.m * s.r**2]]),
+        GuideForce(
+            "the cord pulls with M (g + r'')",
+            "rope",
+            lambda s: s.M * (s.g + acceleration(s)[0]),
+        ),
         Conserved("the energy ((M + m) r'² + m r² theta'²) / 2 + g r (M - m cos(theta))", energy),
         Conserved(
             "if M = 3 m, r² theta' (r' cos(theta/2) - r theta' sin(theta/2) / 2) "

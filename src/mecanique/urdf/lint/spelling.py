@@ -9,6 +9,8 @@ from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
     BLADE,
+    CORD,
+    CORD_STOPS,
     EXTENSIONS,
     LOOP,
     LOOP_FRAMES,
@@ -39,7 +41,11 @@ _JOINT = (
 _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "robot": (
         {"name", "version"},
-        {"link", "joint", "drake:joint", "material", "frame", *EXTENSIONS, LOOP, ROLLING, BLADE},
+        {
+            *("link", "joint", "drake:joint", "material", "frame"),
+            *EXTENSIONS,
+            *(LOOP, ROLLING, BLADE, CORD),
+        },
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
     "joint": _JOINT,
@@ -64,12 +70,15 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     "dynamics": ({"damping", "friction"}, ()),
     "mimic": ({"joint", "multiplier", "offset"}, ()),
     "frame": ({"name", "link", "xyz", "rpy"}, ()),
-    LOOP: ({"name", "type"}, set(LOOP_FRAMES)),
     ROLLING: (
         {"name", "link", "on", "radius", "crown", "center", "axis", "plane_xyz", "plane_rpy"},
         (),
     ),
     BLADE: ({"name", "link", "on", "point", "along", "normal"}, ()),
+    LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
+    CORD: ({"name", "normal"}, set(CORD_STOPS)),
+    CORD_STOPS[0]: ({"link", "xyz"}, ()),
+    CORD_STOPS[1]: ({"link", "xyz", "radius", "sense", "grips"}, ()),
     SCREW: ((), ()),
     **{tag: ({"link", "xyz", "rpy"}, ()) for tag in LOOP_FRAMES},
 }

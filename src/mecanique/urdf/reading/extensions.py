@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 from mecanique.model.contacts import Contact
+from mecanique.model.elements import Cord
 from mecanique.model.forces import AnyForce, Damper, JointDamper, JointSpring, Spring
 from mecanique.model.loops import Loop
 from mecanique.urdf.dialect import (
@@ -16,6 +17,7 @@ from mecanique.urdf.dialect import (
     BALL_CONSTRAINT,
     BLADE,
     BUSHING,
+    CORD,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
     LOOP,
@@ -28,9 +30,10 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.bushings import BushingFaultError, Frame, in_joint
 from mecanique.urdf.reading.contacts import read_contact
+from mecanique.urdf.reading.elements import read_cord
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
-from mecanique.urdf.reading.loops import read_loop
+from mecanique.urdf.reading.loops import is_redundant, read_loop
 
 __all__ = ["Extensions", "read_extensions", "with_rotors"]
 
@@ -46,13 +49,15 @@ class Extensions:
         forces: springs and dampers.
         loops: closures.
         contacts: what rolls, and blades.
+        elements: cords, and loops that mimic joints close.
         used: the elements of Drake's that they come from.
-        own: the elements that contacts come from, which mecanique alone reads.
+        own: the elements that mecanique alone reads.
     """
 
     forces: list[AnyForce] = field(default_factory=list)
     loops: list[Loop] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
+    elements: list[Cord | Loop] = field(default_factory=list)
     used: list[Element] = field(default_factory=list)
     own: list[Element] = field(default_factory=list)
     names: Names = field(default_factory=Names)
@@ -73,7 +78,14 @@ def read_extensions(
             continue
         if element.tag == LOOP:
             loop = read_loop(element, links, found.names, report)
-            found.loops += [loop] if loop is not None else []
+            if loop is not None:
+                (found.elements if is_redundant(element) else found.loops).append(loop)
+            found.own.append(element)
+            continue
+        if element.tag == CORD:
+            cord = read_cord(element, links, found.names, report)
+            found.elements += [cord] if cord is not None else []
+            found.own.append(element)
             continue
         if element.tag in (ROLLING, BLADE):
             contact = read_contact(element, links, found.names, report)

@@ -12,8 +12,9 @@ the open tree.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from typing import cast
 
-from mecanique.model.loops import Kind, Loop
+from mecanique.model.loops import CLOSED, Kind, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import (
@@ -28,33 +29,37 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.fields import name_of, placement_of, single
+from mecanique.urdf.reading.fields import number as read_number
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
-__all__ = ["has_own_loops", "loop_nodes", "read_loop"]
+__all__ = ["has_own_loops", "is_redundant", "loop_nodes", "read_loop"]
 
 _IN_DRAKE = ("ball", "distance")
-_OWN: dict[str, Kind] = {"hinge": "hinge", "weld": "weld", "pin": "pin", "plate": "plate"}
+_OWN = ("hinge", "weld", "pin", "plate")
 
 
 def has_own_loops(mechanism: Mechanism) -> bool:
-    """Return whether a mechanism has loops for which Drake has no tag."""
-    return any(loop.kind not in _IN_DRAKE for loop in mechanism.loops)
+    """Return whether a mechanism has loops or elements for which Drake has no tag."""
+    return bool(mechanism.elements) or any(loop.kind not in _IN_DRAKE for loop in mechanism.loops)
 
 
-def loop_nodes(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> Iterator[Node]:
+def loop_nodes(
+    mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str], *, redundant: bool = False
+) -> Iterator[Node]:
     """Give the elements of a loop, after a comment with its name.
 
     Args:
         mechanism: whose loop it is.
         loop: the loop.
         anchors: body -> the link that stands for it in the tags.
+        redundant: whether mimic joints close it already, so that it only says what forces do.
     """
     where = f"loop {loop.name!r}"
     ends = []
     for body, frame in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b)):
         xyz, rpy = mechanism.evaluate_all(frame.xyz), mechanism.evaluate_all(frame.rpy)
         ends.append((anchors.get(body, body), xyz, rpy))
-    if loop.kind in _IN_DRAKE:
+    if loop.kind in _IN_DRAKE and not redundant:
         (body_a, point_a, _), (body_b, point_b, _) = ends
         contents = {
             "body_a": body_a,
@@ -80,7 +85,10 @@ def loop_nodes(mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str]) -> 
         Tag(tag, link=body, xyz=numbers(xyz, where), rpy=numbers(rpy, where))
         for tag, (body, xyz, rpy) in zip(LOOP_FRAMES, ends, strict=True)
     )
-    yield Tag(LOOP, *frames, name=loop.name, type=loop.kind)
+    more = {"redundant": "true"} if redundant else {}
+    if redundant and loop.kind == "distance":
+        more["length"] = number(mechanism.evaluate(loop.length), where)
+    yield Tag(LOOP, *frames, name=loop.name, type=loop.kind, **more)
 
 
 def read_loop(
@@ -97,9 +105,12 @@ def read_loop(
     name = name_of(element, report)
     where = f"loop {name!r}"
     kind = element.attributes.get("type", "")
-    if kind not in _OWN:
-        report.add("M602", element, where, f"expected a type among {', '.join(_OWN)}, got {kind!r}")
+    kinds = CLOSED if is_redundant(element) else _OWN
+    if kind not in kinds:
+        expected = f"expected a type among {', '.join(kinds)}, got {kind!r}"
+        report.add("M602", element, where, expected)
         return None
+    length = read_number(element, "length", report, where, default=0.0)
     ends: list[tuple[str, Placement]] = []
     for tag in LOOP_FRAMES:
         frame = single(element, tag, report, where)
@@ -111,13 +122,18 @@ def read_loop(
             report.add("M603", frame, where, f"{link!r} is no link")
         elif link is not None:
             ends.append((link, placement_of(frame, report, where)))
-    if name is None or len(ends) < len(LOOP_FRAMES):
+    if name is None or length is None or len(ends) < len(LOOP_FRAMES):
         return None
     (a, frame_a), (b, frame_b) = ends
     if a == b:
         report.add("M603", element, where, f"both of its ends are on link {a!r}")
         return None
-    return Loop(names.free(name), _OWN[kind], a, frame_a, b, frame_b)
+    return Loop(names.free(name), cast("Kind", kind), a, frame_a, b, frame_b, length)
+
+
+def is_redundant(element: Element) -> bool:
+    """Return whether mimic joints close a loop already, as its element says."""
+    return element.attributes.get("redundant") == "true"
 
 
 def _extension(extension: Extension, contents: dict[str, str]) -> Tag:

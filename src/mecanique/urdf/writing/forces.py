@@ -22,6 +22,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotate, rotation
 from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
 from mecanique.urdf.reading.contacts import contact_tag
+from mecanique.urdf.reading.elements import element_nodes
 from mecanique.urdf.reading.loops import loop_nodes
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
@@ -29,7 +30,7 @@ __all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "format_scalars", "lo
 
 
 def ends_of_tags(mechanism: Mechanism) -> set[str]:
-    """Return the names of the bodies at which a spring, a damper or a loop ends.
+    """Return the names of the bodies at which a spring, a damper, a loop or a cord ends.
 
     Args:
         mechanism: whose forces and loops they are.
@@ -41,19 +42,22 @@ def ends_of_tags(mechanism: Mechanism) -> set[str]:
         elif isinstance(force, JointSpring):
             joint = mechanism.joint(force.joint)
             ends |= {joint.parent, joint.child}
-    for loop in mechanism.loops:
-        ends |= {loop.body_a, loop.body_b}
+    for closure in (*mechanism.loops, *mechanism.elements):
+        ends |= {*closure.bodies}
     for contact in mechanism.contacts:
         ends |= {contact.body, contact.on}
     return ends
 
 
-def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterator[Node]:
-    """Give the elements of springs, dampers and loops, each after a comment with its name.
+def forces_and_loops(
+    mechanism: Mechanism, anchors: Mapping[str, str], *, mimicked: bool
+) -> Iterator[Node]:
+    """Give the tags of springs, dampers, loops and cords, each after a comment with its name.
 
     Args:
         mechanism: whose forces and loops they are.
         anchors: body -> the link that stands for it in the tags.
+        mimicked: whether mimic joints say all that the coordinate map does.
     """
     for force in mechanism.forces:
         match force:
@@ -79,6 +83,7 @@ def forces_and_loops(mechanism: Mechanism, anchors: Mapping[str, str]) -> Iterat
         yield contact_tag(mechanism, contact, anchors)
     for constraint in mechanism.velocity_constraints:
         yield Comment(f"velocity constraint {constraint.name}: URDF has no tag for it")
+    yield from element_nodes(mechanism, anchors, mimicked=mimicked)
 
 
 def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
+from mecanique.model.elements import Cord
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Planar, Prismatic, Single
 from mecanique.model.mechanism import Mechanism
@@ -67,7 +68,7 @@ def scene_of(
         positions=poses[:, :, :3, 3],
         quaternions=_quaternions(poses[:, :, :3, :3]),
         arrows=tuple(_arrows(shown, complete)),
-        lines=tuple(_lines(mechanism, poses, at)),
+        lines=(*_lines(mechanism, poses, at), *_cords(motion)),
         traces=tuple(_traces(mechanism, poses, at, complete)),
         joints=tuple(_marks(mechanism)),
         series=tuple(_series(motion, complete)),
@@ -188,6 +189,16 @@ def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[
             )
 
 
+def _cords(motion: Motion) -> Iterator[Line]:
+    """The stretches of cords, from one touch to the next."""
+    cords = [each for each in motion.mechanism.elements if isinstance(each, Cord)]
+    names = {name for cord in cords for name in cord.forces}
+    actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if cords else ()
+    points = [each.point for each in actions if each.name in names]
+    for k, ends in enumerate(zip(points[::2], points[1::2], strict=True)):
+        yield Line(f"stretch {k + 1}", "rod", np.stack(ends, axis=1))
+
+
 def _traces(
     mechanism: Mechanism, poses: Floats, at: dict[str, int], complete: bool
 ) -> Iterator[Trace]:
@@ -252,6 +263,9 @@ def _series(motion: Motion, complete: bool) -> Iterator[Series]:
             "Energies",
             shown=not few and name != "work",
         )
+    for name, force in motion.guide_forces().items():
+        if np.isfinite(force).all():
+            yield Series(name, name, "N", force, "Reactions")
     for joint in mechanism.joints[: MOST_ARROWS // 4]:
         if joint.name in motion.reference.guided:
             continue

@@ -186,6 +186,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
     }
     poses = motion.poses()
     origins = {body.name: poses[:, k, :3, 3] for k, body in enumerate(mechanism.bodies)}
+    held = {each.name for each in (*mechanism.joints, *mechanism.loops, *mechanism.contacts)}
     rows = []
     for (kind, name), group in groups.items():
         work = sum(
@@ -194,7 +195,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
         titles = {
             "weight": f"weight of {name}",
             "inertia": f"inertia of {name}",
-            "reaction": name if name == TOGETHER else f"reaction at {name}",
+            "reaction": f"reaction at {name}" if name in held else name,
         }
         where = " and ".join(dict.fromkeys(action.body for action in group))
         rows.append(LedgerRow(titles.get(kind, name), kind, f"of {where}", np.asarray(work)))

@@ -1,0 +1,184 @@
+"""The forces of the elements that guide, as series, from what joints cannot transmit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+from typing import final
+
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.elimination import JointRate, demands
+from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
+from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
+from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
+from mecanique.model.elements import Cord
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Guiding"]
+
+_MOST = 3
+"""Systems of more unknown forces than this are left to numbers."""
+
+
+@final
+class Guiding:
+    """The unknown forces of a mechanism's elements, and what they do to its bodies.
+
+    Args:
+        cuts: the bodies.
+    """
+
+    def __init__(self, cuts: Cuts) -> None:
+        self._cuts = cuts
+        self._algebra = cuts.algebra
+        mechanism, ring = self._algebra.mechanism, self._algebra.ring
+        self.names, self.meanings = _names(mechanism), _meanings(mechanism)
+        self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
+        self._units = unit_forces(mechanism, self._ground()) if mechanism.elements else []
+
+    def on(self, cut: Cut, sizes: Sequence[Series] | None = None) -> Wrench:
+        """Return what the elements do to a body, about the origin of its frame.
+
+        Args:
+            cut: the body.
+            sizes: of the forces; by their names if left out.
+        """
+        sizes = self.symbols if sizes is None else sizes
+        nothing = zero(self._algebra.ring)
+        found = [Wrench(nothing, nothing)]
+        for unit in self._units:
+            if unit.body == cut.body and sizes[unit.index]:
+                one = self._wrench(cut, unit)
+                size = sizes[unit.index]
+                found.append(Wrench(one.force * size, one.moment * size))
+        return Wrench(
+            total([one.force for one in found]), total([one.moment for one in found])
+        ).tidy()
+
+    def acting_on(self, cut: Cut) -> list[str]:
+        """Return the names of the forces that act on a body."""
+        return list(
+            dict.fromkeys(self.names[unit.index] for unit in self._units if unit.body == cut.body)
+        )
+
+    def balance_units(self) -> list[dict[str, Wrench]]:
+        """Return what joints transmit to balance each unit force, by name of the child."""
+        ring = self._algebra.ring
+        found = []
+        for k in range(len(self.names)):
+            unit = [ring.number(int(i == k)) for i in range(len(self.names))]
+            found.append(demands(self._cuts, lambda cut, unit=unit: -self.on(cut, unit)))  # type: ignore[misc]
+        return found
+
+    def solve(
+        self,
+        rates: Sequence[JointRate],
+        totals: Mapping[str, Wrench],
+        carried: Sequence[Mapping[str, Wrench]],
+    ) -> list[Series] | None:
+        """Return the forces in closed form; None if they have none that is short.
+
+        Args:
+            rates: the joint velocities along which joints transmit nothing but what rotors take.
+            totals: what crosses the joints in all.
+            carried: what they transmit under unit forces.
+        """
+        count = len(self.names)
+        rows = []
+        for rate in rates:
+            row = [tidy(dot(rate.axis, each[rate.body].part(rate.kind))) for each in carried]
+            known = tidy(dot(rate.axis, totals[rate.body].part(rate.kind)) + rate.rotor)
+            if any(row):
+                rows.append(([-c for c in row], known))
+        if not 0 < count <= _MOST or len(rows) < count:
+            return None
+        # the shortest equations that will do
+        rows.sort(key=lambda each: sum(map(len, (*each[0], each[1]))))
+        for chosen in combinations(rows, count):
+            determinant = tidy(_determinant([row for row, _ in chosen]))
+            if not determinant.vanishes():
+                break
+        else:
+            return None
+        forces = []
+        for k in range(count):
+            swapped = [[*row[:k], known, *row[k + 1 :]] for row, known in chosen]
+            forces.append(tidy(tidy(_determinant(swapped)) / determinant))
+        return forces
+
+    def _wrench(self, cut: Cut, unit: UnitForce) -> Wrench:
+        """A unit force in the axes of a body's carrier, about the origin of the body's frame."""
+        kinematics, ring = self._cuts.kinematics, self._algebra.ring
+        point, force, moment = (lift(ring, part) for part in (unit.point, unit.force, unit.moment))
+        seat = kinematics.point(cut.body, (0.0, 0.0, 0.0))
+        about = total([moment, cross(point - seat, force)])
+        here = kinematics.carrier(cut.body)
+        parts = (kinematics.between(part, -1, here) for part in (force, about))
+        return Wrench(*parts).tidy()
+
+    def _ground(self) -> Ground:
+        kinematics, algebra = self._cuts.kinematics, self._algebra
+        return Ground(
+            point=lambda body, point: [*kinematics.point(body, point)],
+            turn=kinematics.pose,
+            scalar=algebra.series,
+            root=algebra.root,
+            ratio=_ratio,
+        )
+
+
+def _ratio(a: Series, b: Series) -> Series:
+    """A quotient, exact where it is 0 or ±1."""
+    a, b = tidy(a), tidy(b)
+    if not a or a in (b, -b):
+        return a.ring.number(0 if not a else 1 if a == b else -1)
+    return tidy(a / b)
+
+
+def _determinant(rows: Sequence[Sequence[Series]]) -> Series:
+    if len(rows) == 1:
+        return rows[0][0]
+    first, *rest = rows
+    terms = []
+    for k, entry in enumerate(first):
+        if entry:
+            minor = _determinant([[*row[:k], *row[k + 1 :]] for row in rest])
+            terms.append(entry * minor * (-1 if k % 2 else 1))
+    return first[0].ring.sum(terms) if terms else first[0].ring.number(0)
+
+
+def _names(mechanism: Mechanism) -> list[str]:
+    """The letters of the unknown forces."""
+    found = []
+    for element in mechanism.elements:
+        for name in element.forces:
+            row = name.rpartition(": ")[2]
+            if isinstance(element, Cord):
+                found.append(f"T_{name}")
+            else:
+                found.append(f"{'M' if row.startswith('r') else 'R'}_{element.name}_{row}")
+    return found
+
+
+def _meanings(mechanism: Mechanism) -> list[str]:
+    """What they are, with their units."""
+    found = []
+    for element in mechanism.elements:
+        if isinstance(element, Cord):
+            stops = element.stops
+            for part in dict.fromkeys(element.parts):
+                places = [k for k, other in enumerate(element.parts) if other == part]
+                start, end = stops[places[0]].body, stops[places[-1] + 1].body
+                found.append(f"tension of {element.name} from {start} to {end} [N]")
+            continue
+        for name in element.forces:
+            row = name.rpartition(": ")[2]
+            what = "moment" if row.startswith("r") else "force"
+            axis = "along its length" if row == "length" else f"along {row[-1]} of its frame"
+            unit = "N·m" if what == "moment" else "N"
+            found.append(
+                f"{what} that {element.body_a} exerts on {element.body_b} in {element.name}, "
+                f"{axis} [{unit}]"
+            )
+    return found

@@ -1,0 +1,127 @@
+"""What unit forces of the elements that guide do to the bodies, in any arithmetic.
+
+A cord that touches a wheel of radius r, which it runs around in the sense s, does so at ρ = s r e ×
+n from its center, e its direction there and n the normal. From wheel P to wheel Q at d: d + ρ_Q −
+ρ_P = l e, so that with h = s_Q r_Q − s_P r_P, l² = d² − h² and d² e = l d + h d × n.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias, final
+
+from mecanique.derivation.tree.poses import combination
+from mecanique.model.elements import Cord
+from mecanique.model.expression import Scalar
+from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Ground", "UnitForce", "unit_forces"]
+
+Three: TypeAlias = "list[Any]"
+"""Components along x, y, z of the world, in some arithmetic."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class UnitForce:
+    """What a unit force of an element does to one body.
+
+    Args:
+        index: which of the mechanism's unknown forces.
+        body: name of the body.
+        point: where it acts in the world [m].
+        force: components along the world's axes.
+        moment: about that point.
+    """
+
+    index: int
+    body: str
+    point: Three
+    force: Three
+    moment: Three
+
+
+@final
+@dataclass(frozen=True)
+class Ground:
+    """Where bodies are, in some arithmetic.
+
+    Args:
+        point: gives a point of a body in the world.
+        turn: gives the rotation of a body, three rows of three scalars.
+        scalar: gives a scalar of the description.
+        root: gives the square root of a square distance.
+        ratio: gives a quotient.
+    """
+
+    point: Callable[[str, Sequence[Scalar]], Three]
+    turn: Callable[[str], Sequence[Sequence[Any]]]
+    scalar: Callable[[Scalar], Any]
+    root: Callable[[Any], Any]
+    ratio: Callable[[Any, Any], Any]
+
+
+def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
+    """Return what unit forces of all elements do to the bodies.
+
+    Args:
+        mechanism: whose elements they are.
+        ground: where its bodies are.
+    """
+    found: list[UnitForce] = []
+    first = 0
+    for element in mechanism.elements:
+        each = _of_cord(element, ground) if isinstance(element, Cord) else _of_loop(element, ground)
+        found += [UnitForce(first + index, *parts) for index, *parts in each]
+        first += len(element.forces)
+    return found
+
+
+def _of_cord(cord: Cord, ground: Ground) -> Iterator[tuple[Any, ...]]:
+    n = [float(c) for c in cord.normal]
+    places = [ground.point(stop.body, stop.center) for stop in cord.stops]
+    reach = [ground.scalar(stop.radius) * stop.sense for stop in cord.stops]
+    for k, part in enumerate(cord.parts):
+        d = _difference(places[k + 1], places[k])
+        h = reach[k + 1] - reach[k]
+        square = _dot(d, d)
+        length = ground.root(square - h * h)
+        # a free end to a free end, or two wheels alike: along d
+        across = [length * a + h * b for a, b in zip(d, _cross(d, n), strict=True)]
+        e = [ground.ratio(component, square) for component in across]
+        for at, sign in ((k, 1), (k + 1, -1)):
+            arm = [reach[at] * c for c in _cross(e, n)]
+            touch = [a + b for a, b in zip(places[at], arm, strict=True)]
+            yield part, cord.stops[at].body, touch, [sign * c for c in e], [0 * c for c in e]
+
+
+def _of_loop(loop: Loop, ground: Ground) -> Iterator[tuple[Any, ...]]:
+    b = ground.point(loop.body_b, loop.frame_b.xyz)
+    turn = ground.turn(loop.body_a)
+    frame = [[ground.scalar(c) for c in row] for row in loop.frame_a.rotation]
+    for index, row in enumerate(CLOSED[loop.kind]):
+        if row == "length":
+            d = _difference(b, ground.point(loop.body_a, loop.frame_a.xyz))
+            length = ground.root(_dot(d, d))
+            along = [ground.ratio(c, length) for c in d]
+        else:
+            column = [line["xyz".index(row[-1])] for line in frame]
+            along = [ground.scalar(0.0) + combination(line[:3], column) for line in turn]
+        nothing = [0 * c for c in along]
+        parts = (nothing, along) if row.startswith("r") else (along, nothing)
+        yield index, loop.body_b, b, *parts
+        yield index, loop.body_a, b, *([-c for c in part] for part in parts)
+
+
+def _difference(a: Three, b: Three) -> Three:
+    return [p - q for p, q in zip(a, b, strict=True)]
+
+
+def _dot(a: Three, b: Three) -> Any:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def _cross(a: Three, b: Three) -> Three:
+    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

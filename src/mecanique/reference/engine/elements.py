@@ -1,0 +1,243 @@
+"""What the elements that guide do: their forces, from the demands that joints leave open.
+
+An ideal joint transmits nothing along or about its own free axes. What the motion demands there,
+τ = inverse dynamics less the loads, is what the elements and the guides that are not described do
+together: D f + N μ = τ, with a column of D for each element's unit force, and the columns of N
+along the guides that no element explains. The rank of (D, N) says what is determined.
+
+A stretch of cord from a wheel at P to one at Q, which it touches at s r (e × n) from their centers,
+has the direction e = (l d + h d × n) / d² with d = Q − P, h = s_Q r_Q − s_P r_P, l² = d² − h².
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple, final
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.model.elements import Cord, force_names
+from mecanique.model.guides.find import guides_of
+from mecanique.model.guides.guide import Guide
+from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import characteristic_length
+from mecanique.reference.engine.answers import Array
+from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.sites import Action, Site, Triple
+
+__all__ = ["Columns", "Elements", "Unit"]
+
+_RANK = 1e-9
+"""Singular values below this part of the largest count as zero."""
+
+_WORK = 1e-8
+"""An element that the map lets do more work than this, of unit forces, does not fit it."""
+
+_EXPLAINED = 1e-6
+"""What elements leave of a guide's unit forces, where they describe it."""
+
+_ZERO: Triple = (0.0, 0.0, 0.0)
+
+
+class Unit(NamedTuple):
+    """What a unit force of an element does to one body.
+
+    Args:
+        force: which of the unknown forces.
+        body: name of the body.
+        other: name of the body that takes the opposite.
+        action: force and torque, world axes.
+    """
+
+    force: int
+    body: str
+    other: str
+    action: Action
+
+
+@final
+class Columns(NamedTuple):
+    """The unknown forces and what they do along the joints.
+
+    Args:
+        matrix: shape (nu, forces + own + guides), scaled.
+        scale: shape (nu,), of the rows.
+    """
+
+    matrix: Array
+    scale: Array
+
+
+@final
+class Elements:
+    """The elements of a mechanism inside Pinocchio.
+
+    Args:
+        mechanism: whose they are.
+        engine: the mechanism inside Pinocchio.
+        chart: its coordinate map.
+        sites: the bodies' origins.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, engine: Engine, chart: Chart, sites: dict[str, Site]
+    ) -> None:
+        self._mechanism = mechanism
+        self._engine, self._chart = engine, chart
+        self._axes = {name: site.axes for name, site in sites.items()}
+        self.names = force_names(mechanism.elements)
+        self.open: tuple[Guide, ...] = guides_of(mechanism)
+        """The guides that are not described by an element."""
+        length = characteristic_length(mechanism)
+        angular = {name for joint in mechanism.joints for name in joint.angular_velocities}
+        self._scale = np.zeros(engine.model.nv)
+        for name, row in chart.rows.items():
+            self._scale[row] = 1 / length if name in angular else 1.0
+
+    def units(self) -> list[Unit]:
+        """Return what unit forces do to the bodies, where the engine's bodies are now.
+
+        Raises:
+            EngineError: if a cord has no way from one pulley to the next.
+        """
+        found: list[Unit] = []
+        first = 0
+        for element in self._mechanism.elements:
+            each = self._of_cord(element) if isinstance(element, Cord) else self._of_loop(element)
+            found += [unit._replace(force=first + unit.force) for unit in each]
+            first += len(element.forces)
+        return found
+
+    def columns(self, forces: Array) -> Columns:
+        """Return what unknown forces do along the joints, with those of joints and open guides.
+
+        Args:
+            forces: shape (nu, k), of the elements' unit forces along the joints.
+
+        Raises:
+            EngineError: if the coordinate map lets an element do work.
+        """
+        G, scale = self._chart.G, self._scale
+        self._refuse_work(G.T @ forces)
+        known = self._known(forces)
+        bases = [scale[:, None] * self._tie_forces(guide) for guide in self.open if guide.crossed]
+        return Columns(np.concatenate([known, *bases], axis=1), scale)
+
+    def explain(self, forces: Array) -> None:
+        """Take the guides that elements describe, where the engine's bodies are now, off `open`.
+
+        Args:
+            forces: shape (nu, k), of the elements' unit forces along the joints.
+
+        Raises:
+            EngineError: if the coordinate map lets an element do work.
+        """
+        self._refuse_work(self._chart.G.T @ forces)
+        known = self._known(forces)
+        onto = known @ np.linalg.pinv(known, rcond=_RANK)
+        left = []
+        for guide in self.open:
+            basis = self._scale[:, None] * self._tie_forces(guide)
+            if not guide.crossed or np.abs(basis - onto @ basis).max() > _EXPLAINED:
+                left.append(guide)
+        self.open = tuple(left)
+
+    def _known(self, forces: Array) -> Array:
+        """Along the joints, scaled: unit forces of elements, then what joints take themselves."""
+        G = self._chart.G
+        own = [np.zeros((len(G), 0))]
+        for joint in self._mechanism.joints:
+            own.append(self._null(G, [self._chart.rows[name] for name in joint.velocities]))
+        known: Array = self._scale[:, None] * np.concatenate([forces, *own], axis=1)
+        return known
+
+    def _tie_forces(self, guide: Guide) -> Array:
+        """The forces along the joints by which a guide may hold them, shape (nu, k)."""
+        return self._null(self._chart.G, [self._chart.rows[f"{n}'"] for n in guide.coordinates])
+
+    def _null(self, G: Array, rows: list[int]) -> Array:
+        """Forces along some joint velocities that do no work in any displacement, (nu, k)."""
+        out = np.zeros((len(G), 0))
+        if not rows:
+            return out
+        left, sizes, _ = np.linalg.svd(G[rows])
+        rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
+        out = np.zeros((len(G), len(rows) - rank))
+        out[rows] = left[:, rank:]
+        return out
+
+    def _refuse_work(self, work: Array) -> None:
+        if not work.size:
+            return
+        worst = np.unravel_index(int(np.abs(work).argmax()), work.shape)
+        if abs(work[worst]) > _WORK:
+            name = self._mechanism.velocities[worst[0]]
+            element = self._element_of(int(worst[1]))
+            raise EngineError(
+                f"mechanism {self._mechanism.name!r}: {type(element).__name__.lower()} "
+                f"{element.name!r} does not fit the coordinate map, which lets "
+                f"{self.names[worst[1]]} do the work {work[worst]:.3g} per unit of {name} "
+                "where it must do none; correct its bodies, points, radii or senses, or the map"
+            )
+
+    def _element_of(self, force: int) -> Any:
+        owners = [element for element in self._mechanism.elements for _ in element.forces]
+        return owners[force]
+
+    def _of_cord(self, cord: Cord) -> Iterator[Unit]:
+        stops, n = cord.stops, np.array(cord.normal)
+        places = [self._place(stop.body, stop.center) for stop in stops]
+        reach = [self._mechanism.evaluate(stop.radius) * stop.sense for stop in stops]
+        for k, part in enumerate(cord.parts):
+            d, h = places[k + 1] - places[k], reach[k + 1] - reach[k]
+            square, level = float(d @ d), abs(float(d @ n))
+            if level > 1e-9 * (1 + np.sqrt(square)) or not square > h * h:
+                what = "leaves its plane" if square > h * h else "has no way"
+                raise EngineError(
+                    f"mechanism {self._mechanism.name!r}: cord {cord.name!r} {what} from "
+                    f"{stops[k].body!r} to {stops[k + 1].body!r}, {np.sqrt(square):.6g} m apart; "
+                    "correct its points, radii, senses or normal, or the position"
+                )
+            e = (np.sqrt(square - h * h) * d + h * np.cross(d, n)) / square
+            side = np.cross(e, n)
+            for at, other, sign in ((k, k + 1, 1.0), (k + 1, k, -1.0)):
+                touch = places[at] + reach[at] * side
+                action = self._action(stops[at].body, touch, sign * e, np.zeros(3))
+                yield Unit(part, stops[at].body, stops[other].body, action)
+
+    def _of_loop(self, loop: Loop) -> Iterator[Unit]:
+        a = self._place(loop.body_a, loop.frame_a.xyz)
+        b = self._place(loop.body_b, loop.frame_b.xyz)
+        ends = ((loop.body_b, loop.body_a, 1.0), (loop.body_a, loop.body_b, -1.0))
+        frame = [[self._mechanism.evaluate(c) for c in row] for row in loop.frame_a.rotation]
+        axes = self._turn(loop.body_a) @ np.array(frame)
+        for k, row in enumerate(CLOSED[loop.kind]):
+            if row == "length":
+                along, turns = (b - a) / np.linalg.norm(b - a), False
+            else:
+                along, turns = axes[:, "xyz".index(row[-1])], row.startswith("r")
+            for body, other, sign in ends:
+                force, moment = (np.zeros(3), along) if turns else (along, np.zeros(3))
+                yield Unit(k, body, other, self._action(body, b, sign * force, sign * moment))
+
+    def _action(self, body: str, at: Array, force: Array, moment: Array) -> Action:
+        x, y, z = (tuple(part.tolist()) for part in (at, force, moment))
+        return Action(Site(body, self._axes[body], _ZERO), y, x, z)
+
+    def _place(self, body: str, point: Any) -> Array:
+        here = np.array([self._mechanism.evaluate(c) for c in point])
+        placed: Array = self._engine.data.oMi[self._holder(body).joint].act(
+            self._holder(body).placement.act(here)
+        )
+        return placed
+
+    def _turn(self, body: str) -> Array:
+        holder = self._holder(body)
+        turned: Array = self._engine.data.oMi[holder.joint].rotation @ holder.placement.rotation
+        return turned
+
+    def _holder(self, body: str) -> Any:
+        return self._engine.holders[body]

@@ -1,0 +1,129 @@
+"""Elements that guide, in URDF: tags of our own beside the joints, which other programs ignore.
+
+    <mecanique:cord name="cord" normal="0 -1 0">
+      <mecanique:end link="weight1" xyz="0 0 0"/>
+      <mecanique:pulley link="pulley" xyz="0 0 0" radius="0.2" sense="-1" grips="true"/>
+      <mecanique:end link="weight2" xyz="0 0 0"/>
+    </mecanique:cord>
+
+The joints that a cord ties mimic one another; the tag says what ties them. A pin that mimic joints
+close already is a `mecanique:loop` with `redundant="true"` (`mecanique.urdf.reading.loops`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+
+from mecanique.errors import InputError
+from mecanique.model.elements import Cord, Pulley
+from mecanique.model.loops import Loop
+from mecanique.model.mechanism import Mechanism
+from mecanique.urdf.dialect import CORD, CORD_STOPS
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.names import Names
+from mecanique.urdf.reading.fields import name_of, number, numbers
+from mecanique.urdf.reading.loops import loop_nodes
+from mecanique.urdf.xml.markup import Comment, Node, Tag
+from mecanique.urdf.xml.markup import number as written
+from mecanique.urdf.xml.markup import numbers as all_written
+
+__all__ = ["element_nodes", "read_cord"]
+
+_END, _PULLEY = CORD_STOPS
+_SENSES = {"1": 1, "-1": -1}
+_GRIPS = {"true": True, "false": False}
+
+
+def element_nodes(
+    mechanism: Mechanism, anchors: Mapping[str, str], *, mimicked: bool
+) -> Iterator[Node]:
+    """Give the tags of a mechanism's elements, each after a comment with its name.
+
+    Args:
+        mechanism: whose elements they are.
+        anchors: body -> the link that stands for it in the tags.
+        mimicked: whether mimic joints say all that the coordinate map does; a pin that the map
+            closes is a loop to those who do not know the map.
+    """
+    for element in mechanism.elements:
+        if isinstance(element, Loop):
+            yield from loop_nodes(mechanism, element, anchors, redundant=mimicked)
+            continue
+        where = f"cord {element.name!r}"
+        yield Comment(f"cord {element.name}, which mecanique reads; others see its mimic joints")
+        stops = []
+        for k, stop in enumerate(element.stops):
+            link = anchors.get(stop.body, stop.body)
+            xyz = all_written([mechanism.evaluate(c) for c in stop.center], where)
+            if 0 < k <= len(element.over):
+                radius = written(mechanism.evaluate(stop.radius), where)
+                grips = str(element.over[k - 1].grips).lower()
+                about = {"radius": radius, "sense": str(stop.sense), "grips": grips}
+                stops.append(Tag(_PULLEY, link=link, xyz=xyz, **about))
+            else:
+                stops.append(Tag(_END, link=link, xyz=xyz))
+        yield Tag(CORD, *stops, name=element.name, normal=all_written(element.normal, where))
+
+
+def read_cord(
+    element: Element, links: Collection[str], names: Names, report: Report
+) -> Cord | None:
+    """Return the cord that an element of our own describes; None if faults were reported.
+
+    Args:
+        element: the element.
+        links: names of all links.
+        names: those that loops and forces have taken.
+        report: where faults are noted.
+    """
+    name = name_of(element, report)
+    where = f"cord {name!r}"
+    first, *over, last = element.children or [element]
+    if (
+        len(element.children) < 2
+        or {first.tag, last.tag} != {_END}
+        or any(child.tag != _PULLEY for child in over)
+    ):
+        expected = f"expected <{_END}>, any number of <{_PULLEY}>, <{_END}>"
+        report.add("M602", element, where, expected)
+        return None
+    zero, across = (0.0, 0.0, 0.0), (0.0, -1.0, 0.0)
+    stops: list[tuple[str, tuple[float, float, float]]] = []
+    for child in element.children:
+        link = name_of(child, report, "link", where)
+        xyz = numbers(child, "xyz", 3, report, where, default=zero)
+        if link is not None and link not in links:
+            report.add("M603", child, where, f"{link!r} is no link")
+        elif link is not None and xyz is not None:
+            stops.append((link, (xyz[0], xyz[1], xyz[2])))
+    wheels = [_wheel(child, report, where) for child in over]
+    normal = numbers(element, "normal", 3, report, where, default=across)
+    known = len(stops) == len(element.children) and None not in wheels
+    if name is None or normal is None or not known:
+        return None
+    pulleys = [
+        Pulley(link, *wheel[:2], center=center, grips=wheel[2])
+        for (link, center), wheel in zip(stops[1:-1], wheels, strict=True)
+        if wheel is not None
+    ]
+    x, y, z = normal
+    try:
+        return Cord(names.free(name), stops[0], tuple(pulleys), stops[-1], (x, y, z))
+    except InputError as error:
+        report.add("M602", element, where, str(error))
+        return None
+
+
+def _wheel(element: Element, report: Report, where: str) -> tuple[float, int, bool] | None:
+    """Radius, sense and grip of a pulley."""
+    radius = number(element, "radius", report, where, default=0.0)
+    sense = element.attributes.get("sense", "1")
+    grips = element.attributes.get("grips", "true")
+    for what, given, known in (("sense", sense, _SENSES), ("grips", grips, _GRIPS)):
+        if given not in known:
+            expected = f"expected {what} {' or '.join(known)}, got {given!r}"
+            report.add("M602", element, where, expected)
+    if radius is None or sense not in _SENSES or grips not in _GRIPS:
+        return None
+    return radius, _SENSES[sense], _GRIPS[grips]
