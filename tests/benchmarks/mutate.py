@@ -373,7 +373,7 @@ def main() -> None:
     with open(os.devnull, "w") as nowhere:
         os.dup2(nowhere.fileno(), 1)
         os.dup2(nowhere.fileno(), 2)
-    options = ["-q", "-x", "--assert=plain", "-p", "no:cacheprovider"]
+    options = ["-q", "-x", "-n", "0", "--assert=plain", "-p", "no:cacheprovider"]
     pytest.main([*options, *SUITES], plugins=[mutation])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ import sympy
 
 from mecanique import textbook
 from mecanique.derivation import derive
+from mecanique.derivation.laws import Elastic, Viscous
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.numeric.recursion import Recursion
@@ -207,3 +208,38 @@ def test_monomials_keep_exponents_apart_up_to_the_reach() -> None:
     assert (ring["m"] ** REACH).diff("m") == REACH * ring["m"] ** (REACH - 1)
     with pytest.raises(DerivationError, match=f"beyond ±{REACH}"):
         ring["m"] ** (REACH + 1)
+
+
+@dataclass
+class Stretched:
+    """A distance x that grows at a rate, as what a force acts along."""
+
+    x: float
+    rate: float = 0.0
+
+    @property
+    def square(self) -> float:
+        return self.x**2
+
+    def direct(self, slope: float | None, size: float | None) -> float:
+        return (slope or 0.0) * self.x + (size or 0.0)
+
+
+@pytest.mark.parametrize("rest", [0.0, 0.7])
+def test_a_spring_pulls_as_its_potential_rises(rest: float) -> None:
+    law, h = Elastic(50.0, rest), 1e-4
+    assert law.scalar(Stretched(0.9)) == pytest.approx(25.0 * (0.9 - rest) ** 2, rel=1e-14)
+    slope = (law.scalar(Stretched(0.9 + h)) - law.scalar(Stretched(0.9 - h))) / (2 * h)
+    assert law.pull(Stretched(0.9)) == pytest.approx(slope, rel=1e-9)
+
+
+def test_a_damper_pulls_as_rayleighs_function_rises_with_the_rate() -> None:
+    law, h = Viscous(3.0), 1e-4
+    assert law.scalar(Stretched(0.9, -2.0)) == 6.0
+    slope = (law.scalar(Stretched(0.9, -2 + h)) - law.scalar(Stretched(0.9, -2 - h))) / (2 * h)
+    assert law.pull(Stretched(0.9, -2.0)) == pytest.approx(slope, rel=1e-9) == -6.0
+
+
+def test_energies_of_bodies_are_written_where_there_is_more_than_one() -> None:
+    assert "T_rod = " not in derive(textbook.load("rigid_bar_pendulum")).text(steps=True)
+    assert "T_rod1 = " in derive(textbook.load("double_pendulum")).text(steps=True)

@@ -7,14 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from verification_injections import INJECTIONS, seen, told_by
+from verification_injections import INJECTIONS, Theirs, seen, told_by
 
 import mecanique as mq
+from mecanique.model.states import States
 from mecanique.verification import forms as sources
+from mecanique.verification.causes.coordinates import state_changes
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.frames import frame_changes
+from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.closed_form import ClosedForm
+from mecanique.verification.rows import moving_mass
 from mecanique.verification.states.random import random_states
 
 IN_HOUSE = sources.derive_all
@@ -248,3 +253,113 @@ def test_closed_forms_with_slides_and_loops_move_as_the_reference_does(name: str
     ours = ClosedForm(mechanism, derivation).acceleration(states.q, states.v, states.t)
     expected = mq.Reference(mechanism).acceleration(states.q, states.v, states.t)
     np.testing.assert_allclose(ours, expected, rtol=1e-8, atol=1e-8 * np.abs(expected).max())
+
+
+def evidence_of(mechanism: mq.Mechanism, theirs: Theirs, n: int = 8) -> Evidence:
+    states = random_states(mechanism, n, 0)
+    evidence = Evidence.of(mechanism, states, theirs(states))
+    assert evidence is not None
+    return evidence
+
+
+@pytest.mark.parametrize(
+    ("own", "more", "free"),
+    [(0.3, 0.2, 1), (0.3, -0.3, 1), (0.3, -0.5, 2), (0.3, -0.2, 1), (0.0, -1e-6, 2)],
+)
+def test_less_than_no_damping_counts_as_the_less_likely_mistake(
+    own: float, more: float, free: int
+) -> None:
+    pendulum = mq.textbook.load("rigid_bar_pendulum")
+    damped = replace(pendulum, forces=(mq.JointDamper("damper", "pin", own),))
+
+    def theirs(states: States) -> dict[str, np.ndarray]:
+        values = told_by(damped)(states)
+        return values | {"forces": values["forces"] - more * states.v}
+
+    found = [c for c in joint_changes(evidence_of(damped, theirs)) if c.kind == "damping"]
+    (change,) = found
+    assert change.free == free
+    assert ("is left out" in change.text) == (own + more == 0)
+    if own + more:
+        assert f": {own + more:.6g} N·m·s instead of {own:.6g}" in change.text
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "text"),
+    [
+        ((0, 0, -9.81), (0, 0, 9.81), "gravity pulls the other way"),
+        ((0, 0, -9.81), (0, 0, 0), "gravity is left out"),
+        ((0, 0, -9.81), (9.81, 0, 0), "gravity pulls along +x"),
+        ((0, 0, -9.81), (-9.81, 0, 0), "gravity pulls along −x"),
+        ((0, 0, -9.81), (0, -9.81, 0), "gravity pulls along −y"),
+        ((0, 0, -9.81), (0, 0, -19.62), "gravity is (0, 0, -19.62) m/s²"),
+        ((3, 0, -9), (3, 0, -9), "gravity is (3, 0, -9) m/s²"),
+        ((3, 0, -9), (-3, 0, 9), "gravity pulls the other way"),
+        ((0, 0, -5e-6), (3e-6, 0, -4e-6), "gravity is (3e-06, 0, -4e-06) m/s²"),
+    ],
+)
+def test_each_change_of_gravity_has_one_name(
+    own: tuple[float, float, float], other: tuple[float, float, float], text: str
+) -> None:
+    panda = MODELS["panda"]()
+    ours, theirs = (replace(panda, gravity=g) for g in (own, other))
+    evidence = evidence_of(ours, told_by(theirs))
+    fitting = [c.text for c in gravity_changes(evidence) if evidence.residual(c.answers) < 1e-9]
+    assert fitting == [text]
+
+
+@pytest.mark.parametrize(("factor", "words"), [(1000.0, "times 1000"), (1e-3, "divided by 1000")])
+@pytest.mark.parametrize("inertias", [True, False])
+def test_lengths_of_a_spatial_arm_are_misread_with_or_without_inertias(
+    factor: float, words: str, inertias: bool
+) -> None:
+    panda = MODELS["panda"]()
+    theirs = lengths_misread(panda, factor)
+    if inertias:
+        bodies = []
+        for body in theirs.bodies:
+            ixx, iyy, izz, *products = (factor**2 * theirs.evaluate(i) for i in body.inertia)
+            ixy, ixz, iyz = products
+            shape = mq.Shape(body.mass, body.center, (ixx, iyy, izz, ixy, ixz, iyz))
+            bodies.append(mq.Body(body.name, shape))
+        theirs = replace(theirs, bodies=tuple(bodies))
+    of = "of joints, centers and inertias" if inertias else "of joints and centers"
+    evidence = evidence_of(panda, told_by(theirs))
+    best = min(frame_changes(evidence), key=lambda change: evidence.residual(change.answers))
+    assert best.text == f"every length {words}, {of}"
+    assert evidence.residual(best.answers) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("factor", "words"),
+    [(np.pi / 180, "taken for degrees"), (180 / np.pi, "in degrees taken for radians")],
+)
+@pytest.mark.parametrize("rates", [False, True])
+@pytest.mark.parametrize("every", [False, True])
+def test_angles_in_degrees_are_named(factor: float, words: str, rates: bool, every: bool) -> None:
+    arm = mq.textbook.load("two_link_arm")
+    scale = np.array([factor, factor if every else 1.0])
+
+    def theirs(states: States) -> dict[str, np.ndarray]:
+        misread = replace(states, q=states.q * scale, v=states.v * (scale if rates else 1.0))
+        values = told_by(arm)(misread)
+        # accelerations are misread with the rates
+        return values | {"mass matrix": values["mass matrix"] * (scale if rates else 1.0)}
+
+    evidence = evidence_of(arm, theirs)
+    what = "every angle" if every else f"coordinate {arm.coordinates[0]!r}"
+    fitting = [
+        change.text
+        for change in state_changes(evidence)
+        if evidence.residual(change.answers) < 1e-9
+    ]
+    assert fitting == [f"{what} {words}" + (", its rates as well" if rates else "")]
+
+
+def test_the_moving_mass_is_that_of_all_bodies_but_the_ground() -> None:
+    arm = mq.textbook.load("double_pendulum", m1=2.0, m2=3.0)
+    heavy = tuple(
+        mq.Body(b.name, mq.ball(50.0, 0.1)) if b.name == arm.ground else b for b in arm.bodies
+    )
+    assert moving_mass(arm) == moving_mass(replace(arm, bodies=heavy)) == 5.0
+    assert moving_mass(arm.replace(m1=0.0, m2=0.0)) == 1.0

@@ -1,0 +1,96 @@
+"""Next to singular positions: how far they are, how it moves on, and how slopes are blended."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mecanique import textbook
+from mecanique.errors import EngineError
+from mecanique.model import Body, Floating, Mechanism, ball
+from mecanique.reference import Reference, assembly_branches
+from mecanique.reference.engine.load import load
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.singular import _distance, _find_way, _smooth_step, _State
+from mecanique.reference.loops.tolerances import WEAK
+
+TURN = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
+"""How the chain of two parallelograms moves, as one pendulum."""
+
+
+@pytest.fixture(scope="module")
+def chain() -> Closed:
+    mechanism = textbook.load("chained_four_bars", n=2)
+    names = ("theta0", "theta1", "theta2")
+    aside = {**dict.fromkeys(names, 1.0), "phi1": -1.0, "phi2": -1.0}
+    closed = Reference(mechanism).with_rank_at(aside).closed
+    assert closed is not None
+    return closed
+
+
+def state(closed: Closed, angle: float) -> _State:
+    return _State(closed.mechanism.position({}) + angle * TURN, -3.5 * TURN, 0.0)
+
+
+def test_a_smooth_step_rises_from_0_to_1_and_is_flat_at_both_ends() -> None:
+    assert [_smooth_step(x) for x in (-1.0, 0.0, 0.5, 1.0)] == [0.0, 0.0, 0.5, 1.0]
+    for x in (0.1, 0.25, 0.4):
+        assert _smooth_step(x) + _smooth_step(1 - x) == pytest.approx(1.0, abs=1e-15)
+        # its derivative is 30 x² (1 − x)²
+        slope = (_smooth_step(x + 1e-5) - _smooth_step(x - 1e-5)) / 2e-5
+        assert slope == pytest.approx(30 * x**2 * (1 - x) ** 2, rel=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-6, 0.02, 0.2])
+def test_what_the_motion_takes_is_not_closed(chain: Closed, angle: float) -> None:
+    way = _find_way(chain, state(chain, angle))
+    assert way.right.shape == (5, 4)
+    np.testing.assert_allclose(way.right.T @ way.right, np.eye(4), atol=1e-12)
+    np.testing.assert_allclose(way.right.T @ way.along, 0.0, atol=1e-4)
+    moved = way.metric.columns @ way.along
+    np.testing.assert_allclose(moved / np.abs(moved).max(), -TURN, atol=1e-4)
+
+
+def test_the_distance_to_a_singular_position_is_the_angle_to_it(chain: Closed) -> None:
+    for angle in (0.002, 0.01, 0.1):
+        here = state(chain, angle)
+        found = _distance(chain, _find_way(chain, here), here)
+        assert found == pytest.approx(np.tan(angle), rel=0.02)
+    still = _State(here.q, np.zeros(5), 0.0)
+    assert _distance(chain, _find_way(chain, still), still) == np.inf
+
+
+def test_what_is_hardly_closed_counts_as_singular(chain: Closed) -> None:
+    """The least singular value grows in proportion to the angle."""
+    probe = 0.01
+    slope = _find_way(chain, state(chain, probe)).singular[-1] / probe
+    for part, singular in ((0.5, True), (2.0, False)):
+        here = state(chain, part * WEAK / slope)
+        distance = _distance(chain, _find_way(chain, here), here)
+        assert (distance == 0.0) == singular
+
+
+@pytest.mark.parametrize("name", ["phi", "theta", "psi"])
+def test_branches_of_a_linkage_share_the_coordinate_that_was_named(name: str) -> None:
+    linkage = textbook.load("four_bar_linkage")
+    start = {"phi": 1.1, "theta": -0.76, "psi": 1.25}
+    found = assembly_branches(linkage, {name: start[name]})
+    at = linkage.coordinates.index(name)
+    assert len(found) == 2
+    assert {q[at] for q in found} == {start[name]}
+    # one too many: what stays is chosen
+    assert len(assembly_branches(linkage, start)) == 2
+
+
+def test_a_joint_counts_by_its_velocities(monkeypatch: pytest.MonkeyPatch) -> None:
+    flying = Mechanism(
+        "stone",
+        (Body("ground"), Body("stone", ball(1.0, 0.1))),
+        (Floating("free", "ground", "stone"),),
+    )
+    most = "mecanique.reference.engine.load.MOST_VELOCITIES"
+    monkeypatch.setattr(most, 6)
+    load(flying)
+    monkeypatch.setattr(most, 5)
+    with pytest.raises(EngineError, match="has 6 joint velocities; Pinocchio is given at most 5"):
+        load(flying)
