@@ -49,3 +49,27 @@ def test_a_restart_leaves_next_to_nothing_behind() -> None:
         tracemalloc.stop()
     assert long[0] > short[0] + 20
     assert long[1] - short[1] < 1000 * (long[0] - short[0])
+
+
+def test_motions_that_are_kept_share_the_engine() -> None:
+    """The dense output of a motion evaluates its equations, so that it keeps them alive."""
+    reference = mq.Reference(mq.textbook.load("double_pendulum"))
+
+    def run() -> mq.Motion:
+        q = dict.fromkeys(reference.mechanism.coordinates, 1.0)
+        return mq.simulate(
+            reference.mechanism, q=q, duration=0.1, method="dop853", samples=2, reference=reference
+        )
+
+    run()
+    tracemalloc.start()
+    try:
+        run()
+        gc.collect()
+        before = tracemalloc.get_traced_memory()[0]
+        kept = [run() for _ in range(10)]
+        gc.collect()
+        each = (tracemalloc.get_traced_memory()[0] - before) / len(kept)
+    finally:
+        tracemalloc.stop()
+    assert each < 12e3

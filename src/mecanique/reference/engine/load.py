@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, final
 
 import numpy as np
@@ -81,6 +82,25 @@ class Engine:
     weightless: Any
     seats: dict[str, tuple[Seat, ...]]
     holders: dict[str, Holder]
+
+    @cached_property
+    def by_angles(self) -> tuple[Any, Any]:
+        """The same model with endless hinges placed by angle, not cosine and sine; its data."""
+        import pinocchio as pin
+
+        model, data, other = self.model, self.model.createData(), pin.Model()
+        other.gravity = model.gravity
+        for index in range(1, model.njoints):
+            joint = model.joints[index]
+            if joint.nq == 2:
+                axis = np.array(data.joints[index].S).reshape(-1)[3:]
+                joint = pin.JointModelRevoluteUnaligned(axis)
+            other.addJoint(
+                model.parents[index], joint, model.jointPlacements[index], model.names[index]
+            )
+            other.inertias[index] = model.inertias[index]
+        other.armature = model.armature
+        return other, other.createData()
 
 
 def load(mechanism: Mechanism) -> Engine:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from math import atan2, cos, sin
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
@@ -106,8 +106,8 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
     """Hinges and slides without springs or loads: chains and falling robots."""
     import pinocchio as pin
 
-    model = _by_angles(engine)
-    aba, data, none, out = pin.aba, model.createData(), loads.in_joints, np.empty(2 * nv)
+    model, data = engine.by_angles
+    aba, none, out = pin.aba, loads.in_joints, np.empty(2 * nv)
 
     def chain(t: float, y: Array) -> Array:
         v = y[nv:]
@@ -122,8 +122,8 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
     """The same where joints follow coordinates linearly, r = G q + r0, such as absolute angles."""
     import pinocchio as pin
 
-    model = _by_angles(engine)
-    aba, data, none, out = pin.aba, model.createData(), loads.in_joints, np.empty(2 * nv)
+    model, data = engine.by_angles
+    aba, none, out = pin.aba, loads.in_joints, np.empty(2 * nv)
     chart.place(np.zeros(nv), 0.0)
     p, rest = chart.p, np.zeros((2, nv))
     for joint in list(engine.model.joints)[1:]:
@@ -139,24 +139,6 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
         return out
 
     return linear
-
-
-def _by_angles(engine: Engine) -> Any:
-    """The same model with endless hinges placed by their angle instead of its cosine and sine."""
-    import pinocchio as pin
-
-    model, data, other = engine.model, engine.model.createData(), pin.Model()
-    other.gravity = model.gravity
-    for index in range(1, model.njoints):
-        joint = model.joints[index]
-        if joint.nq == 2:
-            joint = pin.JointModelRevoluteUnaligned(np.array(data.joints[index].S).reshape(-1)[3:])
-        other.addJoint(
-            model.parents[index], joint, model.jointPlacements[index], model.names[index]
-        )
-        other.inertias[index] = model.inertias[index]
-    other.armature = model.armature
-    return other
 
 
 def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
