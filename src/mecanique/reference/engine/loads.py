@@ -389,7 +389,7 @@ def _pulls(line: _Line) -> tuple[Action, Action]:
 
 def _push(load: _Load, numbers: tuple[float, ...]) -> Action:
     """What acts on one body alone."""
-    force, torque = (_components(load, at, numbers) for at in (load.force, load.torque))
+    force, torque = _components(load, load.force, numbers), _components(load, load.torque, numbers)
     point = _ZERO if load.force is None else load.site.position()
     return Action(load.site, force, point, torque)
 
