@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any, TypeAlias
 
 from mecanique.derivation.printing.trigforms import (
@@ -129,7 +130,7 @@ def _is_negative(polynomial: Series) -> bool:
 
 def _factored_sum(polynomial: Series) -> Expr:
     """A polynomial without monomial content, factored over the rationals."""
-    from sympy import Add, Poly, Symbol
+    from sympy import Add
 
     ring = polynomial.ring
     terms = polynomial.parts[0]
@@ -139,22 +140,34 @@ def _factored_sum(polynomial: Series) -> Expr:
     plain = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
     if not plain and len(terms) <= _LARGEST:
         indices = sorted({i for d in degrees for i in d})
-        symbols = [Symbol(f"x{i}") for i in indices]
-        rows = {}
-        for d, c in zip(degrees, terms.values(), strict=True):
-            rows[tuple(d.get(i, 0) for i in indices)] = c
-        number, factors = Poly.from_dict(rows, *symbols).factor_list()
+        rows = [tuple(d.get(i, 0) for i in indices) for d in degrees]
+        number, factors = _factor(tuple(zip(rows, terms.values(), strict=True)))
         if len(factors) > 1 or factors[0][1] > 1:
-            out = [_number(Fraction(int(number.p), int(number.q)) / polynomial.denominator)]
+            out = [_number(number / polynomial.denominator)]
             for factor, e in factors:
-                inner = [
-                    _term(ring, int(c), dict(zip(indices, row, strict=True)))
-                    for row, c in factor.terms()
-                ]
+                inner = [_term(ring, c, dict(zip(indices, row, strict=True))) for row, c in factor]
                 out.append(Add(*inner) ** e)
             return _product(out)
     coefficients = (Fraction(c, polynomial.denominator) for c in terms.values())
     return Add(*_gather(ring, list(zip(degrees, coefficients, strict=True))))
+
+
+_Rows: TypeAlias = "tuple[tuple[tuple[int, ...], int], ...]"
+"""A polynomial: the powers of its letters and the coefficient, term by term."""
+
+
+@lru_cache(maxsize=1 << 12)
+def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
+    """Return the number before a polynomial's factors, and each factor with its power.
+
+    The same sum stands in many coefficients of a mechanism's equations.
+    """
+    from sympy import Poly, Symbol
+
+    symbols = [Symbol(f"x{i}") for i in range(len(rows[0][0]))]
+    number, factors = Poly.from_dict(dict(rows), *symbols).factor_list()
+    found = ((tuple((row, int(c)) for row, c in factor.terms()), e) for factor, e in factors)
+    return Fraction(int(number.p), int(number.q)), tuple(found)
 
 
 def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Expr]:

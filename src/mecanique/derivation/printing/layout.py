@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, final
 
 from mecanique.derivation.printing.writers import Writer
@@ -78,7 +78,7 @@ class _Walk:
                     base, number = _negate(base), -number
                 factors.append((base, power))
         above, tail, below = [], [], []
-        for base, power in sorted(factors, key=lambda factor: self._order(*factor)):
+        for base, power in self._sort(factors):
             if power < 0:
                 below.append((base, -power))
             elif self._rank(base) >= FUNCTION_RANK:
@@ -130,18 +130,46 @@ class _Walk:
             return FUNCTION_RANK
         return SUM_RANK if base.is_Add else -1
 
-    def _order(self, base: Any, power: Fraction) -> tuple[int, tuple[str, str], Any]:
-        rank = self._rank(base)
-        if base.is_Function:  # sin before cos, whatever they are of
-            name = type(base).__name__
-            return rank, ({"sin": "a", "cos": "b"}.get(name, name), _text(base.args[0])), 0
-        return rank, (_text(base), ""), 0
+    def _sort(self, factors: list[tuple[Any, Fraction]]) -> list[tuple[Any, Fraction]]:
+        """Factors by rank, then by their text, which is asked for only where it decides."""
+        groups: dict[int, list[tuple[Any, Fraction]]] = {}
+        for factor in factors:
+            groups.setdefault(self._rank(factor[0]), []).append(factor)
+        for group in groups.values():
+            if len(group) > 1:
+                group.sort(key=lambda factor: _name_first(factor[0]))
+        return [factor for rank in sorted(groups) for factor in groups[rank]]
+
+
+def _name_first(base: Any) -> tuple[str, str]:
+    """The text of a factor; of a function its name, sin before cos, whatever they are of."""
+    if not base.is_Function:
+        return _text(base), ""
+    name = type(base).__name__
+    return {"sin": "a", "cos": "b"}.get(name, name), _text(base.args[0])
 
 
 @lru_cache(maxsize=1 << 14)
 def _text(expression: Any) -> str:
     """Return sympy's text of an expression, which is slow to come by and sorts many products."""
-    return str(expression)
+    return str(_printer().doprint(expression))
+
+
+@cache
+def _printer() -> Any:
+    """Make sympy's own printer that keeps what it has written; sums are parts of other sums."""
+    from sympy.printing.str import StrPrinter
+
+    class Keeping(StrPrinter):  # type: ignore[misc]
+        def _print(self, expr: Any, **options: Any) -> str:
+            return write_once(expr) if not options else str(super()._print(expr, **options))
+
+    @lru_cache(maxsize=1 << 14)
+    def write_once(expression: Any) -> str:
+        return str(StrPrinter._print(printer, expression))
+
+    printer = Keeping()
+    return printer
 
 
 def _negate(base: Any) -> Any:
