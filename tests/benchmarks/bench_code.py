@@ -119,8 +119,8 @@ def compare(mechanism: mq.Mechanism) -> None:
         print(
             f"{mechanism.name:16s} {n:3d} {name:5s} {program.count(what).total:6d} operations  "
             f"C {ours * 1e9:5.0f} ns  Pinocchio {theirs * 1e9:5.0f} ns  "
-            f"{theirs / ours:4.1f} times  worst difference {worst:.0e}  writing {written - start:.2f} s  "
-            f"compiling {done - written:.2f} s",
+            f"{theirs / ours:4.1f} times  worst difference {worst:.0e}  "
+            f"writing {written - start:.2f} s  compiling {done - written:.2f} s",
             flush=True,
         )
 

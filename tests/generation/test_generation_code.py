@@ -48,9 +48,18 @@ def test_the_code_of_every_tree_gives_what_pinocchio_gives(name: str) -> None:
 
 @pytest.mark.parametrize("name", CLOSED)
 def test_the_code_of_every_closed_mechanism_gives_what_pinocchio_gives(name: str) -> None:
-    verdict = mq.generate(equations(name), "python", ("rhs", "energy")).verdict
+    what = ["rhs", "acceleration_by_tau", "energy", "closure"]
+    if name != "bricard_linkage":  # where they are not determined
+        what.append("multipliers")
+    verdict = mq.generate(equations(name), "python", what, samples=40).verdict
     assert verdict is not None
-    assert verdict.worst["rhs"] <= max(1e-13, verdict.rounded["rhs"])
+    for quantity in ("rhs", "closure"):
+        assert verdict.worst[quantity] <= max(1e-13, verdict.rounded[quantity])
+
+
+def test_multipliers_that_are_not_determined_are_refused() -> None:
+    with pytest.raises(mq.DerivationError, match="redundant, which leaves their multipliers undet"):
+        mq.generate(equations("bricard_linkage"), "python", "multipliers", samples=2)
 
 
 OPERATIONS = {

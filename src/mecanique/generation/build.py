@@ -50,7 +50,11 @@ def build_program(
     dynamics = dynamics_of(equations, known if parameters is None else tuple(parameters))
     answers = []
     for quantity in quantities:
-        values = tuple(dynamics.answer(quantity.name))
+        values = tuple(
+            dynamics.differentiate(quantity.base, quantity.by)
+            if quantity.by
+            else dynamics.answer(quantity.name)
+        )
         answers.append(Answer(quantity, values, _shape(quantity, mechanism, len(values))))
     tape = dynamics.letters.tape
     return Program(mechanism, stem, dynamics.title, tape, _letters(dynamics), tuple(answers))
@@ -85,6 +89,13 @@ def _force(velocity: str) -> str:
 
 
 def _shape(quantity: Quantity, mechanism: Mechanism, size: int) -> tuple[int, ...]:
+    if quantity.by:
+        rows = {"rhs": mechanism.nq + mechanism.nv, "energy": 2}.get(quantity.base, mechanism.nv)
+        if quantity.base == "mass_matrix":
+            return mechanism.nv, mechanism.nv, size // max(mechanism.nv**2, 1)
+        if quantity.base in ("poses", "closure", "multipliers"):
+            return (size,)
+        return rows, size // max(rows, 1)
     if quantity.name == "mass_matrix":
         return mechanism.nv, mechanism.nv
     if quantity.name == "poses":

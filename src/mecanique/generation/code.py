@@ -13,7 +13,7 @@ from mecanique.files import write_whole
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
 from mecanique.generation.program.counts import Counts
 from mecanique.generation.program.program import Program
-from mecanique.generation.verdict import CodeVerdict
+from mecanique.generation.verdict.verdict import CodeVerdict
 
 __all__ = ["Code"]
 

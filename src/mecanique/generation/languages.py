@@ -13,7 +13,8 @@ from mecanique.generation.targets.c import C
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
-from mecanique.generation.verdict import CodeVerdict, cases_of, judge
+from mecanique.generation.verdict.cases import cases_of
+from mecanique.generation.verdict.verdict import CodeVerdict, judge
 from mecanique.verification.states.random import whole
 from mecanique.verification.verdict import versions
 
@@ -47,7 +48,8 @@ def generate(
             at once).
         what: quantities, each a function: "rhs", "acceleration", "mass_matrix", "bias", "gravity",
             "forces", "inverse_dynamics", "energy", "poses", and of loops "multipliers" and
-            "closure".
+            "closure"; "acceleration_by_q" and so on are derivatives by q (along the motion that
+            each velocity makes), v, y, a, tau or p; "rhs_by_y" and "rhs_by_tau" linearize.
         parameters: symbols of the parameters and constant inputs that stay arguments of the
             functions; all by default. The others become numbers.
         name: what functions and files are called after; the mechanism's name by default.

@@ -8,7 +8,7 @@ from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
 
-__all__ = ["QUANTITIES", "Quantity", "choose"]
+__all__ = ["BY", "QUANTITIES", "Quantity", "choose", "derivative"]
 
 
 @final
@@ -22,6 +22,8 @@ class Quantity:
         takes: its arguments among t, y, q, v, a and tau; y is q and v in one.
         meaning: what it gives, in a few words.
         loops: whether only mechanisms with loops have it.
+        by: of a derivative, what it is taken by: y, q, v, a, tau or p.
+        base: of a derivative, the name of what is differentiated.
     """
 
     name: str
@@ -29,6 +31,8 @@ class Quantity:
     takes: tuple[str, ...]
     meaning: str
     loops: bool = False
+    by: str = ""
+    base: str = ""
 
 
 QUANTITIES = {
@@ -61,6 +65,35 @@ QUANTITIES = {
 """Each quantity by its name."""
 
 
+BY = {
+    "q": "coordinates, along the motion that each velocity makes",
+    "v": "velocities",
+    "y": "coordinates, along the motion that each velocity makes, and velocities",
+    "a": "accelerations",
+    "tau": "torques",
+    "p": "parameters",
+}
+"""What quantities can be differentiated by."""
+
+
+def derivative(name: str) -> Quantity | None:
+    """Return the derivative that a name like "acceleration_by_q" means, if it means one.
+
+    Args:
+        name: a quantity's, "_by_" and an argument's.
+    """
+    base, separator, by = name.rpartition("_by_")
+    quantity = QUANTITIES.get(base)
+    if not separator or quantity is None or by not in BY:
+        return None
+    state = {"y", *quantity.takes} if {"q", "v"} <= set(quantity.takes) else set(quantity.takes)
+    state |= {"q", "v"} if "y" in quantity.takes else set()
+    if by != "p" and by not in state:
+        return None
+    meaning = f"derivatives of {base} by {BY[by]}, row by row"
+    return Quantity(name, f"d{quantity.symbol}", quantity.takes, meaning, quantity.loops, by, base)
+
+
 def choose(what: str | Sequence[str], *, loops: bool) -> tuple[Quantity, ...]:
     """Return the quantities that are named.
 
@@ -74,11 +107,18 @@ def choose(what: str | Sequence[str], *, loops: bool) -> tuple[Quantity, ...]:
     """
     names = [name.strip() for name in what.split(",")] if isinstance(what, str) else list(what)
     known = [name for name, quantity in QUANTITIES.items() if loops or not quantity.loops]
+    found = []
     for name in names:
-        if name not in QUANTITIES:
+        quantity = QUANTITIES.get(name) or derivative(name)
+        if quantity is None:
             raise UnknownNameError("quantity", name, known)
-        if name not in known:
+        if loops and quantity.by not in ("", "a", "tau"):
+            raise InputError(
+                f"expected no loops for {name!r}: positions next to a closed one are not closed"
+            )
+        found.append(quantity)
+        if quantity.loops and not loops:
             raise InputError(f"expected a mechanism with loops for {name!r}; this one has none")
     if not names or len(set(names)) < len(names):
         raise InputError(f"expected names of quantities, each once, got {what!r}")
-    return tuple(QUANTITIES[name] for name in names)
+    return tuple(found)

@@ -17,6 +17,7 @@ from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply
 from mecanique.generation.program.counts import count
 from mecanique.generation.program.solving import factorize
+from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.tape import Value
 from mecanique.generation.program.traced import values_of
 
@@ -105,6 +106,36 @@ class Dynamics:
             "closure": lambda: [*self.loops.residual, *self.loops.rate],
         }
         return values_of(answers[quantity]())
+
+    def differentiate(self, quantity: str, by: str) -> list[Value]:
+        """Return the derivatives of a quantity, row by row.
+
+        Args:
+            quantity: what is differentiated.
+            by: by what: q (along the motion that each velocity makes), v, y, a, tau or p.
+        """
+        letters, outputs = self.letters, self.answer(quantity)
+        tape, directions = letters.tape, self._directions(by)
+        columns = [push_forward(tape, outputs, direction) for direction in directions]
+        return [column[row] for row in range(len(outputs)) for column in columns]
+
+    def _directions(self, by: str) -> list[dict[int, Value]]:
+        """Rates of the inputs in each direction."""
+        letters = self.letters
+        if by == "y":
+            return [*self._directions("q"), *self._directions("v")]
+        if by == "q":
+            rates, inputs = values_of(letters.rates), [v.place for v in letters.v]
+            places = [q.place for q in letters.q]
+            found = []
+            for place in inputs:
+                slopes = push_forward(letters.tape, rates, {place: 1.0})
+                moved = zip(places, slopes, strict=True)
+                found.append({q: x for q, x in moved if isinstance(x, int) or x})
+            return found
+        scalars = {"v": letters.v, "a": letters.a, "tau": letters.tau}
+        chosen = scalars.get(by) or [letters.values[symbol] for symbol in letters.open]
+        return [{scalar.place: 1.0} for scalar in chosen]
 
     @cached_property
     def mass_matrix(self) -> Rows:

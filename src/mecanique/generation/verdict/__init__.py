@@ -1,0 +1,1 @@
+"""Run what was written, and compare it with Pinocchio."""

@@ -1,0 +1,110 @@
+"""What Pinocchio gives of each quantity, and in which unit its entries are alike."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from mecanique.errors import DerivationError, InputError
+from mecanique.model.states import States
+from mecanique.reference import Reference
+
+__all__ = ["ROUNDED", "answer_of", "unit_of"]
+
+ROUNDED = {
+    "rhs": "acceleration",
+    "mass_matrix": "mass matrix",
+    "inverse_dynamics": "inverse dynamics",
+    "multipliers": "acceleration",
+}
+"""Name of what rounding is known of, where it is another than the quantity's own."""
+
+
+def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
+    """Return what Pinocchio gives, shape (n, …).
+
+    Args:
+        name: of a quantity.
+        reference: the mechanism.
+        states: where, how fast and when.
+        tau: torques, shape (n, nv).
+
+    Raises:
+        InputError: if Pinocchio knows no such quantity.
+        DerivationError: if redundant loops leave multipliers undetermined.
+    """
+    q, v, t = states.q, states.v, states.t
+    match name:
+        case "rhs":
+            rates = np.asarray(reference.rates(q, v))
+            return np.hstack([rates, answer_of("acceleration", reference, states, tau)])
+        case "acceleration":
+            return np.asarray(reference.acceleration(q, v, t, tau=tau))
+        case "mass_matrix":
+            return np.asarray(reference.mass_matrix(q, t))
+        case "bias":
+            return np.asarray(reference.bias(q, v, t))
+        case "forces":
+            return np.asarray(reference.forces(q, v, t))
+        case "gravity":
+            return np.asarray(reference.gravity(q, t))
+        case "inverse_dynamics":
+            return np.asarray(reference.inverse_dynamics(q, v, states.a, t))
+        case "energy":
+            energy = reference.energy(q, v, t)
+            V = np.asarray(energy.gravity) + np.asarray(energy.springs)
+            return np.stack([np.asarray(energy.kinetic), V], axis=-1)
+        case "poses":
+            mechanism = reference.mechanism
+            moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
+            found = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
+            return np.stack(found, axis=1)
+        case "closure":
+            J = np.asarray(reference.constraint_jacobian(q, t))
+            residual = np.asarray(reference.constraint_residual(q, t))
+            return np.hstack([residual, np.einsum("nmv,nv->nm", J, v)])
+        case "multipliers":
+            return _multipliers(reference, states, tau)
+    raise InputError(f"{name!r} cannot be compared with Pinocchio")
+
+
+def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
+    """Return the factor that makes the entries of an answer alike, for its shape (n, size).
+
+    Args:
+        name: of a quantity.
+        answer: what is given, shape (n, …).
+        d: roots of the mass matrix's diagonal, shape (n, nv).
+        mass: that moves [kg].
+    """
+    match name:
+        case "rhs":
+            rates = answer.shape[1] - d.shape[1]
+            return np.hstack([np.full((len(d), rates), np.sqrt(mass)), d])
+        case "acceleration":
+            return d
+        case "mass_matrix":
+            return (1 / (d[:, :, None] * d[:, None, :])).reshape(len(d), -1)
+        case "bias" | "forces" | "gravity" | "inverse_dynamics":
+            return 1 / d
+    return np.ones((len(d), int(np.prod(answer.shape[1:]))))
+
+
+def _multipliers(reference: Reference, states: States, tau: np.ndarray) -> np.ndarray:
+    """λ from M a + bias − forces − τ = Jᵀ λ."""
+    J = np.asarray(reference.constraint_jacobian(states.q, states.t))
+    a = answer_of("acceleration", reference, states, tau)
+    M = answer_of("mass_matrix", reference, states, tau)
+    rest = answer_of("bias", reference, states, tau) - tau
+    rest = rest - answer_of("forces", reference, states, tau)
+    found = []
+    for k in range(len(states)):
+        solved = np.linalg.lstsq(J[k].T, M[k] @ a[k] + rest[k], rcond=None)
+        if solved[2] < len(J[k]):
+            raise DerivationError(
+                f"loops of mechanism {reference.mechanism.name!r} are redundant, which leaves "
+                "their multipliers undetermined"
+            )
+        found.append(solved[0])
+    return np.array(found)

@@ -1,0 +1,99 @@
+"""Derivatives of what Pinocchio gives, by differences of the sixth order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from mecanique.generation.program.program import Program
+from mecanique.generation.quantities import Quantity
+from mecanique.generation.verdict.answers import answer_of
+from mecanique.model.states import States
+from mecanique.reference import Reference
+
+__all__ = ["TOLERANCE", "differences"]
+
+TOLERANCE = 1e-6
+"""Largest relative difference that counts as agreement, with a method of such error."""
+
+_STEP = 1e-3
+"""Step along a coordinate or a velocity, and part of a torque or a parameter."""
+
+_STENCIL = ((1, 0.75), (-1, -0.75), (2, -0.15), (-2, 0.15), (3, 1 / 60), (-3, -1 / 60))
+"""Weights of the values at multiples of a step, of the first derivative."""
+
+
+def differences(
+    quantity: Quantity, program: Program, reference: Reference, states: States, tau: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return derivatives, shape (n, …, directions), and which directions are compared, 1 or 0.
+
+    Derivatives by signals are not compared, as Pinocchio does not know them.
+
+    Args:
+        quantity: a derivative.
+        program: whose parameters count.
+        reference: the mechanism.
+        states: where, how fast and when.
+        tau: torques, shape (n, nv).
+    """
+    columns: list[np.ndarray] = []
+    compared: list[float] = []
+    for move, scale in _moves(quantity.by, program, reference, states, tau):
+        total: np.ndarray | float = 0.0
+        for steps, weight in _STENCIL if scale else ((0, 0.0),):
+            moved, other, torques = move(steps * _STEP * scale)
+            total = total + weight * answer_of(quantity.base, moved, other, torques)
+        columns.append(np.asarray(total) / (_STEP * (scale or 1.0)))
+        compared.append(float(scale > 0))
+    return np.stack(columns, axis=-1), np.array(compared)
+
+
+_Move = Callable[[float], tuple[Reference, States, np.ndarray]]
+
+
+def _moves(
+    by: str, program: Program, reference: Reference, states: States, tau: np.ndarray
+) -> list[tuple[_Move, float]]:
+    """Changes along each direction, with the scale of their steps; zero of a signal."""
+    nv, mechanism = reference.mechanism.nv, reference.mechanism
+    unit = np.eye(nv)
+
+    def along_q(k: int) -> _Move:
+        rates = np.asarray(reference.rates(states.q, np.broadcast_to(unit[k], states.v.shape)))
+
+        def move(step: float) -> tuple[Reference, States, np.ndarray]:
+            q = states.q + step * rates
+            mechanism.normalize(q)
+            return reference, replace(states, q=q), tau
+
+        return move
+
+    def along_v(k: int) -> _Move:
+        return lambda step: (reference, replace(states, v=states.v + step * unit[k]), tau)
+
+    def along_a(k: int) -> _Move:
+        return lambda step: (reference, replace(states, a=states.a + step * unit[k]), tau)
+
+    def along_tau(k: int) -> _Move:
+        return lambda step: (reference, states, tau + step * unit[k])
+
+    def along_p(symbol: str) -> _Move:
+        def move(step: float) -> tuple[Reference, States, np.ndarray]:
+            if not step:
+                return reference, states, tau
+            other = mechanism.replace(**{symbol: mechanism.values[symbol] + step})
+            return Reference(other), replace(states, mechanism=other), tau
+
+        return move
+
+    if by == "p":
+        values = [(p.name, mechanism.values.get(p.name, 0.0)) for p in program.parameters]
+        signals = [p.name for p in program.parameters if p.name not in mechanism.values]
+        return [
+            (along_p(name), 0.0 if name in signals else abs(value) or 1.0) for name, value in values
+        ]
+    kinds = {"y": (along_q, along_v), "q": (along_q,), "v": (along_v,), "a": (along_a,)}
+    return [(along(k), 1.0) for along in kinds.get(by, (along_tau,)) for k in range(nv)]

@@ -1,0 +1,105 @@
+"""The verdict on code: its own test is built and run."""
+
+from __future__ import annotations
+
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import final
+
+import numpy as np
+
+from mecanique.errors import DerivationError
+from mecanique.generation.program.program import Program
+from mecanique.generation.targets.target import Cases, Target
+from mecanique.generation.verdict.cases import TOLERANCE, count_varied
+from mecanique.verification.verdict import versions
+
+__all__ = ["CodeVerdict", "judge"]
+
+
+@final
+@dataclass(frozen=True)
+class CodeVerdict:
+    """Whether code gives what Pinocchio gives.
+
+    Args:
+        samples: number of states at which it was compared.
+        seed: of these.
+        tolerance: largest relative difference that counts as agreement where rounding makes less.
+        worst: worst relative difference of each quantity, by name.
+        rounded: largest difference that rounding excuses at some state, by name; 0 where the
+            tolerance was enough everywhere.
+        versions: of what took part, by name.
+        varied: number of states with other parameters than the mechanism's.
+    """
+
+    samples: int
+    seed: int
+    tolerance: float
+    worst: dict[str, float]
+    rounded: dict[str, float]
+    versions: dict[str, str]
+    varied: int = 0
+
+    def lines(self) -> list[str]:
+        """Return it in sentences, for the head of a file."""
+        by = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        varied = f", {self.varied} of them with other parameters" if self.varied else ""
+        lines = [
+            f"Run and compared with Pinocchio at {self.samples} random states (seed {self.seed})"
+            f"{varied}:"
+        ]
+        for name, worst in self.worst.items():
+            excused = self.rounded.get(name, 0.0)
+            beyond = f"; rounding allows {excused:.1e}" if worst > self.tolerance else ""
+            lines.append(f"  {name}: worst relative difference {worst:.1e}{beyond}")
+        return [*lines, f"With {by}."]
+
+    def __str__(self) -> str:
+        return "\n".join(self.lines())
+
+
+def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerdict:
+    """Run the test of a program.
+
+    Args:
+        program: the program.
+        target: its language.
+        cases: the states.
+        seed: of these.
+
+    Raises:
+        InputError: if what runs the language is not installed.
+        DerivationError: if the code cannot be run, or gives something else than Pinocchio.
+    """
+    with TemporaryDirectory() as folder:
+        directory = Path(folder)
+        files = target.files(program, ["unjudged"]) | target.test_files(program, cases)
+        for name, text in files.items():
+            (directory / name).write_text(text, encoding="utf-8")
+        done = None
+        for command in target.commands(program, directory):
+            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            if done.returncode and not done.stdout:
+                raise DerivationError(
+                    f"the {target.title} of {program.mechanism.name!r} does not run: "
+                    f"{done.stderr.strip()[:2000]}"
+                )
+    assert done is not None, "every language has a command"
+    worst = {name: float(number) for name, number, _ in map(str.split, done.stdout.splitlines())}
+    if done.returncode:
+        raise DerivationError(
+            f"the {target.title} of {program.mechanism.name!r} and Pinocchio disagree: "
+            f"{'; '.join(done.stderr.splitlines()[:3])}"
+        )
+    return CodeVerdict(
+        len(cases),
+        seed,
+        TOLERANCE,
+        worst,
+        {name: float(np.max(rows, initial=0.0)) for name, rows in cases.allowed.items()},
+        {**versions(), "run by": target.version()},
+        count_varied(program, cases),
+    )
