@@ -109,7 +109,7 @@ ORDER: dict[str, list[str]] = {
         "dynamics",
     ],
     "generation.verdict": ["answers", "differences", "cases", "verdict"],
-    "generation.targets": ["target", "c javascript python"],
+    "generation.targets": ["target", "c javascript python", "casadi"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [
         "paper posture",

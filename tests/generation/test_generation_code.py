@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import runpy
 import subprocess
 import sys
 from dataclasses import replace
@@ -186,7 +187,7 @@ def test_without_a_compiler_the_code_says_so(monkeypatch: pytest.MonkeyPatch) ->
 def test_what_is_asked_wrongly_is_refused(tmp_path: Path) -> None:
     pendulum = equations("simple_pendulum")
     for arguments, message in (
-        ({"target": "fortran"}, "unknown target 'fortran'; known: c, javascript, python"),
+        ({"target": "fortran"}, "unknown target 'fortran'; known: c, javascript, python, jax"),
         ({"what": "accelerations"}, "unknown quantity 'accelerations'; did you mean 'accel"),
         ({"what": ()}, "expected names of quantities, each once, got"),
         ({"what": "energy,energy"}, "expected names of quantities, each once, got"),
@@ -255,3 +256,42 @@ def test_python_text_runs_without_the_package(tmp_path: Path) -> None:
     test = str(tmp_path / "test_spherical_pendulum.py")
     done = subprocess.run([sys.executable, "-I", test], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("rhs ")
+
+
+@pytest.mark.parametrize("target", ["jax", "casadi"])
+@pytest.mark.parametrize("name", ["double_pendulum", "two_blocks", "free_rigid_body", "crane"])
+def test_the_code_for_jax_and_casadi_gives_what_pinocchio_gives(target: str, name: str) -> None:
+    pytest.importorskip(target)
+    verdict = mq.generate(equations(name), target, OF_TREES).verdict
+    assert verdict is not None
+    assert max(verdict.worst.values()) < 2e-13
+
+
+def test_jax_and_casadi_differentiate_the_code(tmp_path: Path) -> None:
+    casadi = pytest.importorskip("casadi")
+    jax = pytest.importorskip("jax")
+    jax.config.update("jax_enable_x64", True)
+    made = {
+        target: runpy.run_path(
+            str(mq.generate(equations("cart_pole"), target, "rhs").write(tmp_path / target)[0])
+        )
+        for target in ("jax", "casadi")
+    }
+    y, tau = np.array([0.1, 0.4, -0.3, 0.2]), np.array([1.0, 0.0])
+    p = np.array(made["casadi"]["PARAMETERS"])
+    ours = mq.generate(equations("cart_pole"), "c", "rhs_by_y").compile().rhs_by_y(0.0, y, tau)
+    by_jax = jax.jit(jax.jacfwd(made["jax"]["rhs"], argnums=1))(0.0, y, tau)
+    symbols = [casadi.SX.sym(name, size) for name, size in (("y", 4), ("tau", 2))]
+    slope = casadi.jacobian(made["casadi"]["rhs"](0.0, *symbols, p), symbols[0])
+    by_casadi = casadi.Function("slope", symbols, [slope])(y, tau)
+    np.testing.assert_allclose(np.asarray(by_jax), ours, atol=1e-13)
+    np.testing.assert_allclose(np.asarray(by_casadi), ours, atol=1e-13)
+
+
+def test_packages_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mecanique.generation.targets.python.find_spec", lambda _: None)
+    for target in ("jax", "casadi"):
+        code = mq.generate(equations("simple_pendulum"), target)
+        assert code.verdict is None
+        missing = f"expected {target}, which is not installed: pip install 'mecanique[{target}]'"
+        assert missing in str(code)

@@ -21,7 +21,10 @@ app = typer.Typer()
 @report_errors
 def code(
     system: SystemName,
-    target: Annotated[str, typer.Option(metavar="LANGUAGE", help="c, javascript or python.")] = "c",
+    target: Annotated[
+        str,
+        typer.Option(metavar="LANGUAGE", help="c, javascript, python (numpy), jax or casadi."),
+    ] = "c",
     what: Annotated[
         str,
         typer.Option(

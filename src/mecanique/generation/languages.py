@@ -10,6 +10,7 @@ from mecanique.generation.build import build_program
 from mecanique.generation.code import Code
 from mecanique.generation.program.program import Program
 from mecanique.generation.targets.c import C
+from mecanique.generation.targets.casadi import CasADi
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
@@ -20,7 +21,13 @@ from mecanique.verification.verdict import versions
 
 __all__ = ["TARGETS", "generate"]
 
-TARGETS: dict[str, Target] = {"c": C(), "javascript": JavaScript(), "python": Python()}
+TARGETS: dict[str, Target] = {
+    "c": C(),
+    "javascript": JavaScript(),
+    "python": Python(),
+    "jax": Python("Python with JAX", "jax", "jax.numpy"),
+    "casadi": CasADi(),
+}
 """Each language by its name."""
 
 _NUMBERS = 40_000
@@ -44,8 +51,8 @@ def generate(
 
     Args:
         equations: the equations of motion.
-        target: "c" (C99 that allocates nothing), "javascript" or "python" (numpy, for many states
-            at once).
+        target: "c" (C99 that allocates nothing), "javascript", "python" (numpy, for many states at
+            once), "jax" or "casadi".
         what: quantities, each a function: "rhs", "acceleration", "mass_matrix", "bias", "gravity",
             "forces", "inverse_dynamics", "energy", "poses", and of loops "multipliers" and
             "closure"; "acceleration_by_q" and so on are derivatives by q (along the motion that

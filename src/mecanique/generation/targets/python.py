@@ -6,14 +6,18 @@ import platform
 import pprint
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import final
 
+from mecanique.errors import InputError
 from mecanique.generation.program.listing import Notation, list_program
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
 
-__all__ = ["Python"]
+__all__ = ["Python", "quote", "require", "tables"]
 
 _FUNCTIONS = {
     **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
@@ -29,10 +33,19 @@ _NOTATION = Notation(_FUNCTIONS, "{} = {}")
 
 
 @final
+@dataclass(frozen=True)
 class Python:
-    """A module of Python with numpy."""
+    """A module of Python that computes with numpy, or with a module like it.
 
-    title = "Python with numpy"
+    Args:
+        title: what that is called.
+        package: what has to be installed.
+        module: what is imported as np.
+    """
+
+    title: str = "Python with numpy"
+    package: str = "numpy"
+    module: str = "numpy"
 
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the module."""
@@ -45,9 +58,11 @@ class Python:
         ):
             lines += [title, *(f"    {row}" for row in describe(program.letters[kind])), ""]
         lines += ["Arrays have the shape (..., size); answers have the same leading shape."]
-        lines = [_quote(line) for line in lines]
+        if self.package == "jax":
+            lines += ['Double precision is up to you: jax.config.update("jax_enable_x64", True).']
+        lines = [quote(line) for line in lines]
         lines[0] = f'"""{lines[0]}'
-        lines += ['"""', "", "import numpy as np", ""]
+        lines += ['"""', "", f"import {self.module} as np", ""]
         for kind, name in (("q", "COORDINATES"), ("v", "VELOCITIES")):
             lines.append(f"{name} = {tuple(letter.name for letter in program.letters[kind])!r}")
         values = {letter.name: letter.value for letter in program.parameters}
@@ -58,18 +73,34 @@ class Python:
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
         """Return the test with its table."""
-        return {f"test_{program.name}.py": _test(program, cases)}
+        return {f"test_{program.name}.py": _test(program, cases, self.package)}
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the command that runs the test."""
+        require(self.package)
         return [[sys.executable, str(directory / f"test_{program.name}.py")]]
 
     def version(self) -> str:
-        """Return the version of Python."""
-        return f"Python {platform.python_version()}"
+        """Return the versions of Python and the package."""
+        return f"Python {platform.python_version()} and {self.package} {version(self.package)}"
 
 
-def _quote(line: str) -> str:
+def require(package: str) -> None:
+    """Raise unless a package is installed.
+
+    Args:
+        package: its name.
+
+    Raises:
+        InputError: if it is not.
+    """
+    if find_spec(package) is None:
+        raise InputError(
+            f"expected {package}, which is not installed: pip install 'mecanique[{package}]'"
+        )
+
+
+def quote(line: str) -> str:
     """A line within a docstring."""
     return line.replace("\\", "\\\\").replace('"' * 3, "'" * 3)
 
@@ -121,14 +152,7 @@ def _stack(entries, shape, *given):
 '''.strip("\n")
 
 
-def _test(program: Program, cases: Cases) -> str:
-    takes = {answer.quantity.name: [*answer.quantity.takes, "p"] for answer in program.answers}
-    tables = {
-        "INPUTS": {kind: rows.tolist() for kind, rows in cases.inputs.items()},
-        "EXPECTED": {name: rows.tolist() for name, rows in cases.expected.items()},
-        "WEIGHTS": {name: rows.tolist() for name, rows in cases.weights.items()},
-        "ALLOWED": {name: rows.tolist() for name, rows in cases.allowed.items()},
-    }
+def _test(program: Program, cases: Cases, package: str) -> str:
     return "\n".join(
         [
             f'"""Compares {program.name}.py with values of Pinocchio."""',
@@ -139,13 +163,36 @@ def _test(program: Program, cases: Cases) -> str:
             "",
             "import numpy as np",
             "",
+            *(_DOUBLE if package == "jax" else []),
             f'HERE = pathlib.Path(__file__).with_name("{program.name}.py")',
-            f"TAKES = {takes!r}",
-            *(f"{name} = {table!r}" for name, table in tables.items()),
+            *tables(program, cases),
             _COMPARE,
         ]
     )
 
+
+def tables(program: Program, cases: Cases) -> list[str]:
+    """Return lines of Python that hold the states and what is expected there.
+
+    Args:
+        program: what is compared.
+        cases: the states.
+    """
+    takes = {answer.quantity.name: [*answer.quantity.takes, "p"] for answer in program.answers}
+    named = {
+        "INPUTS": cases.inputs,
+        "EXPECTED": cases.expected,
+        "WEIGHTS": cases.weights,
+        "ALLOWED": cases.allowed,
+    }
+    lines = [f"TAKES = {takes!r}"]
+    for name, table in named.items():
+        rows = {key: values.tolist() for key, values in table.items()}
+        lines.append(f"{name} = {rows!r}")
+    return lines
+
+
+_DOUBLE = ["import jax", "", 'jax.config.update("jax_enable_x64", True)', ""]
 
 _COMPARE = """
 
@@ -158,7 +205,7 @@ def main():
     inputs["y"] = np.hstack([inputs["q"], inputs["v"]])
     failed = 0
     for name, takes in TAKES.items():
-        out = getattr(code, name)(*(inputs[kind] for kind in takes))
+        out = np.asarray(getattr(code, name)(*(inputs[kind] for kind in takes)))
         off = np.reshape(out, np.shape(EXPECTED[name])) - EXPECTED[name]
         difference = np.linalg.norm(np.array(WEIGHTS[name]) * off, axis=1)
         where = int(np.argmax(difference))

@@ -62,7 +62,9 @@ class Cases:
 class Target(Protocol):
     """A language."""
 
-    title: str
+    @property
+    def title(self) -> str:
+        """What it is called."""
 
     def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
         """Return the files of a program, by name.
