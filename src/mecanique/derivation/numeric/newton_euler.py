@@ -232,9 +232,8 @@ class Balances(BatchDynamics):
             body, need = at.bodies[k], needs[k]
             found[k] = _shift(need, body.center - body.seat)
             if body.parent >= 0:
-                needs[body.parent] = needs[body.parent] + _shift(
-                    need, body.center - at.bodies[body.parent].center
-                )
+                arm = body.center - at.bodies[body.parent].center
+                needs[body.parent] = needs[body.parent] + _shift(need, arm)
         return found
 
     def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
@@ -274,23 +273,26 @@ class Balances(BatchDynamics):
         size = nv + 6 * count
         A, known = np.zeros((n, size, size)), np.zeros((n, size))
         for k, body in enumerate(at.bodies):
-            push, turn = slice(6 * k, 6 * k + 3), slice(6 * k + 3, 6 * k + 6)
+            push, turn = _rows(k)
             A[:, push, :nv] = body.mass * body.J
             A[:, turn, :nv] = body.inertia @ body.J_spin
             known[:, push] = body.mass * (self._bodies.gravity - body.gamma) + body.force
             known[:, turn] = body.moment - body.tumbling
+            # the reaction acts on the body, and its opposite on the parent
+            force, couple = _rows(k, nv)
             for other, sign in ((k, -1.0), (body.parent, 1.0)):
                 if other < 0:
                     continue
-                row, column = 6 * other, nv + 6 * k
-                A[:, row : row + 6, column : column + 6] += sign * np.eye(6)
-                A[:, row + 3 : row + 6, column : column + 3] += sign * _cross(
-                    body.seat - at.bodies[other].center
-                )
-        G, joints = at.rates, slice(6 * count, size)
+                push, turn = _rows(other)
+                arm = body.seat - at.bodies[other].center
+                A[:, push, force] += sign * np.eye(3)
+                A[:, turn, couple] += sign * np.eye(3)
+                A[:, turn, force] += sign * _cross(arm)
+        G = at.rates
+        joints = slice(6 * count, size)
         for u, k in enumerate(at.holders):
-            column = nv + 6 * int(k)
-            A[:, joints, column : column + 6] += G[:, u, :, None] * at.axes[:, None, :, u]
+            wrench = slice(nv + 6 * int(k), nv + 6 * int(k) + 6)
+            A[:, joints, wrench] += G[:, u, :, None] * at.axes[:, None, :, u]
         rotors = G * at.armature[:, None]
         A[:, joints, :nv] += np.swapaxes(G, 1, 2) @ rotors
         known[:, joints] -= np.einsum("nuv,nu->nv", rotors, at.motions.gamma)
@@ -300,7 +302,8 @@ class Balances(BatchDynamics):
         """The same with the forces of contacts and other rows, and J a = −γ, below."""
         tree, known = self._system(at)
         rows = self._held.at(states)
-        (n, size), m, nv = known.shape, rows.gamma.shape[1], self._mechanism.nv
+        n, size = known.shape
+        m, nv = rows.gamma.shape[1], self._mechanism.nv
         A = np.zeros((n, size + m, size + m))
         A[:, :size, :size] = tree
         A[:, size:, :nv] = rows.jacobian
@@ -314,10 +317,10 @@ class Balances(BatchDynamics):
             place, direction, ends = forces[i]
             for body, sign in zip(ends, (1.0, -1.0), strict=True):
                 if body in index:
-                    k = index[body]
-                    column[:, 6 * k : 6 * k + 3] -= sign * direction
-                    arm = place - at.bodies[k].center
-                    column[:, 6 * k + 3 : 6 * k + 6] -= sign * np.cross(arm, direction)
+                    push, turn = _rows(index[body])
+                    arm = place - at.bodies[index[body]].center
+                    column[:, push] -= sign * direction
+                    column[:, turn] -= sign * np.cross(arm, direction)
         return A, np.concatenate([known, -rows.gamma], axis=1)
 
 
@@ -330,13 +333,11 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
         at: all free bodies.
         g: shape (3,), acceleration of free fall [m/s²].
     """
-    T, V = 0.5 * np.sum(at.armature * at.motions.u**2, axis=-1), at.springs
+    T = 0.5 * np.sum(at.armature * at.motions.u**2, axis=-1)
+    V = at.springs
     for body in at.bodies:
-        T = (
-            T
-            + 0.5 * body.mass * (body.velocity**2).sum(-1)
-            + 0.5 * (body.angular_momentum * body.spin).sum(-1)
-        )
+        T = T + 0.5 * body.mass * (body.velocity**2).sum(-1)
+        T = T + 0.5 * (body.angular_momentum * body.spin).sum(-1)
         V = V - body.mass * body.center @ g
     return T, V
 
@@ -353,12 +354,22 @@ _DENSE = 200
 
 def _cross(r: np.ndarray) -> np.ndarray:
     """The matrix of r ×, shape (n, 3, 3)."""
-    out = np.zeros((len(r), 3, 3))
-    out[:, 0, 1], out[:, 0, 2], out[:, 1, 2] = -r[:, 2], r[:, 1], -r[:, 0]
-    return out - np.swapaxes(out, 1, 2)
+    x, y, z = r.T
+    upper = np.zeros((len(r), 3, 3))
+    upper[:, 0, 1] = -z
+    upper[:, 0, 2] = y
+    upper[:, 1, 2] = -x
+    return upper - np.swapaxes(upper, 1, 2)
+
+
+def _rows(k: int, start: int = 0) -> tuple[slice, slice]:
+    """Rows, from a start on, of the k-th body's force and moment; columns of the k-th reaction."""
+    middle = start + 6 * k + 3
+    return slice(middle - 3, middle), slice(middle, middle + 3)
 
 
 def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
     """Return force and moment about a point from which the first one is at an arm, (n, 6, k)."""
-    force, moment = wrench[:, :3], wrench[:, 3:]
-    return np.concatenate([force, moment + np.cross(arm[:, :, None], force, axis=1)], axis=1)
+    force, couple = wrench[:, :3], wrench[:, 3:]
+    moment = couple + np.cross(arm[:, :, None], force, axis=1)
+    return np.concatenate([force, moment], axis=1)

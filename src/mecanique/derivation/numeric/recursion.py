@@ -48,10 +48,8 @@ class Recursion(BatchDynamics):
                 self._J[place] = np.array(moments(body, constants, floats), dtype=float)
         self._armature = np.zeros(columns[-1])
         for first, link in zip(self._first, self._tree, strict=True):
-            if link.velocities:
-                self._armature[first : first + len(link.velocities)] = mechanism.evaluate(
-                    link.armature
-                )
+            last = first + len(link.velocities)
+            self._armature[first:last] = mechanism.evaluate(link.armature)
         self._gravity = np.zeros((4, 4))
         self._gravity[:3, 3] = mechanism.evaluate_all(mechanism.gravity)
 
@@ -178,9 +176,11 @@ class Recursion(BatchDynamics):
         H, Hd = self._poses(self._local(move, len(states)), move.u)
         T = 0.5 * np.sum(self._armature * move.u**2, axis=-1)
         V = self._loads.energy(H, move.r, len(states))
+        g = self._gravity[:3, 3]
         for pose, rate, J in zip(H, Hd, self._J, strict=True):
             T = T + 0.5 * np.sum((rate @ J) * rate, axis=(-2, -1))
-            V = V - (pose @ J)[:, :3, 3] @ self._gravity[:3, 3]
+            mass_moment = (pose @ J)[:, :3, 3]
+            V = V - mass_moment @ g
         return T, V
 
     def poses(self, states: States) -> list[np.ndarray]:
@@ -221,9 +221,9 @@ class Recursion(BatchDynamics):
     def _inverse_dynamics(self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray) -> np.ndarray:
         """M u̇ + bias in the joint velocities, shape (n, nu)."""
         H, Hdd = self._accelerate(A, u, ud)
-        D: list[Any] = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
-        tau: np.ndarray = self._collect(A, H, D, len(u)) + self._armature * ud
-        return tau
+        D = [J @ np.swapaxes(rate, -1, -2) for J, rate in zip(self._J, Hdd, strict=True)]
+        bodies = self._collect(A, H, D, len(u))
+        return np.asarray(bodies + self._armature * ud)
 
     def _accelerate(
         self, A: list[np.ndarray], u: np.ndarray, ud: np.ndarray
@@ -251,9 +251,9 @@ class Recursion(BatchDynamics):
         D = list(D)
         tau = np.zeros((n, len(self._armature)))
         for place in range(len(self._tree) - 1, -1, -1):
-            across = np.swapaxes(D[place] @ H[place], -1, -2) if np.ndim(D[place]) else None
-            if across is None:
+            if not np.ndim(D[place]):  # 0.0: nothing acts on this link or beyond
                 continue
+            across = np.swapaxes(D[place] @ H[place], -1, -2)
             for k, S in enumerate(self._S[place]):
                 tau[:, self._first[place] + k] = np.sum(S * across, axis=(-2, -1))
             parent = self._tree[place].parent
@@ -278,14 +278,18 @@ class Recursion(BatchDynamics):
                 F, rows = parts[0]
             else:
                 several, places = zip(*parts, strict=True)
-                F, rows = np.concatenate(several, axis=1), np.concatenate(places)
+                F = np.concatenate(several, axis=1)
+                rows = np.concatenate(places)
             for k, S in enumerate(self._S[place]):
                 M[:, rows, self._first[place] + k] = np.einsum("nrij,ij->nr", F, S)
-            parent, back = self._tree[place].parent, np.swapaxes(A[place], -1, -2)
+            parent = self._tree[place].parent
             if parent >= 0:
-                C[parent] = C[parent] + A[place] @ C[place] @ back
-                beyond[parent].append((A[place][:, None] @ F @ back[:, None], rows))
-        M = np.tril(M) + np.swapaxes(np.tril(M, -1), -1, -2)
+                X = A[place]
+                back = np.swapaxes(X, -1, -2)
+                C[parent] = C[parent] + X @ C[place] @ back
+                beyond[parent].append((X[:, None] @ F @ back[:, None], rows))
+        lower = np.tril(M)
+        M = lower + np.swapaxes(np.tril(M, -1), -1, -2)
         M += np.diag(self._armature)
         return M
 

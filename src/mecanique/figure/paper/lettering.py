@@ -25,34 +25,40 @@ _MOVE, _WORD = 0.6, 12.0
 """Costs of a point of moving and of a square point of another word; a point of a line costs 1."""
 
 _FAINT = {"thin": 0.5, "dashed": 0.5, "axis": 0.4, "hatch": 0.7}
+"""Cost of a point of a faint line."""
+
+_BEFORE = {"start": 0.0, "middle": 0.5, "end": 1.0}
+"""Fraction of a word to the left of its anchor."""
+
+_HALF_HEIGHT = 0.42
+"""Of a word, in its size."""
+
+_TINY = 1e-12
+"""Instead of zero, where a line is level or upright."""
 
 Boxes = NDArray[np.float64]
 
 
 def clear_letters(marks: Sequence[Mark]) -> tuple[Mark, ...]:
     """Move the words of a figure off one another and off lines."""
-    placed = list(marks)
     lines, weights = _lines(marks)
-    numbers = [k for k, mark in enumerate(marks) if isinstance(mark, Words)]
+    words = {k: mark for k, mark in enumerate(marks) if isinstance(mark, Words)}
+    moved = dict(words)
     for _ in range(_PASSES):
-        for k in numbers:
-            word, first = placed[k], marks[k]
-            if not (isinstance(word, Words) and isinstance(first, Words)):
-                continue
-            others = [
-                frame(other) for j in numbers if j != k and isinstance(other := placed[j], Words)
-            ]
-            placed[k] = replace(
-                first, at=first.at + _best(frame(first), np.array(others), lines, weights)
-            )
-    return tuple(placed)
+        for k, word in words.items():
+            others = [frame(other) for j, other in moved.items() if j != k]
+            move = _best(frame(word), np.array(others), lines, weights)
+            moved[k] = replace(word, at=word.at + move)
+    return tuple(moved.get(k, mark) for k, mark in enumerate(marks))
 
 
 def frame(word: Words) -> Point:
     """Return the box that a word needs, shape (4,): left, top, right, bottom [pt]."""
-    left = word.at[0] - {"start": 0.0, "middle": 0.5, "end": 1.0}[word.anchor] * word.width
-    top, bottom = word.at[1] - 0.42 * word.size, word.at[1] + 0.42 * word.size
-    return np.array([left - AIR, top, left + word.width + AIR, bottom])
+    x, y = word.at
+    left = x - _BEFORE[word.anchor] * word.width
+    right = left + word.width
+    half = _HALF_HEIGHT * word.size
+    return np.array([left - AIR, y - half, right + AIR, y + half])
 
 
 def overlap(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
@@ -74,11 +80,16 @@ def _best(
     """The cheapest move."""
     angles = np.arange(_WAYS) * 2 * np.pi / _WAYS
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    moves = np.concatenate([np.zeros((1, 2)), *(radius * ring for radius in _RINGS)])
+    rings = [radius * ring for radius in _RINGS]
+    moves = np.concatenate([np.zeros((1, 2)), *rings])
     boxes = box + np.tile(moves, 2)
-    room = np.array([-FARTHEST, -FARTHEST, FARTHEST, FARTHEST]) + box
-    near = (lines.max(axis=1) >= room[:2]).all(axis=1) & (lines.min(axis=1) <= room[2:]).all(axis=1)
-    cost = _MOVE * np.hypot(*moves.T) + _measure_crossings(boxes, lines[near], weights[near])
+    # lines that no box can reach cost nothing
+    low, high = box[:2] - FARTHEST, box[2:] + FARTHEST
+    after = (lines.max(axis=1) >= low).all(axis=1)
+    before = (lines.min(axis=1) <= high).all(axis=1)
+    near = after & before
+    cost = _MOVE * np.hypot(*moves.T)
+    cost += _measure_crossings(boxes, lines[near], weights[near])
     if len(others):
         cost += _WORD * overlap(boxes, others)
     best: Point = moves[int(np.argmin(np.round(cost, 6)))]
@@ -89,12 +100,16 @@ def _measure_crossings(
     boxes: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The weighted length of the lines inside each box, shape (n,)."""
-    start, step = lines[None, :, 0], (lines[:, 1] - lines[:, 0])[None]
-    safe = np.where(np.abs(step) > 1e-12, step, 1e-12)
-    one, two = (boxes[:, None, :2] - start) / safe, (boxes[:, None, 2:] - start) / safe
-    enter = np.maximum(np.minimum(one, two).max(axis=2), 0.0)
-    leave = np.minimum(np.maximum(one, two).min(axis=2), 1.0)
-    lengths = np.maximum(leave - enter, 0.0) * np.hypot(*np.moveaxis(step, 2, 0))
+    start = lines[:, 0]
+    step = lines[:, 1] - start
+    # a line start + s step is between a box's two sides for s from one to two, on either axis
+    safe = np.where(np.abs(step) > _TINY, step, _TINY)
+    one = (boxes[:, None, :2] - start) / safe
+    two = (boxes[:, None, 2:] - start) / safe
+    enter = np.minimum(one, two).max(axis=2)
+    leave = np.maximum(one, two).min(axis=2)
+    inside = np.minimum(leave, 1.0) - np.maximum(enter, 0.0)
+    lengths = np.maximum(inside, 0.0) * np.hypot(*step.T)
     total: NDArray[np.float64] = (lengths * weights).sum(axis=1)
     return total
 

@@ -7,7 +7,9 @@ velocities are components in the child's axes. Quaternions are (x, y, z, w).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import final
+from functools import cached_property
+from types import EllipsisType
+from typing import TypeAlias, final
 
 import numpy as np
 
@@ -15,6 +17,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import conjugate, multiply, pure, turn
 
 __all__ = ["Rates"]
+
+_Columns: TypeAlias = tuple[EllipsisType, slice]
+"""Some columns of an array of states."""
 
 
 @final
@@ -42,15 +47,35 @@ class Rates:
         inside: set[str] = set()
         for joint in mechanism.joints:
             if joint.quaternion:
-                at = names.index(joint.coordinates[0]), velocities.index(joint.velocities[0])
                 inside.update(joint.coordinates)
+                i = names.index(joint.coordinates[0])
+                k = velocities.index(joint.velocities[0])
                 if joint.linear_coordinates:
-                    free.append(at)
-                    at = at[0] + 3, at[1] + 3
-                balls.append(at)
+                    free.append((i, k))
+                    i, k = i + 3, k + 3
+                balls.append((i, k))
         own = [name for name in names if name not in inside]
-        plain = tuple(names.index(n) for n in own), tuple(velocities.index(f"{n}'") for n in own)
-        return cls(plain, tuple(balls), tuple(free))
+        in_q = tuple(names.index(name) for name in own)
+        in_v = tuple(velocities.index(f"{name}'") for name in own)
+        return cls((in_q, in_v), tuple(balls), tuple(free))
+
+    @cached_property
+    def _turning(self) -> tuple[tuple[_Columns, _Columns], ...]:
+        """Columns of each quaternion in q and of its angular velocity in v."""
+        return tuple((np.s_[..., i : i + 4], np.s_[..., k : k + 3]) for i, k in self.balls)
+
+    @cached_property
+    def _moving(self) -> tuple[tuple[_Columns, _Columns, _Columns, _Columns], ...]:
+        """Columns of each free body: position and quaternion in q; velocity and spin in v."""
+        return tuple(
+            (
+                np.s_[..., i : i + 3],
+                np.s_[..., i + 3 : i + 7],
+                np.s_[..., k : k + 3],
+                np.s_[..., k + 3 : k + 6],
+            )
+            for i, k in self.free
+        )
 
     @property
     def trivial(self) -> bool:
@@ -66,8 +91,8 @@ class Rates:
         if not self.balls:
             return q
         q = q.copy()
-        for i, _ in self.balls:
-            q[..., i : i + 4] /= np.linalg.norm(q[..., i : i + 4], axis=-1, keepdims=True)
+        for Q, _ in self._turning:
+            q[Q] /= np.linalg.norm(q[Q], axis=-1, keepdims=True)
         return q
 
     def drift(self, q: np.ndarray) -> float:
@@ -76,13 +101,8 @@ class Rates:
         Args:
             q: shape (…, nq).
         """
-        return max(
-            (
-                float(np.abs(np.linalg.norm(q[..., i : i + 4], axis=-1) - 1).max())
-                for i, _ in self.balls
-            ),
-            default=0.0,
-        )
+        lengths = (np.linalg.norm(q[Q], axis=-1) for Q, _ in self._turning)
+        return max((float(np.abs(length - 1).max()) for length in lengths), default=0.0)
 
     def first(self, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """Return q̇.
@@ -98,10 +118,10 @@ class Rates:
             return v
         rate = np.zeros_like(q)
         rate[..., self.plain[0]] = v[..., self.plain[1]]
-        for i, k in self.balls:
-            rate[..., i : i + 4] = 0.5 * multiply(q[..., i : i + 4], pure(v[..., k : k + 3]))
-        for i, k in self.free:
-            rate[..., i : i + 3] = turn(q[..., i + 3 : i + 7], v[..., k : k + 3])
+        for Q, spin in self._turning:
+            rate[Q] = 0.5 * multiply(q[Q], pure(v[spin]))
+        for p, Q, velocity, _ in self._moving:
+            rate[p] = turn(q[Q], v[velocity])
         return rate
 
     def second(self, q: np.ndarray, v: np.ndarray, a: np.ndarray) -> np.ndarray:
@@ -116,15 +136,13 @@ class Rates:
             return a
         rate = np.zeros_like(q)
         rate[..., self.plain[0]] = a[..., self.plain[1]]
-        for i, k in self.balls:
-            spin = pure(v[..., k : k + 3])
-            Q = q[..., i : i + 4]
-            rate[..., i : i + 4] = 0.5 * multiply(Q, pure(a[..., k : k + 3])) + 0.25 * multiply(
-                multiply(Q, spin), spin
-            )
-        for i, k in self.free:
-            spin = np.cross(v[..., k + 3 : k + 6], v[..., k : k + 3])
-            rate[..., i : i + 3] = turn(q[..., i + 3 : i + 7], a[..., k : k + 3] + spin)
+        for Q, spin in self._turning:
+            omega = pure(v[spin])
+            turning = multiply(multiply(q[Q], omega), omega)
+            rate[Q] = 0.5 * multiply(q[Q], pure(a[spin])) + 0.25 * turning
+        for p, Q, velocity, spin in self._moving:
+            carried = np.cross(v[spin], v[velocity])
+            rate[p] = turn(q[Q], a[velocity] + carried)
         return rate
 
     def displace(self, q: np.ndarray, step: np.ndarray) -> np.ndarray:
@@ -139,13 +157,14 @@ class Rates:
             return shifted
         moved = q + np.zeros((*step.shape[:-1], 1))
         moved[..., self.plain[0]] += step[..., self.plain[1]]
-        for i, k in self.free:
-            moved[..., i : i + 3] += turn(q[..., i + 3 : i + 7], step[..., k : k + 3])
-        for i, k in self.balls:
-            half = step[..., k : k + 3] / 2
+        for p, Q, velocity, _ in self._moving:
+            moved[p] += turn(q[Q], step[velocity])
+        for Q, spin in self._turning:
+            half = step[spin] / 2
             angle = np.linalg.norm(half, axis=-1, keepdims=True)
-            change = np.concatenate([half * np.sinc(angle / np.pi), np.cos(angle)], axis=-1)
-            moved[..., i : i + 4] = multiply(q[..., i : i + 4], change)
+            along = half * np.sinc(angle / np.pi)  # numpy's sinc x is sin πx / πx
+            change = np.concatenate([along, np.cos(angle)], axis=-1)
+            moved[Q] = multiply(q[Q], change)
         return moved
 
     def velocities(self, q: np.ndarray, rate: np.ndarray) -> np.ndarray:
@@ -157,12 +176,11 @@ class Rates:
         """
         if self.trivial:
             return rate
-        v = np.zeros((*q.shape[:-1], len(self.plain[1]) + 3 * len(self.balls) + 3 * len(self.free)))
+        size = len(self.plain[1]) + 3 * len(self.balls) + 3 * len(self.free)
+        v = np.zeros((*q.shape[:-1], size))
         v[..., self.plain[1]] = rate[..., self.plain[0]]
-        for i, k in self.balls:
-            v[..., k : k + 3] = (
-                2 * multiply(conjugate(q[..., i : i + 4]), rate[..., i : i + 4])[..., :3]
-            )
-        for i, k in self.free:
-            v[..., k : k + 3] = turn(conjugate(q[..., i + 3 : i + 7]), rate[..., i : i + 3])
+        for Q, spin in self._turning:
+            v[spin] = 2 * multiply(conjugate(q[Q]), rate[Q])[..., :3]
+        for p, Q, velocity, _ in self._moving:
+            v[velocity] = turn(conjugate(q[Q]), rate[p])
         return v

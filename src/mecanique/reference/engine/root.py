@@ -25,14 +25,16 @@ class MassRoot:
     def __init__(self, engine: Engine) -> None:
         model = engine.model
         self._data = engine.data
-        inertias = [model.inertias[i] for i in range(model.njoints)]
-        self._joints = [i for i in range(1, model.njoints) if inertias[i].mass > 0]
-        count = len(self._joints)
-        self._mass = np.sqrt([inertias[i].mass for i in self._joints]).reshape(count, 1, 1)
-        levers = [inertias[i].lever for i in self._joints]
-        self._centers = np.array(levers).reshape(count, 3, 1)
-        roots = [_root(inertias[i].inertia) for i in self._joints]
-        self._inertia = np.array(roots).reshape(count, 3, 3)
+        self._joints = [i for i in range(1, model.njoints) if model.inertias[i].mass > 0]
+        inertias = [model.inertias[i] for i in self._joints]
+        # reshaped, so that arrays of no bodies have three axes, too
+        count = len(inertias)
+        masses = np.array([one.mass for one in inertias])
+        levers = np.array([one.lever for one in inertias])
+        roots = np.array([_root(one.inertia) for one in inertias])
+        self._mass = np.sqrt(masses).reshape(count, 1, 1)
+        self._centers = levers.reshape(count, 3, 1)
+        self._inertia = roots.reshape(count, 3, 3)
         carried = np.zeros((model.njoints, model.nv))
         for i in range(1, model.njoints):
             joint = model.joints[i]
@@ -45,19 +47,27 @@ class MassRoot:
     def now(self) -> Array:
         """Return A, shape (k, nv), in the state whose joint Jacobians the engine last computed."""
         columns = self._data.J.reshape(6, -1)
-        nv = columns.shape[1]
+        v, omega = columns[:3], columns[3:]
         poses = [self._data.oMi[i] for i in self._joints]
         turns = np.array([pose.rotation for pose in poses]).reshape(-1, 3, 3)
         places = np.array([pose.translation for pose in poses]).reshape(-1, 3, 1)
-        x, y, z = (places + turns @ self._centers)[:, :, 0].T[:, :, None]
-        (vx, vy, vz), (wx, wy, wz) = columns[:3], columns[3:]
-        # the velocity of each center, v + ω × c
-        parts = [vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x]
-        linear = self._mass * np.stack(parts, axis=1) * self._carried
-        angular = self._inertia @ turns.transpose(0, 2, 1) @ columns[3:] * self._carried
-        root: Array = np.concatenate(
-            [linear.reshape(-1, nv), angular.reshape(-1, nv), self._rotors]
-        )
+        centers = places + turns @ self._centers
+        # v + ω × c, written out: NumPy's own product is slow on arrays this small
+        x, y, z = centers[:, :, 0].T[:, :, None]
+        vx, vy, vz = v
+        wx, wy, wz = omega
+        parts = [
+            vx + wy * z - wz * y,
+            vy + wz * x - wx * z,
+            vz + wx * y - wy * x,
+        ]
+        velocities = np.stack(parts, axis=1)
+        spins = turns.transpose(0, 2, 1)
+        linear = self._mass * velocities * self._carried
+        angular = self._inertia @ spins @ omega * self._carried
+        nv = columns.shape[1]
+        rows = [linear.reshape(-1, nv), angular.reshape(-1, nv), self._rotors]
+        root: Array = np.concatenate(rows)
         return root
 
 

@@ -24,16 +24,23 @@ class Bars:
     def __init__(self) -> None:
         from sympy import Function, Matrix, Symbol, symbols
 
-        self.m, self.k, self.l = m, k, l = symbols("m k l", positive=True)
-        self.t = t = Symbol("t")
-        self.q = q = Function("q")(t)
-        self.v, self.a = q.diff(t), q.diff(t, 2)
+        m, k, l = symbols("m k l", positive=True)
+        t = Symbol("t")
+        q = Function("q")(t)
+        self.m, self.k, self.l = m, k, l
+        self.t, self.q = t, q
+        self.v = q.diff(t)
+        self.a = q.diff(t, 2)
         self.dq = Symbol("delta_q")
-        self.A, self.C = Matrix([0, l]), Matrix([4 * l, l - q])
-        self.D, self.F = Matrix([0, 0]), Matrix([4 * l, -q])
-        self.B, self.E = self.A + (self.C - self.A) * 3 / 4, self.D + (self.F - self.D) / 2
-        self.Bs = self.A + (self.C - self.A) / 2
-        """Where the upper spring is held, B'; the lower one is held at F."""
+        self.A = Matrix([0, l])
+        self.C = Matrix([4 * l, l - q])
+        self.D = Matrix([0, 0])
+        self.F = Matrix([4 * l, -q])
+        upper, lower = self.C - self.A, self.F - self.D
+        self.B = self.A + upper * 3 / 4
+        self.E = self.D + lower / 2
+        self.Bs = self.A + upper / 2
+        """The end of the upper spring, B'; the lower one ends at F."""
         self.r_C = (m * self.B + 2 * m * self.E) / (3 * m)
         self.reactions = symbols("A_x A_y C_x C_y D_x D_y F_x F_y")
         self.springs: tuple[Acting, ...] = (
@@ -62,15 +69,16 @@ class Bars:
         from sympy import Matrix, solve
 
         Ax, Ay, Cx, Cy, Dx, Dy, Fx, Fy = self.reactions
+        at_A, at_D = Matrix([Ax, Ay]), Matrix([Dx, Dy])
+        at_C, at_F = Matrix([Cx, -Cy]), Matrix([-Fx, Fy])  # of CF on the other two bars
         upper, lower = self.springs
-        b_push, e_push = ((point, -push) for point, push in self.pushes)
+        inertia_ABC, inertia_DEF = ((point, -push) for point, push in self.pushes)
+        ABC = [(self.A, at_A), (self.C, at_C), upper, inertia_ABC]
+        DEF = [(self.D, at_D), (self.F, at_F), lower, inertia_DEF]
+        CF = [(self.C, -at_C), (self.F, -at_F)]
         middle = (self.C + self.F) / 2
         equations: list[Any] = []
-        for about, acting in (
-            (self.A, [(self.A, Matrix([Ax, Ay])), (self.C, Matrix([Cx, -Cy])), upper, b_push]),
-            (self.D, [(self.D, Matrix([Dx, Dy])), (self.F, Matrix([-Fx, Fy])), lower, e_push]),
-            (middle, [(self.C, Matrix([-Cx, Cy])), (self.F, Matrix([Fx, -Fy]))]),
-        ):
+        for about, acting in ((self.A, ABC), (self.D, DEF), (middle, CF)):
             total = sum((force for _, force in acting), Matrix([0, 0]))
             equations += [*total, self.moment(about, acting)]
         (found,) = solve(equations, [*self.reactions, self.a], dict=True)
