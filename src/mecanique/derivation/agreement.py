@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mecanique.derivation.methods import METHODS
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, along_displacement
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.model.mechanism import Mechanism
 
@@ -25,11 +25,7 @@ def _along(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
     """Lagrange's left sides, along the independent displacements if the other has some."""
     if not other.quasi:
         return lagrange.rows
-    ring = lagrange.algebra.ring
-    return tuple(
-        ring.sum([s * row for s, row in zip(one, lagrange.rows, strict=True) if s])
-        for one in other.quasi
-    )
+    return tuple(along_displacement(one, lagrange.rows) for one in other.quasi)
 
 
 def agreement(mechanism: Mechanism) -> str:

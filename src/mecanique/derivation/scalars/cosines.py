@@ -73,14 +73,15 @@ def _quotient(series: Series, cosine: Series) -> Series | None:
         if abs(multiple) < size:
             return None
         # cos(−B) = cos B, sin(−B) = −sin B
-        other, flip = (trig >> 1, 1) if multiple > 0 else (-(trig >> 1), -1 if trig & 1 else 1)
+        turned = -1 if trig & 1 else 1
+        other, flip = (trig >> 1, 1) if multiple > 0 else (-(trig >> 1), turned)
         left, double = other - angle, 2
         if not left:
             if trig & 1:
                 return None
             double = 1
         if left < 0:
-            left, flip = -left, flip * (-1 if trig & 1 else 1)
+            left, flip = -left, flip * turned
         polynomial = {m: double * flip * c for m, c in rest.parts[trig].items()}
         term = canonical(
             ring, {2 * left + (trig & 1): polynomial}, rest.denominator, rest.reach + cosine.reach

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias, final
 
@@ -14,7 +14,16 @@ from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.tie import Tie
 
-__all__ = ["Derivation", "Left", "Matrix", "Result", "Stage", "SymbolicMethod", "mass_and_bias"]
+__all__ = [
+    "Derivation",
+    "Left",
+    "Matrix",
+    "Result",
+    "Stage",
+    "SymbolicMethod",
+    "along_displacement",
+    "mass_and_bias",
+]
 
 Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 """Rows of series."""
@@ -140,9 +149,15 @@ class Derivation:
             held = [-multiplier * slope[k] for multiplier, slope in slopes]
             rows.append(ring.sum([*inertia, h, -Q, *held]))
         if self.quasi:
-            sums = [[s * row for s, row in zip(one, rows, strict=True) if s] for one in self.quasi]
-            rows = [by_velocity(ring.sum(terms), self.algebra.velocities) for terms in sums]
+            sums = [along_displacement(one, rows) for one in self.quasi]
+            rows = [by_velocity(total, self.algebra.velocities) for total in sums]
         return tuple(rows)
+
+
+def along_displacement(displacement: Sequence[Series], rows: Sequence[Series]) -> Series:
+    """Return the sum of the rows of equations, each times its part of a displacement."""
+    pairs = zip(displacement, rows, strict=True)
+    return rows[0].ring.sum([part * row for part, row in pairs if part])
 
 
 class SymbolicMethod(Protocol):

@@ -87,7 +87,7 @@ class VirtualWork:
         loads = self._coefficients(self._loads)
         whole = ring.sum([*inertia, *self._loads])
         ties = contact_ties(self.cuts.kinematics, self.cuts.touches)
-        slopes = [[tidy(slope) for slope in tie.slopes(ring)] for tie in ties]
+        slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
         S = independent_displacements(ring, slopes, len(algebra.velocities)) if ties else []
         known = not algebra.mechanism.velocity_constraints
         met = [tie for touch in self.cuts.touches for tie in touch.ties]
@@ -120,9 +120,10 @@ class VirtualWork:
         yield from loop_stages(ties, of_work=True)
         one = self.algebra.ring.number(1)
         named: list[Series] = []
+        users = [sum(map(bool, row)) for row in zip(*S, strict=True)]
         for k, column in enumerate(S):
             alone = [i for i, entry in enumerate(column) if entry == one]
-            own = [i for i in alone if sum(bool(other[i]) for other in S) == 1]
+            own = [i for i in alone if users[i] == 1]
             if own:
                 named.append(self._deltas[own[0]])
                 continue

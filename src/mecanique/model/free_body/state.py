@@ -215,11 +215,8 @@ def _choose(mechanism: Mechanism, name: str | None) -> Joint:
 
 def _stand(mechanism: Mechanism, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
     """Return where the joint stands in the world, and how it is turned there."""
-    numbers = [
-        np.array([mechanism.evaluate(component) for component in vector])
-        for vector in (joint.origin.xyz, joint.origin.rpy)
-    ]
-    return numbers[0], from_euler(numbers[1], "xyz")
+    xyz, rpy = map(mechanism.evaluate_all, (joint.origin.xyz, joint.origin.rpy))
+    return np.array(xyz), from_euler(np.array(rpy), "xyz")
 
 
 def _rows(given: Rows | None, width: int, what: str) -> np.ndarray:

@@ -18,7 +18,7 @@ from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, cross, dot, lift, total, zero
-from mecanique.derivation.tree.poses import combination, origin, product
+from mecanique.derivation.tree.poses import combination, origin, product, transpose
 from mecanique.model.contacts import Blade, Contact, Rolling
 
 __all__ = ["Touch", "contact_ties", "touches"]
@@ -77,7 +77,7 @@ def _roll(kinematics: Kinematics, contact: Rolling) -> Touch:
     algebra = kinematics.algebra
     plane = origin(contact.plane, algebra.values, algebra.arithmetic)
     frame = product(kinematics.pose(contact.on), plane)
-    x, y, n, start = (lift(algebra.ring, [row[k] for row in frame]).tidy() for k in range(4))
+    x, y, n, start = (lift(algebra.ring, column).tidy() for column in transpose(frame))
     hub = kinematics.point(contact.body, contact.center).tidy()
     crown = algebra.series(contact.crown)
     rho, assumptions = -(n * crown), list[Assumption]()

@@ -34,7 +34,9 @@ def independent_displacements(
         DerivationError: if that would divide by what may vanish.
     """
     one, zero = ring.number(1), ring.number(0)
-    basis = [[one if i == k else zero for i in range(count)] for k in range(count)]
+    basis = [[zero] * count for _ in range(count)]
+    for k, column in enumerate(basis):
+        column[k] = one
     for row in rows:
         entries = [_dot(ring, row, column) for column in basis]
         met = [k for k, entry in enumerate(entries) if entry]
