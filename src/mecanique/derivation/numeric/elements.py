@@ -17,6 +17,7 @@ import numpy as np
 
 from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
+from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.elements import force_names
 from mecanique.model.guides.guide import Guide
@@ -94,15 +95,13 @@ def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
 
     def turn(name: str) -> list[list[np.ndarray]]:
         turns = bodies[name].turn if name in bodies else np.broadcast_to(np.eye(3), (n, 3, 3))
-        return [[turns[:, i, k] for k in range(3)] for i in range(3)]
+        return [list(row) for row in np.moveaxis(turns, 0, -1)]
 
     def point(name: str, xyz: Sequence[object]) -> list[np.ndarray]:
-        here = [mechanism.evaluate(c) for c in xyz]
+        here = mechanism.evaluate_all(xyz)
         seat = bodies[name].seat if name in bodies else np.zeros((n, 3))
-        rows = turn(name)
-        return [
-            seat[:, i] + sum(c * x for c, x in zip(here, rows[i], strict=True)) for i in range(3)
-        ]
+        pairs = zip(seat.T, turn(name), strict=True)
+        return [start + combination(here, row) for start, row in pairs]
 
     return Ground(point, turn, mechanism.evaluate, np.sqrt, lambda a, b: a / b)
 

@@ -132,7 +132,8 @@ def _ratio(a: Series, b: Series) -> Series:
     """A quotient, exact where it is 0 or ±1."""
     a, b = tidy(a), tidy(b)
     if not a or a in (b, -b):
-        return a.ring.number(0 if not a else 1 if a == b else -1)
+        size = 1 if a else 0
+        return a.ring.number(size if a == b else -size)
     return tidy(a / b)
 
 

@@ -100,7 +100,7 @@ def _of_cord(cord: Cord, ground: Ground) -> Iterator[tuple[Any, ...]]:
 def _of_loop(loop: Loop, ground: Ground) -> Iterator[tuple[Any, ...]]:
     b = ground.point(loop.body_b, loop.frame_b.xyz)
     turn = ground.turn(loop.body_a)
-    frame = [[ground.scalar(c) for c in row] for row in loop.frame_a.rotation]
+    frame = [list(map(ground.scalar, row)) for row in loop.frame_a.rotation]
     for index, row in enumerate(CLOSED[loop.kind]):
         if row == "length":
             d = _difference(b, ground.point(loop.body_a, loop.frame_a.xyz))
@@ -110,9 +110,13 @@ def _of_loop(loop: Loop, ground: Ground) -> Iterator[tuple[Any, ...]]:
             column = [line["xyz".index(row[-1])] for line in frame]
             along = [ground.scalar(0.0) + combination(line[:3], column) for line in turn]
         nothing = [0 * c for c in along]
-        parts = (nothing, along) if row.startswith("r") else (along, nothing)
-        yield index, loop.body_b, b, *parts
-        yield index, loop.body_a, b, *([-c for c in part] for part in parts)
+        against = [-c for c in along]
+        if row.startswith("r"):
+            yield index, loop.body_b, b, nothing, along
+            yield index, loop.body_a, b, nothing, against
+        else:
+            yield index, loop.body_b, b, along, nothing
+            yield index, loop.body_a, b, against, nothing
 
 
 def _difference(a: Three, b: Three) -> Three:

@@ -212,8 +212,7 @@ class Elements:
         a = self._place(loop.body_a, loop.frame_a.xyz)
         b = self._place(loop.body_b, loop.frame_b.xyz)
         ends = ((loop.body_b, loop.body_a, 1.0), (loop.body_a, loop.body_b, -1.0))
-        frame = [[self._mechanism.evaluate(c) for c in row] for row in loop.frame_a.rotation]
-        axes = self._turn(loop.body_a) @ np.array(frame)
+        axes = self._turn(loop.body_a) @ self._mechanism.matrix(loop.frame_a)[:3, :3]
         for k, row in enumerate(CLOSED[loop.kind]):
             if row == "length":
                 along, turns = (b - a) / np.linalg.norm(b - a), False
@@ -228,7 +227,7 @@ class Elements:
         return Action(Site(body, self._axes[body], _ZERO), y, x, z)
 
     def _place(self, body: str, point: Any) -> Array:
-        here = np.array([self._mechanism.evaluate(c) for c in point])
+        here = np.array(self._mechanism.evaluate_all(point))
         placed: Array = self._engine.data.oMi[self._holder(body).joint].act(
             self._holder(body).placement.act(here)
         )
