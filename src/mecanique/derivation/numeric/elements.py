@@ -82,10 +82,10 @@ def unit_needs(mechanism: Mechanism, at: Snapshot) -> list[np.ndarray]:
 
 
 def _wrench(unit: UnitForce, center: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    point, force, moment = (
-        np.stack([np.broadcast_to(c, len(center)) for c in part], axis=1)
-        for part in (unit.point, unit.force, unit.moment)
-    )
+    def stack(part: Sequence[np.ndarray]) -> np.ndarray:
+        return np.stack([np.broadcast_to(c, len(center)) for c in part], axis=1)
+
+    point, force, moment = map(stack, (unit.point, unit.force, unit.moment))
     return force, moment + np.cross(point - center, force)
 
 

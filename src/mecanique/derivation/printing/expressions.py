@@ -140,7 +140,9 @@ def _factored_sum(polynomial: Series) -> Expr:
     plain = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
     if not plain and len(terms) <= _LARGEST:
         indices = sorted({i for d in degrees for i in d})
-        rows = [tuple(d.get(i, 0) for i in indices) for d in degrees]
+        rows = []
+        for d in degrees:
+            rows.append(tuple(d.get(i, 0) for i in indices))
         number, factors = _factor(tuple(zip(rows, terms.values(), strict=True)))
         if len(factors) > 1 or factors[0][1] > 1:
             out = [_number(number / polynomial.denominator)]
@@ -166,7 +168,10 @@ def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
 
     symbols = [Symbol(f"x{i}") for i in range(len(rows[0][0]))]
     number, factors = Poly.from_dict(dict(rows), *symbols).factor_list()
-    found = ((tuple((row, int(c)) for row, c in factor.terms()), e) for factor, e in factors)
+    found = []
+    for factor, power in factors:
+        terms = tuple((row, int(c)) for row, c in factor.terms())
+        found.append((terms, power))
     return Fraction(int(number.p), int(number.q)), tuple(found)
 
 
