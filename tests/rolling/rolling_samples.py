@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mecanique.model import (
     Blade,
     Body,
@@ -14,6 +16,7 @@ from mecanique.model import (
     Prismatic,
     Revolute,
     Rolling,
+    Shape,
     VelocityConstraint,
     ball,
     box,
@@ -90,4 +93,59 @@ def sleigh(ahead: float = 0.3, *, by_element: bool = True) -> Mechanism:
         (Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
         contacts=(Blade("edge", "sleigh"),) if by_element else (),
         velocity_constraints=() if by_element else (edge,),
+    )
+
+
+def bicycle() -> Mechanism:
+    """Whipple's bicycle with the benchmark's numbers (Meijaard et al. 2007, table 1).
+
+    Their x points forward, their z down: heights and products of inertia change their sign. Roll
+    and steer count positive to the right, as theirs.
+    """
+    tilt, wheelbase, trail, rear, front = math.pi / 10, 1.02, 0.08, 0.3, 0.35
+    steering = wheelbase + trail - rear * math.tan(tilt)
+
+    fork = (0.05892, 0.06, 0.00708, -0.00756)
+
+    def piece(mass: float, x: float, z: float, inertia: tuple[float, ...]) -> Shape:
+        xx, yy, zz, xz = inertia
+        return Shape(mass, (x, 0.0, z), (xx, yy, zz, 0.0, -xz, 0.0))
+
+    return Mechanism(
+        "bicycle",
+        (
+            Body("ground"),
+            *(Body(name) for name in "abcde"),
+            Body("frame", piece(85.0, 0.3, 0.9 - rear, (9.2, 11.0, 2.8, 2.4))),
+            Body("rear", piece(2.0, 0.0, 0.0, (0.0603, 0.12, 0.0603, 0.0))),
+            Body("fork", piece(4.0, 0.9 - steering, 0.7 - rear, fork)),
+            Body("front", piece(3.0, 0.0, 0.0, (0.1405, 0.28, 0.1405, 0.0))),
+        ),
+        (
+            Prismatic("jx", "ground", "a", axis=(1, 0, 0), coordinate="x"),
+            Prismatic("jy", "a", "b", axis=(0, 1, 0), coordinate="y"),
+            Prismatic("jz", "b", "c", axis=(0, 0, 1), coordinate="z"),
+            Revolute("yawing", "c", "d", axis=(0, 0, 1), coordinate="yaw"),
+            Revolute("rolling", "d", "e", axis=(1, 0, 0), coordinate="roll"),
+            Revolute("pitching", "e", "frame", coordinate="pitch", axis=(0, 1, 0)),
+            Revolute("rear_hub", "frame", "rear", coordinate="rear_spin", axis=(0, 1, 0)),
+            Revolute(
+                "headset",
+                "frame",
+                "fork",
+                axis=(math.sin(tilt), 0, -math.cos(tilt)),
+                origin=Placement((steering, 0, 0)),
+                coordinate="steer",
+            ),
+            Revolute(
+                "front_hub",
+                "fork",
+                "front",
+                origin=Placement((wheelbase - steering, 0, front - rear)),
+                coordinate="front_spin",
+                axis=(0, 1, 0),
+            ),
+        ),
+        gravity=(0, 0, -9.81),
+        contacts=(Rolling("rear_contact", "rear", rear), Rolling("front_contact", "front", front)),
     )

@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 from rolling_samples import W, coin, g, m, r, sleigh, turntable, wheel
 
-from mecanique import Placement, Reference, simulate
+from mecanique import (
+    InputError,
+    Placement,
+    Reference,
+    linearize,
+    linearize_steady,
+    simulate,
+    sweep_speeds,
+)
 from mecanique.verification.states.random import random_states
 
 
@@ -86,3 +94,38 @@ def test_the_sleigh_by_its_closed_form() -> None:
     force = mass * (-a * a * (U * np.tanh(phase)) * omega / b**2 + U * np.tanh(phase) * omega)
     found = motion.reference.multipliers(motion.q, motion.v, motion.t)["edge: side"]
     np.testing.assert_allclose(found, force, atol=1e-7)
+
+
+def test_a_coin_rolls_upright_above_its_limit() -> None:
+    """A thin disk is stable if v² > g r/3 (Routh, Advanced Rigid Dynamics, 1905, art. 245)."""
+    limit = np.sqrt(g.value / (3 * r.value))
+    found = sweep_speeds(coin(), {"z": r.value}, {"spin": 1.0}, [0.5 * limit, 1.7 * limit])
+    # there three exponents meet at zero, so that half the digits are lost
+    assert found.limits == pytest.approx([limit], rel=1e-6)
+    fast = linearize_steady(coin(), {"z": r.value}, {"spin": 2 * limit})
+    assert fast.stable
+    # λ² = 4 g/(5 r) − 12 n²/5
+    n = 2 * limit
+    expected = np.sqrt(12 * n * n / 5 - 4 * g.value / (5 * r.value))
+    assert np.abs(fast.exponents).max() == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_coin_goes_round_steadily_and_others_are_refused() -> None:
+    lean, turn = 0.3, 1.2
+    spin = (
+        -5
+        / (6 * np.cos(lean) * turn)
+        * (4 * g.value * np.sin(lean) / (5 * r.value) + np.sin(lean) * np.cos(lean) * turn**2)
+    )
+    at, v = {"lean": lean, "z": r.value * np.cos(lean)}, {"yaw": turn, "spin": spin, "lean": 0.0}
+    found = linearize_steady(coin(), at, v)
+    assert {"x", "y", "yaw", "spin"} >= set(found.cyclic)
+    motion = simulate(coin(), q=at, v=v, duration=2.0)
+    np.testing.assert_allclose(motion["lean"], lean, atol=1e-7)
+    np.testing.assert_allclose(motion["yaw"], turn * motion.t, atol=1e-6)
+    with pytest.raises(InputError, match=r"is not steady: .*lean'' = "):
+        linearize_steady(coin(), at, {**v, "spin": 2 * spin})
+    with pytest.raises(InputError, match="turns by a quaternion"):
+        linearize_steady(wheel())
+    with pytest.raises(InputError, match="use linearize_steady"):
+        linearize(coin(), at)

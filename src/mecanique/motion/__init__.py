@@ -15,6 +15,12 @@ if TYPE_CHECKING:
     from mecanique.motion.linear.linearization import Linearization
     from mecanique.motion.linear.linearize import linearize
     from mecanique.motion.linear.response import Response, frequency_response
+    from mecanique.motion.linear.steady import (
+        SpeedRange,
+        SteadyLinearization,
+        linearize_steady,
+        sweep_speeds,
+    )
     from mecanique.motion.record.curve import State
     from mecanique.motion.record.energies import Energies
     from mecanique.motion.record.events import Event, Occurrence
@@ -33,15 +39,19 @@ __all__ = [
     "Occurrence",
     "Response",
     "Runs",
+    "SpeedRange",
     "State",
     "Statistics",
+    "SteadyLinearization",
     "Trust",
     "equilibria",
     "frequency_response",
     "inertial_check",
     "linearize",
+    "linearize_steady",
     "simulate",
     "simulate_many",
+    "sweep_speeds",
 ]
 
 _HOMES = {
@@ -56,15 +66,19 @@ _HOMES = {
     "Occurrence": "record.events",
     "Response": "linear.response",
     "Runs": "ensemble.runs",
+    "SpeedRange": "linear.steady",
     "State": "record.curve",
     "Statistics": "record.motion",
+    "SteadyLinearization": "linear.steady",
     "Trust": "analysis.trust",
     "equilibria": "linear.equilibria",
     "frequency_response": "linear.response",
     "inertial_check": "analysis.inertial",
     "linearize": "linear.linearize",
+    "linearize_steady": "linear.steady",
     "simulate": "simulation.simulate",
     "simulate_many": "ensemble.simulate_many",
+    "sweep_speeds": "linear.steady",
 }
 """The module of each name; each is imported when it is first used."""
 

@@ -73,8 +73,8 @@ def linearize_about(
         free = Independent(reference.closed, position, t)
         tangent = free.tangent
         by_position, by_velocity = _of_loops(reference, free, position, velocity, acceleration, t)
-    K, error_k = _slopes(by_position, tangent.shape[1])
-    C, error_c = _slopes(by_velocity, tangent.shape[1])
+    K, error_k = slopes(by_position, tangent.shape[1])
+    C, error_c = slopes(by_velocity, tangent.shape[1])
     M = tangent.T @ reference.mass_matrix(position, t) @ tangent
     # what differs from symmetry by no more than the differences' error is symmetric
     if np.abs(K - K.T).max(initial=0.0) <= 1e-11 * np.abs(K).max(initial=0.0):
@@ -98,8 +98,8 @@ def refuse_rolling(mechanism: Mechanism) -> None:
     """Raise if a mechanism rolls or has velocity constraints."""
     if mechanism.rolls:
         raise InputError(
-            f"mechanism {mechanism.name!r} rolls or has velocity constraints; linear equations of "
-            "such motions are not derived"
+            f"mechanism {mechanism.name!r} rolls or has velocity constraints: its linear "
+            "equations are of first order; use linearize_steady(mechanism, at={...}, v={...})"
         )
 
 
@@ -175,7 +175,7 @@ def drop_disturbances(mechanism: Mechanism) -> Mechanism:
     return replace(mechanism, inputs=inputs)
 
 
-def _slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
+def slopes(function: _Function, count: int) -> tuple[np.ndarray, float]:
     """Return ∂f/∂x as a matrix, and its error relative to its largest entry."""
     if not count:
         return np.zeros((0, 0)), 0.0

@@ -19,6 +19,9 @@ from mecanique.reference.loops.tolerances import DEPENDENT
 
 __all__ = ["Independent"]
 
+_PREFERENCE = 1e3
+"""How much better others must move for one that is preferred not to be independent."""
+
 
 @final
 class Independent:
@@ -28,16 +31,30 @@ class Independent:
         closed: the mechanism.
         q: shape (nq,), where the loops are closed.
         t: time [s].
+        rows: shape (m,), which constraints count; all by default. Of what rolls, those that
+            restrict positions have other independent coordinates than all have velocities.
+        prefer: shape (nv,), which velocities are to be independent if they can.
     """
 
-    def __init__(self, closed: Closed, q: Array, t: float) -> None:
+    def __init__(
+        self,
+        closed: Closed,
+        q: Array,
+        t: float,
+        *,
+        rows: Array | None = None,
+        prefer: Array | None = None,
+    ) -> None:
         from scipy.linalg import qr
 
         self._closed, self._q, self._t = closed, q, t
         closures = closed.closures
-        free = split(closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian).null
+        self._rows: Array = np.ones(len(closures.rows), dtype=bool) if rows is None else rows
+        J = closures.scale(q, np.zeros(closed.mechanism.nv), t).jacobian
+        free = split(J[self._rows]).null
+        weight = np.ones(len(free)) if prefer is None else np.where(prefer, _PREFERENCE, 1.0)
         # the velocities that move the others best are the independent ones; in their order
-        _, _, order = qr(free.T, pivoting=True)
+        _, _, order = qr((weight[:, None] * free).T, pivoting=True)
         free = closures.columns[:, None] * free
         self.chosen: Array = np.sort(order[: free.shape[1]])
         """Which velocities are independent, shape (n,)."""
@@ -60,29 +77,30 @@ class Independent:
 
     def tangents(self, q: Array) -> Array:
         """Return T at a position on the loops, shape (nv, n)."""
-        none = np.zeros((len(self._closed.closures.rows), 1))
+        none = np.zeros((int(self._rows.sum()), 1))
         return self._complete(q, np.zeros(len(self._held)), np.eye(len(self.chosen)), none)
 
     def velocity(self, q: Array, w: Array) -> Array:
         """Return v, shape (nv,), by the independent velocities, at a position on the loops."""
         v = np.zeros(len(self._held))
         v[self.chosen] = w
-        drift = self._closed.closures.at(q, v, self._t).drift
+        drift = self._closed.closures.at(q, v, self._t).drift[self._rows]
         return self._complete(q, v, w[:, None], drift[:, None])[:, 0]
 
     def acceleration(self, q: Array, v: Array, rate: Array) -> Array:
         """Return v', shape (nv,), by the independent velocities' rates, in a state on the loops."""
-        gamma = self._closed.closures.at(q, v, self._t).gamma
+        gamma = self._closed.closures.at(q, v, self._t).gamma[self._rows]
         return self._complete(q, v, rate[:, None], gamma[:, None])[:, 0]
 
     def _complete(self, q: Array, v: Array, given: Array, rest: Array) -> Array:
         """Return the columns x with the given independent components and J x + rest = 0."""
         closures = self._closed.closures
-        jacobian = closures.at(q, v, self._t).jacobian
+        jacobian = closures.at(q, v, self._t).jacobian[self._rows]
         x = np.zeros((len(self._held), given.shape[1]))
         x[self.chosen] = given
         columns = np.where(self._held, 0.0, closures.columns)
-        off = closures.rows[:, None] * (jacobian @ x + rest)
-        J = closures.rows[:, None] * jacobian * columns
+        units = closures.rows[self._rows, None]
+        off = units * (jacobian @ x + rest)
+        J = units * jacobian * columns
         dependent: Array = columns[:, None] * np.linalg.lstsq(J, off, rcond=DEPENDENT)[0]
         return x - dependent
