@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -174,3 +176,47 @@ def test_an_undeclared_pitch_is_refused() -> None:
     screw = mq.Helical("screw", "ground", "nut", pitch=h)
     with pytest.raises(mq.MechanismError, match="depends on 'h', which is not declared"):
         mq.Mechanism("m", bodies, (screw,))
+
+
+def sprung_screw() -> mq.Mechanism:
+    """The same with a torsion spring in the screw, from 0.4 rad on."""
+    k = mq.Parameter("k", 2.0, "N·m/rad", "stiffness")
+    screw = screw_on_an_arm()
+    spring = mq.JointSpring("thread", "screw", k, 0.4)
+    return replace(screw, forces=(*screw.forces, spring), parameters=(*screw.parameters, k))
+
+
+def test_a_spring_in_a_screw_is_about_its_angle() -> None:
+    mechanism = sprung_screw()
+    reference = mq.Reference(mechanism)
+    q = {"q": 0.3, "s": 0.7}
+    assert reference.energy(q).springs == pytest.approx(2.0 * 0.3**2 / 2, rel=1e-14)
+    without = mq.Reference(screw_on_an_arm()).forces(q)
+    expected = np.zeros(mechanism.nv)
+    expected[1] = -2.0 * 0.3
+    np.testing.assert_allclose(reference.forces(q) - without, expected, atol=1e-14)
+    verdict = mq.verify(mechanism, samples=20)
+    assert verdict.agrees
+    assert verdict.worst < 1e-12
+
+
+def test_a_spring_in_a_screw_survives_urdf() -> None:
+    mechanism = sprung_screw()
+    back = mq.read_urdf(mq.write_urdf(mechanism))
+    (spring,) = (force for force in back.forces if isinstance(force, mq.JointSpring))
+    assert (spring.joint, float(spring.stiffness)) == ("screw", 2.0)
+    assert float(spring.reference) == pytest.approx(0.4, abs=1e-15)
+    q = mechanism.position({"q": 0.3, "s": 0.7})
+    forces = mq.Reference(mechanism).forces(q) - mq.Reference(screw_on_an_arm()).forces(q)
+    unsprung = mq.read_urdf(mq.write_urdf(screw_on_an_arm()))
+    found = mq.Reference(back).forces(q) - mq.Reference(unsprung).forces(q)
+    np.testing.assert_allclose(found, forces, atol=1e-14)
+
+
+def test_the_travel_of_a_screw_has_no_entry_of_its_own_in_the_map() -> None:
+    own = mq.Coordinates((), {"s_travel": 0.2 * mq.coordinate("s")})
+    with pytest.raises(mq.MechanismError, match=r"within joint 'screw' it follows as s_travel"):
+        replace(screw_on_an_arm(), coordinates=own)
+    # what a copy is made of holds the screw's own law
+    again = replace(screw_on_an_arm(), name="again").replace(h=0.5)
+    assert str(again.coordinates.driven["s_travel"]) == "h*s"

@@ -20,6 +20,7 @@ from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, scal
 from mecanique.generation.program.sweeps import pull_back
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.forces import BodyLoad, End, JointLoad, LineLoad
+from mecanique.model.joints import Single
 
 __all__ = ["Forces", "on_velocities"]
 
@@ -91,8 +92,8 @@ class Forces:
         for joint in letters.mechanism.tree:
             for name in joint.velocities:
                 columns[name] = len(columns)
-            if len(joint.velocities) == 1:
-                coordinates[joint.name] = joint.coordinates[0]
+            if isinstance(joint, Single):
+                coordinates[joint.name] = joint.coordinates[-1]
         self._column = {
             joint.name: columns[joint.velocities[-1]]
             for joint in letters.mechanism.tree

@@ -7,7 +7,7 @@ from typing import Any, final
 
 from mecanique.errors import MechanismError
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.expression import Scalar, coordinate, symbols_in
+from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
 from mecanique.model.mechanism.state_space import StateSpace
 from mecanique.model.mechanism.validation import faults
 from mecanique.model.mechanism.variants import Variants
@@ -75,7 +75,16 @@ class Mechanism(StateSpace, Variants):
         for joint in self.joints:
             for name, law in joint.followers.items():
                 leaders = symbols_in(law) & driven.keys()
-                driven[name] = law.subs({coordinate(k): driven[k] for k in leaders})
+                law = plain(law.subs({coordinate(k): driven[k] for k in leaders}))
+                if plain(driven.get(name, law)) != law:
+                    raise MechanismError(
+                        self.name,
+                        [
+                            f"the coordinate map sets {name!r}, but within joint {joint.name!r} it "
+                            f"follows as {name} = {law}; leave {name!r} out of the map"
+                        ],
+                    )
+                driven[name] = law
         return driven
 
     def __repr__(self) -> str:

@@ -187,7 +187,7 @@ class Loads:
                     law = law_of(force)
                     constants = _numbers(mechanism, (law.stiffness, law.rest, law.damping))
                     row = engine.seats[force.joint][-1].at_v
-                    at = index[mechanism.joint(force.joint).coordinates[0]]
+                    at = index[mechanism.joint(force.joint).coordinates[-1]]
                     drive = note(None if law.drive is None else (law.drive,))
                     self._terms.append(_Term(force.name, row, at, *constants, drive))
                 case BodyLoad():

@@ -70,7 +70,11 @@ def read_extensions(
     found = Extensions()
     frames = _frames(robot, links, report)
     between: dict[frozenset[str], list[JointText]] = {}
+    screws = {joint.child: joint for joint in joints if joint.screw}
     for joint in joints:
+        slide = screws.get(joint.parent)
+        if slide is not None:  # the hinge of a screw turns against the body before its slide
+            joint = replace(joint, parent=slide.parent, origin=slide.origin)
         between.setdefault(frozenset((joint.parent, joint.child)), []).append(joint)
     for element in robot.children:
         if element.tag in _NOT_MODELED:
