@@ -24,6 +24,7 @@ from mecanique.figure.paper.svg import svg
 from mecanique.figure.posture import posture
 from mecanique.figure.setting import Setting, setting
 from mecanique.figure.solids import hull
+from mecanique.figure.supports import NUT, THREADS, nuts
 from mecanique.motion.analysis.forces import Actions
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -300,3 +301,21 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     with pytest.raises(mq.InputError, match="bare has nothing that could be drawn"):
         mq.picture(bare, path=tmp_path / "figure.svg")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("theta", [0.0, 4.0])
+def test_the_nut_of_a_screw_stands_where_the_screw_starts(theta: float) -> None:
+    """It holds still, around the spindle and upwards from the joint's frame; the ground holds it."""
+    where = seen("screw_press", {"theta": theta})
+    marks = list(nuts(where))
+    (block,) = (m for m in marks if isinstance(m, Stroke) and m.closed)
+    seat = where.camera.at(where.seat(where.mechanism.joint("thread")))
+    np.testing.assert_allclose(block.points[:2].mean(axis=0), seat, atol=1e-9)
+    np.testing.assert_allclose(block.points.mean(axis=0) - seat, [0.0, -NUT[1]], atol=1e-9)
+    grounds = [m for m in marks if isinstance(m, Stroke) and m.style == "ground"]
+    threads = [m for m in marks if isinstance(m, Stroke) and m.style == "thin"]
+    assert (len(grounds), len(threads)) == (2, THREADS)
+
+
+def test_only_screws_have_nuts() -> None:
+    assert list(nuts(seen("cart_pole"))) == []

@@ -16,7 +16,7 @@ from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds
 from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import outline
-from mecanique.figure.supports import supports
+from mecanique.figure.supports import nuts, supports
 from mecanique.model.elements import Cord
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
@@ -43,6 +43,7 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
         *connections(setting),
         *solid_marks(setting),
         *_joints(setting),
+        *nuts(setting),
     ]
     if lettered:
         marks += [*lengths(setting), *coordinates(setting), *masses(setting)]

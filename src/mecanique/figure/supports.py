@@ -15,9 +15,15 @@ from mecanique.figure.setting import Setting
 from mecanique.model.forces import loads_in
 from mecanique.model.joints import Prismatic, Revolute, Single, Spherical, Universal
 
-__all__ = ["stands_on_columns", "supports", "wall"]
+__all__ = ["NUT", "THREADS", "nuts", "stands_on_columns", "supports", "wall"]
 
 DOWN = np.array([0.0, 1.0])
+
+NUT = (11.0, 8.0)
+"""Half the width and half the height of a nut [pt]."""
+
+THREADS = 3
+"""How many turns of the thread are drawn in a nut."""
 
 
 def supports(setting: Setting) -> Iterator[Mark]:
@@ -25,7 +31,7 @@ def supports(setting: Setting) -> Iterator[Mark]:
     yield from _slabs(setting)
     rails: list[_Rail] = []
     for joint in setting.mechanism.joints:
-        if joint.parent != setting.mechanism.ground:
+        if joint.parent != setting.mechanism.ground or joint.followers:
             continue
         at = setting.camera.at(setting.point(joint.child))
         if isinstance(joint, Single) and joint.turns and not setting.camera.flat:
@@ -44,6 +50,39 @@ def supports(setting: Setting) -> Iterator[Mark]:
         ]
         rails = [r for r in rest if r not in same]
         yield from _draw_line([first, *same])
+
+
+def nuts(setting: Setting) -> Iterator[Mark]:
+    """Yield the nuts of screws, on the side where the spindle is; those of the ground hatched."""
+    camera = setting.camera
+    for joint in setting.mechanism.joints:
+        if not isinstance(joint, Single) or not joint.followers:
+            continue
+        at, along = camera.at(setting.seat(joint)), camera.at(setting.axis(joint)) / camera.scale
+        if math.hypot(*along) < 0.2:
+            yield Circle(at, NUT[0], "clear")
+            continue
+        along = unit(along)
+        spindle = [camera.at(s.corners) - at for s in setting.solids if s.body == joint.child]
+        if spindle and float((np.concatenate(spindle) @ along).mean()) < 0:
+            along = -along
+        yield from _nut(at, along, on_ground=joint.parent == setting.mechanism.ground)
+
+
+def _nut(at: Point, along: Point, *, on_ground: bool) -> Iterator[Mark]:
+    side, (half, height) = across(along), NUT
+    low, high = at, at + 2 * height * along
+    corners = [low - half * side, low + half * side, high + half * side, high - half * side]
+    yield Stroke(np.array(corners), "clear", closed=True)
+    rise = 2 * height / (THREADS + 1) * along
+    for turn in range(THREADS):
+        start = at + (turn + 0.5) * rise
+        yield Stroke(
+            np.array([start - 0.6 * half * side, start + rise + 0.6 * half * side]), "thin"
+        )
+    if on_ground:
+        yield from hatch(corners[2], corners[1])
+        yield from hatch(corners[0], corners[3])
 
 
 def _away(setting: Setting, body: str, at: Point) -> Point:
