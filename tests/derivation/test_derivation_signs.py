@@ -28,11 +28,14 @@ from mecanique.errors import DerivationError
 from mecanique.model import (
     Body,
     Coordinates,
+    Fixed,
     Joint,
     Mechanism,
     Parameter,
+    Placement,
     Prismatic,
     Revolute,
+    Shape,
     Spherical,
     Torque,
     ball,
@@ -243,3 +246,32 @@ def test_a_damper_pulls_as_rayleighs_function_rises_with_the_rate() -> None:
 def test_energies_of_bodies_are_written_where_there_is_more_than_one() -> None:
     assert "T_rod = " not in derive(textbook.load("rigid_bar_pendulum")).text(steps=True)
     assert "T_rod1 = " in derive(textbook.load("double_pendulum")).text(steps=True)
+
+
+def test_a_rod_drawn_aslant_is_no_rod_along_an_axis() -> None:
+    """What is drawn decides where along a rod its inertia forces lie."""
+    pendulum = textbook.load("rigid_bar_pendulum")
+    ground, rod = pendulum.bodies
+    assert "s_rod" in derive(pendulum, "virtual_work").text(steps=True)
+    (visual,) = rod.visuals
+    slanted = replace(visual, placement=Placement(visual.placement.xyz, (0.0, 0.3, 0.0)))
+    drawn = Body("rod", Shape(rod.mass, rod.center, rod.inertia, (slanted,)))
+    text = derive(replace(pendulum, bodies=(ground, drawn)), "virtual_work").text(steps=True)
+    assert "s_rod" not in text
+
+
+def on_a_stand(joint: Fixed | Revolute) -> Mechanism:
+    height = Parameter("h", 2.0, "m")
+    return Mechanism(
+        "stand",
+        (Body("ground"), Body("stand"), Body("top", ball(1.0, 0.1).at((0, 0, 1)))),
+        (joint, Spherical("socket", "stand", "top", origin=Placement((0, 0, height)))),
+        parameters=(height,),
+    )
+
+
+def test_a_ball_joint_may_stand_on_what_is_at_rest_only() -> None:
+    Kinematics(Algebra(on_a_stand(Fixed("weld", "ground", "stand"))))
+    hinged = on_a_stand(Revolute("hinge", "ground", "stand", axis=(0, 1, 0)))
+    with pytest.raises(DerivationError, match="'socket' turns by a quaternion on a body that"):
+        Kinematics(Algebra(hinged))
