@@ -20,7 +20,7 @@ from mecanique.model.bodies.shapes import (
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.contacts import Blade, Rolling
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.elements import Cord, Pulley
+from mecanique.model.elements import Cord, Gear, Pulley, Rack
 from mecanique.model.expression import coordinate, time, velocity
 from mecanique.model.forces import (
     AnyForce,
@@ -64,6 +64,7 @@ __all__ = [
     "Floating",
     "FloatingState",
     "Force",
+    "Gear",
     "Helical",
     "Input",
     "Joint",
@@ -79,6 +80,7 @@ __all__ = [
     "Planar",
     "Prismatic",
     "Pulley",
+    "Rack",
     "Record",
     "Revolute",
     "Rolling",

@@ -7,7 +7,8 @@ displacement, for the map moves the bodies as the element lets them move.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import pi, radians
 from typing import NamedTuple, TypeAlias, final
 
 from mecanique.errors import InputError
@@ -15,7 +16,7 @@ from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.loops import Loop
 from mecanique.model.placement import vector
 
-__all__ = ["Cord", "Element", "Pulley", "Stop", "force_names"]
+__all__ = ["Cord", "Element", "Gear", "Pulley", "Rack", "Stop", "force_names"]
 
 
 @final
@@ -128,7 +129,118 @@ class Cord:
         return tuple(scalar for stop in self.stops for scalar in (*stop.center, stop.radius))
 
 
-Element: TypeAlias = Cord | Loop
+@dataclass(frozen=True)
+class _Teeth:
+    """What gears and racks have.
+
+    Args:
+        name: its name.
+        wheel: name of the hinge that carries one wheel.
+        other: name of the joint that carries the other part.
+        radius: pitch radius of the wheel [m].
+        pressure_angle: between the line of action and the pitch line [rad]; 20° by default.
+    """
+
+    name: str
+    wheel: str
+    other: str
+    radius: Scalar
+    pressure_angle: Scalar = field(default=radians(20), kw_only=True)
+
+    def __post_init__(self) -> None:
+        for name in ("radius", "pressure_angle"):
+            object.__setattr__(self, name, plain(getattr(self, name)))
+        angle = self.pressure_angle
+        if isinstance(angle, float) and not 0 <= angle < pi / 2:
+            raise InputError(
+                f"{type(self).__name__.lower()} {self.name!r}: expected a pressure angle from 0 to "
+                f"less than π/2 [rad], got {angle:g}"
+            )
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Name of its force."""
+        return (self.name,)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies it names: none, but `joints`."""
+        return ()
+
+    @property
+    def joints(self) -> tuple[str, str]:
+        """The joints that carry its parts."""
+        return self.wheel, self.other
+
+
+@final
+@dataclass(frozen=True)
+class Gear(_Teeth):
+    """Two spur wheels in mesh, on hinges with parallel axes, without play and friction.
+
+    Where their pitch circles touch, the wheel pushes the other with the force F along the line of
+    action, at the pressure angle from the common tangent n × u (n the wheel's axis, u from its
+    center to the other's); F counts positive along that tangent. Whichever flanks touch, the force
+    also parts the wheels.
+
+    Args:
+        name: its name.
+        wheel: name of the hinge that carries one wheel.
+        other: name of the hinge that carries the other.
+        radius: pitch radius of the wheel [m].
+        other_radius: pitch radius of the other [m].
+        internal: whether the wheel is a ring with teeth inside, in which the other runs.
+        pressure_angle: between the line of action and the common tangent [rad]; 20° by default.
+    """
+
+    other_radius: Scalar = field(kw_only=True)
+    internal: bool = field(default=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "other_radius", plain(self.other_radius))
+
+    @property
+    def distance(self) -> Scalar:
+        """Of the axes [m]."""
+        return self.radius + (-1 if self.internal else 1) * self.other_radius
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        return self.radius, self.other_radius, self.pressure_angle
+
+
+@final
+@dataclass(frozen=True)
+class Rack(_Teeth):
+    """A pinion on a hinge that meshes with a rack on a slide, without play and friction.
+
+    The pinion pushes the rack with the force F along the line of action, positive along n × u, n
+    the hinge's axis and u from the pinion's center to the rack's pitch line.
+
+    Args:
+        name: its name.
+        wheel: name of the hinge that carries the pinion.
+        other: name of the slide that carries the rack.
+        radius: pitch radius of the pinion [m].
+        point: shape (3,), of the rack's pitch line, in the rack's frame [m].
+        pressure_angle: between the line of action and the pitch line [rad]; 20° by default.
+    """
+
+    point: Vector = field(default=(0.0, 0.0, 0.0), kw_only=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "point", vector(self.point, f"point of rack {self.name!r}"))
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        return self.radius, self.pressure_angle, *self.point
+
+
+Element: TypeAlias = Cord | Gear | Rack | Loop
 
 
 def force_names(elements: tuple[Element, ...]) -> tuple[str, ...]:

@@ -153,15 +153,15 @@ class Wrenches(Answering):
         states = States.of(self.mechanism, q, v, t)
         parts = self._hold(states).actions
         names, units = self._tree.elements.names, self._tree.elements.units()
-        return tuple(
-            AppliedForce(
-                names[unit.force],
-                unit.body,
-                unit.other,
-                *np.moveaxis(parts[..., k, :, :], -2, 0),
-            )
-            for k, unit in enumerate(units)
-        )
+        found: list[AppliedForce] = []
+        for k, unit in enumerate(units):
+            point, force, moment = np.moveaxis(parts[..., k, :, :], -2, 0)
+            if unit.pressed:  # at the same point as what comes before it
+                found[-1] = replace(found[-1], force=found[-1].force + force)
+            else:
+                name = names[unit.force]
+                found.append(AppliedForce(name, unit.body, unit.other, point, force, moment))
+        return tuple(found)
 
     def _hold(self, states: States) -> _HeldStates:
         """What the elements do, state by state, and what is then left to the joints."""

@@ -22,9 +22,11 @@ __all__ = [
     "DRAKE_JOINT",
     "DRAKE_NAMESPACE",
     "EXTENSIONS",
+    "GEAR",
     "LOOP",
     "LOOP_FRAMES",
     "OWN_NAMESPACE",
+    "RACK",
     "ROLLING",
     "SCREW",
     "SPRING_DAMPER",
@@ -54,6 +56,12 @@ BLADE = "mecanique:blade"
 
 CORD = "mecanique:cord"
 """Below robot: a cord that does not stretch, with its name and the normal of its plane."""
+
+GEAR = "mecanique:gear"
+"""Below robot: two wheels in mesh, with the joints that carry them and their pitch radii."""
+
+RACK = "mecanique:rack"
+"""Below robot: a pinion in mesh with a rack, with the joints that carry them."""
 
 CORD_STOPS = ("mecanique:end", "mecanique:pulley")
 """Below a cord, in order: where it begins, the pulleys it runs over, where it ends."""

@@ -9,6 +9,7 @@ joint. A joint transmits nothing along or about its own directions n, so that fo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
@@ -20,6 +21,7 @@ from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.elements import force_names
+from mecanique.model.expression import Scalar
 from mecanique.model.guides.guide import Guide
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
@@ -64,17 +66,18 @@ class Sizes:
     idle: np.ndarray
 
 
-def unit_needs(mechanism: Mechanism, at: Snapshot) -> list[np.ndarray]:
+def unit_needs(mechanism: Mechanism, at: Snapshot, *, pressed: bool = False) -> list[np.ndarray]:
     """Return what each body needs to bear unit forces of the elements, each shape (n, 6, k).
 
     Args:
         mechanism: whose elements they are.
         at: its bodies, cut free.
+        pressed: whether what goes with the magnitudes of the forces is wanted instead.
     """
     n, place = len(at.springs), {body.name: k for k, body in enumerate(at.bodies)}
     needs = [np.zeros((n, 6, len(force_names(mechanism.elements)))) for _ in at.bodies]
     for unit in unit_forces(mechanism, _ground(mechanism, at)):
-        if unit.body in place:
+        if unit.body in place and unit.pressed == pressed:
             force, moment = _wrench(unit, at.bodies[place[unit.body]].center)
             needs[place[unit.body]][:, :3, unit.index] -= force
             needs[place[unit.body]][:, 3:, unit.index] -= moment
@@ -103,7 +106,11 @@ def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
         pairs = zip(seat.T, turn(name), strict=True)
         return [start + combination(here, row) for start, row in pairs]
 
-    return Ground(point, turn, mechanism.evaluate, np.sqrt, lambda a, b: a / b)
+    def wave(angle: Scalar) -> tuple[float, float]:
+        size = mechanism.evaluate(angle)
+        return math.cos(size), math.sin(size)
+
+    return Ground(point, turn, mechanism.evaluate, np.sqrt, wave, lambda a, b: a / b)
 
 
 def find_unexplained(

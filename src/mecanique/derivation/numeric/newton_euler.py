@@ -141,9 +141,10 @@ class Balances(BatchDynamics):
         u = times(at.rates, solved[:, : m.nv]) + at.motions.gamma
         demand = self._along(at, [total[..., None] for total in totals])[..., 0] + at.armature * u
         sizes = size(m, self.guides, along, demand)
+        pressed = self._transmit(at, unit_needs(m, at, pressed=True))
         found = {}
-        for joint, total, under in zip(m.tree, totals, carried, strict=True):
-            whole = total + times(under, sizes.forces)
+        for joint, total, under, apart in zip(m.tree, totals, carried, pressed, strict=True):
+            whole = total + times(under, sizes.forces) + times(apart, np.abs(sizes.forces))
             found[joint.name] = Reaction(whole[:, :3], whole[:, 3:])
         unknown = (sizes.idle != 0).any(axis=(0, 2))
         forces = np.where(unknown, np.nan, sizes.forces)

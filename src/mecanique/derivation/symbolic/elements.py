@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import combinations
 from typing import final
 
@@ -12,7 +13,8 @@ from mecanique.derivation.symbolic.elimination import JointRate, demands
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Cord, Gear, Rack
+from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Guiding"]
@@ -33,9 +35,19 @@ class Guiding:
         self._cuts = cuts
         self._algebra = cuts.algebra
         mechanism, ring = self._algebra.mechanism, self._algebra.ring
-        self.names, self.meanings = _names(mechanism), _meanings(mechanism)
+        self.names = _names(mechanism)
+        self.meanings = dict(zip(self.names, _meanings(mechanism), strict=True))
+        """What each unknown is, by its name."""
         self.symbols = [ring.unknown(name, Kind.REACTION) for name in self.names]
         self._units = unit_forces(mechanism, self._ground()) if mechanism.elements else []
+        self.pressing: dict[int, Series] = {}
+        """What parts wheels in mesh, |F| sin α, of those forces that do."""
+        for index, name in enumerate(self.names):
+            mine = [unit for unit in self._units if unit.pressed and unit.index == index]
+            if any(any(unit.force) for unit in mine):
+                stem = name.partition("_")[2]
+                self.pressing[index] = ring.unknown(f"N_{stem}", Kind.REACTION)
+                self.meanings[f"N_{stem}"] = f"what parts the wheels, |{name}| sin of the angle [N]"
 
     def on(self, cut: Cut, sizes: Sequence[Series] | None = None) -> Wrench:
         """Return what the elements do to a body, about the origin of its frame.
@@ -44,13 +56,14 @@ class Guiding:
             cut: the body.
             sizes: of the forces; by their names if left out.
         """
+        pressing = self.pressing if sizes is None else {}
         sizes = self.symbols if sizes is None else sizes
         nothing = zero(self._algebra.ring)
         found = [Wrench(nothing, nothing)]
         for unit in self._units:
-            if unit.body == cut.body and sizes[unit.index]:
+            size = pressing.get(unit.index) if unit.pressed else sizes[unit.index]
+            if unit.body == cut.body and size:
                 one = self._wrench(cut, unit)
-                size = sizes[unit.index]
                 found.append(Wrench(one.force * size, one.moment * size))
         return Wrench(
             total([one.force for one in found]), total([one.moment for one in found])
@@ -58,9 +71,13 @@ class Guiding:
 
     def acting_on(self, cut: Cut) -> list[str]:
         """Return the names of the forces that act on a body."""
-        return list(
-            dict.fromkeys(self.names[unit.index] for unit in self._units if unit.body == cut.body)
-        )
+        found: dict[str, None] = {}
+        for unit in self._units:
+            if unit.body == cut.body and not unit.pressed:
+                found[self.names[unit.index]] = None
+            elif unit.body == cut.body and unit.index in self.pressing:
+                found[str(self.pressing[unit.index])] = None
+        return list(found)
 
     def balance_units(self) -> list[dict[str, Wrench]]:
         """Return what joints transmit to balance each unit force, by name of the child."""
@@ -70,6 +87,28 @@ class Guiding:
             unit = [ring.number(int(i == k)) for i in range(len(self.names))]
             found.append(demands(self._cuts, lambda cut, unit=unit: -self.on(cut, unit)))  # type: ignore[misc]
         return found
+
+    def balance_pressing(self) -> list[tuple[Series, dict[str, Wrench]]]:
+        """Return what parts wheels, and what joints transmit to balance a unit of it."""
+        ring = self._algebra.ring
+
+        def apart(cut: Cut, index: int) -> Wrench:
+            nothing = zero(ring)
+            parts = [
+                self._wrench(cut, unit)
+                for unit in self._units
+                if unit.pressed and unit.index == index and unit.body == cut.body
+            ]
+            whole = Wrench(
+                total([nothing, *(part.force for part in parts)]),
+                total([nothing, *(part.moment for part in parts)]),
+            )
+            return -whole
+
+        return [
+            (size, demands(self._cuts, partial(apart, index=index)))
+            for index, size in self.pressing.items()
+        ]
 
     def solve(
         self,
@@ -124,8 +163,19 @@ class Guiding:
             turn=kinematics.pose,
             scalar=algebra.series,
             root=algebra.root,
+            wave=self._wave,
             ratio=_ratio,
         )
+
+    def _wave(self, angle: Scalar) -> tuple[Series, Series]:
+        """Unit along the line of action where it parts nothing, else its parts by name."""
+        algebra = self._algebra
+        value = algebra.mechanism.evaluate(angle)
+        if not value:
+            return algebra.ring.number(1), algebra.ring.number(0)
+        from sympy import cos, sympify
+
+        return algebra.series(cos(sympify(angle))), algebra.ring.number(1)
 
 
 def _ratio(a: Series, b: Series) -> Series:
@@ -157,6 +207,8 @@ def _names(mechanism: Mechanism) -> list[str]:
             row = name.rpartition(": ")[2]
             if isinstance(element, Cord):
                 found.append(f"T_{name}")
+            elif isinstance(element, (Gear, Rack)):
+                found.append(f"F_{name}")
             else:
                 found.append(f"{'M' if row.startswith('r') else 'R'}_{element.name}_{row}")
     return found
@@ -172,6 +224,10 @@ def _meanings(mechanism: Mechanism) -> list[str]:
                 places = [k for k, other in enumerate(element.parts) if other == part]
                 start, end = stops[places[0]].body, stops[places[-1] + 1].body
                 found.append(f"tension of {element.name} from {start} to {end} [N]")
+            continue
+        if isinstance(element, (Gear, Rack)):
+            a, b = (mechanism.joint(name).child for name in element.joints)
+            found.append(f"force of {a} on {b} in {element.name} along the line of action [N]")
             continue
         for name in element.forces:
             row = name.rpartition(": ")[2]

@@ -78,9 +78,7 @@ class NewtonEuler:
         free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
         self.demands = demands(self.cuts, _missing, None if mechanism.elements else free)
         """What each joint transmits to its child along a motion, by name of the child."""
-        self.unknowns: dict[str, str] = dict(
-            zip(self.guiding.names, self.guiding.meanings, strict=True)
-        )
+        self.unknowns: dict[str, str] = dict(self.guiding.meanings)
         """What each reaction is, by its name."""
         self.symbols: dict[str, Wrench] = {}
         """What each joint does to its child, the reactions by name, by name of the child."""
@@ -174,9 +172,16 @@ class NewtonEuler:
         if found is not None:
             pairs = zip(guiding.names, found, strict=True)
             self._guide_forces = [Result(Left(name), size) for name, size in pairs]
+        pressing = guiding.balance_pressing()
         for cut in self.cuts.bodies:
             whole = self.demands[cut.body]
             for size, under in zip(sizes, carried, strict=True):
+                part = under[cut.body]
+                whole = Wrench(
+                    total([whole.force, part.force * size]),
+                    total([whole.moment, part.moment * size]),
+                )
+            for size, under in pressing:
                 part = under[cut.body]
                 whole = Wrench(
                     total([whole.force, part.force * size]),

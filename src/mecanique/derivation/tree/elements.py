@@ -12,12 +12,15 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Cord, Gear, Rack
 from mecanique.model.expression import Scalar
+from mecanique.model.joints import Single
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Ground", "UnitForce", "unit_forces"]
+
+_HERE = (0.0, 0.0, 0.0)
 
 Three: TypeAlias = "list[Any]"
 """Components along x, y, z of the world, in some arithmetic."""
@@ -34,6 +37,7 @@ class UnitForce:
         point: where it acts in the world [m].
         force: components along the world's axes.
         moment: about that point.
+        pressed: whether it goes with the force's magnitude, as what parts two wheels in mesh.
     """
 
     index: int
@@ -41,6 +45,7 @@ class UnitForce:
     point: Three
     force: Three
     moment: Three
+    pressed: bool = False
 
 
 @final
@@ -53,6 +58,7 @@ class Ground:
         turn: gives the rotation of a body, three rows of three scalars.
         scalar: gives a scalar of the description.
         root: gives the square root of a square distance.
+        wave: gives the cosine and the sine of an angle of the description.
         ratio: gives a quotient.
     """
 
@@ -60,6 +66,7 @@ class Ground:
     turn: Callable[[str], Sequence[Sequence[Any]]]
     scalar: Callable[[Scalar], Any]
     root: Callable[[Any], Any]
+    wave: Callable[[Scalar], tuple[Any, Any]]
     ratio: Callable[[Any, Any], Any]
 
 
@@ -73,7 +80,13 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
     found: list[UnitForce] = []
     first = 0
     for element in mechanism.elements:
-        each = _of_cord(element, ground) if isinstance(element, Cord) else _of_loop(element, ground)
+        match element:
+            case Cord():
+                each = _of_cord(element, ground)
+            case Gear() | Rack():
+                each = _of_teeth(mechanism, element, ground)
+            case _:
+                each = _of_loop(element, ground)
         found += [UnitForce(first + index, *parts) for index, *parts in each]
         first += len(element.forces)
     return found
@@ -95,6 +108,43 @@ def _of_cord(cord: Cord, ground: Ground) -> Iterator[tuple[Any, ...]]:
             arm = [reach[at] * c for c in _cross(e, n)]
             touch = [a + b for a, b in zip(places[at], arm, strict=True)]
             yield part, cord.stops[at].body, touch, [sign * c for c in e], [0 * c for c in e]
+
+
+def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterator[tuple[Any, ...]]:
+    """Where pitch circles touch: along the tangent n × u, and apart along u."""
+    a, b = (mechanism.joint(name) for name in mesh.joints)
+    assert isinstance(a, Single)
+    assert isinstance(b, Single)
+    n, line = (_direction(ground, joint.child, joint.axis) for joint in (a, b))
+    center, cosine_sine = ground.point(a.child, _HERE), ground.wave(mesh.pressure_angle)
+    if isinstance(mesh, Gear):
+        d = _difference(ground.point(b.child, _HERE), center)
+        d = _less(d, n)
+        length = ground.scalar(mesh.distance)
+        apart = -1 if mesh.internal else 1
+    else:
+        d = _less(_less(_difference(ground.point(b.child, mesh.point), center), line), n)
+        length, apart = ground.scalar(mesh.radius), 1
+    u = [ground.ratio(c, length) for c in d]
+    radius = ground.scalar(mesh.radius)
+    touch = [c + radius * x for c, x in zip(center, u, strict=True)]
+    cosine, sine = cosine_sine
+    for body, sign in ((b.child, 1), (a.child, -1)):
+        along = [sign * cosine * c for c in _cross(n, u)]
+        away = [sign * apart * sine * c for c in u]
+        nothing = [0 * c for c in u]
+        yield 0, body, touch, along, nothing
+        yield 0, body, touch, away, nothing, True
+
+
+def _direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
+    return [ground.scalar(0.0) + combination(line[:3], axis) for line in ground.turn(body)]
+
+
+def _less(d: Three, e: Three) -> Three:
+    """A vector without its part along a unit vector."""
+    size = _dot(d, e)
+    return [c - size * x for c, x in zip(d, e, strict=True)]
 
 
 def _of_loop(loop: Loop, ground: Ground) -> Iterator[tuple[Any, ...]]:

@@ -10,9 +10,10 @@ import numpy as np
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.contacts import Rolling
+from mecanique.model.elements import Gear, Rack
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.forces import JointLoad
-from mecanique.model.joints import Planar, Single
+from mecanique.model.joints import Planar, Prismatic, Revolute, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.velocity_constraints import is_integrable
 
@@ -261,6 +262,16 @@ def _elements(m: Description) -> Iterator[str]:
         for name in element.bodies:
             if name not in bodies:
                 yield f"element {element.name!r}: {name!r} is no body"
+        if isinstance(element, (Gear, Rack)):
+            yield from _meshes(m, element)
+
+
+def _meshes(m: Description, element: Gear | Rack) -> Iterator[str]:
+    kinds = Revolute, Revolute if isinstance(element, Gear) else Prismatic
+    joints = {joint.name: joint for joint in m.joints}
+    for name, kind in zip(element.joints, kinds, strict=True):
+        if not isinstance(joints.get(name), kind):
+            yield f"element {element.name!r}: expected the name of a {kind.noun}, got {name!r}"
 
 
 def _velocity_constraints(m: Description) -> Iterator[str]:

@@ -17,9 +17,10 @@ from typing import Any, NamedTuple, final
 import numpy as np
 
 from mecanique.errors import EngineError
-from mecanique.model.elements import Cord, force_names
+from mecanique.model.elements import Cord, Gear, Rack, force_names
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide
+from mecanique.model.joints import Single
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
@@ -39,6 +40,9 @@ _WORK = 1e-8
 _EXPLAINED = 1e-6
 """What elements leave of a guide's unit forces, where they describe it."""
 
+_FIT = 1e-9
+"""Axes of wheels may be this far from where radii want them, relative to 1 m and a radius."""
+
 _ZERO: Triple = (0.0, 0.0, 0.0)
 
 
@@ -50,12 +54,14 @@ class Unit(NamedTuple):
         body: name of the body.
         other: name of the body that takes the opposite.
         action: force and torque, world axes.
+        pressed: whether it goes with the force's magnitude, as what parts two wheels in mesh.
     """
 
     force: int
     body: str
     other: str
     action: Action
+    pressed: bool = False
 
 
 @final
@@ -106,7 +112,13 @@ class Elements:
         found: list[Unit] = []
         first = 0
         for element in self._mechanism.elements:
-            each = self._of_cord(element) if isinstance(element, Cord) else self._of_loop(element)
+            match element:
+                case Cord():
+                    each = self._of_cord(element)
+                case Gear() | Rack():
+                    each = self._of_teeth(element)
+                case _:
+                    each = self._of_loop(element)
             found += [unit._replace(force=first + unit.force) for unit in each]
             first += len(element.forces)
         return found
@@ -207,6 +219,47 @@ class Elements:
                 touch = places[at] + reach[at] * side
                 action = self._action(stops[at].body, touch, sign * e, np.zeros(3))
                 yield Unit(part, stops[at].body, stops[other].body, action)
+
+    def _of_teeth(self, mesh: Gear | Rack) -> Iterator[Unit]:
+        a, b = (self._mechanism.joint(name) for name in mesh.joints)
+        assert isinstance(a, Single)
+        assert isinstance(b, Single)
+        n, line = self._turn(a.child) @ a.axis, self._turn(b.child) @ b.axis
+        radius, angle = (self._mechanism.evaluate(x) for x in (mesh.radius, mesh.pressure_angle))
+        center = self._place(a.child, (0.0, 0.0, 0.0))
+        if isinstance(mesh, Gear):
+            d = self._place(b.child, (0.0, 0.0, 0.0)) - center
+            wanted = self._mechanism.evaluate(mesh.distance)
+            askew = float(np.linalg.norm(np.cross(n, line)))
+            apart = -1.0 if mesh.internal else 1.0
+        else:
+            d = self._place(b.child, mesh.point) - center
+            d = d - (d @ line) * line
+            wanted, askew, apart = radius, abs(float(n @ line)), 1.0
+        d = d - (d @ n) * n
+        found = float(np.linalg.norm(d))
+        if askew > _FIT or abs(found - wanted) > _FIT * (1 + radius):
+            what = type(mesh).__name__.lower()
+            where = f"mechanism {self._mechanism.name!r}: {what} {mesh.name!r}"
+            if askew > _FIT:
+                raise EngineError(
+                    f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected "
+                    f"{'parallel hinges' if what == 'gear' else 'a slide across the hinge'}"
+                )
+            raise EngineError(
+                f"{where} does not meet its axes: they are {found:.6g} m apart, its radii want "
+                f"{wanted:.6g} m; correct the radii, or the origins of {a.name!r} and {b.name!r}"
+            )
+        u = d / found
+        touch = center + radius * u
+        pushes = (
+            (np.cos(angle) * np.cross(n, u), False),
+            (apart * np.sin(angle) * u, True),
+        )
+        for body, other, sign in ((b.child, a.child, 1.0), (a.child, b.child, -1.0)):
+            for push, pressed in pushes:
+                action = self._action(body, touch, sign * push, np.zeros(3))
+                yield Unit(0, body, other, action, pressed)
 
     def _of_loop(self, loop: Loop) -> Iterator[Unit]:
         a = self._place(loop.body_a, loop.frame_a.xyz)

@@ -43,9 +43,11 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
         columns: the unknown forces along the joints.
         demand: shape (nu,), what they leave open in all.
         units: what unit forces do to the bodies.
-        carried: shape (k, joints, 2, 3), what the joints transmit under unit forces.
+        carried: shape (2, k, joints, 2, 3), what the joints transmit under unit forces, and under
+            what goes with their magnitudes.
         totals: shape (joints, 2, 3), what crosses the joints in all.
     """
+    carried, pressed = carried
     count = len(carried)
     _, sizes, right = np.linalg.svd(columns.matrix)
     rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
@@ -53,12 +55,14 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
     forces = found[:count]
     idle = right[rank:, :count]
     reactions = totals + np.einsum("k,kjab->jab", forces, carried)
+    reactions += np.einsum("k,kjab->jab", np.abs(forces), pressed)
     spread = np.einsum("ik,kjab->ijab", idle, carried).reshape(len(idle), len(totals), 6)
     loose = (np.abs(spread) > _LOOSE).any(axis=0)
     unknown = (np.abs(idle) > _LOOSE).any(axis=0)
-    sized = [
-        forces[unit.force] * np.array([unit.action.force, unit.action.torque]) for unit in units
-    ]
+    pushes = []
+    for unit in units:
+        size = abs(forces[unit.force]) if unit.pressed else forces[unit.force]
+        pushes.append(size * np.array([unit.action.force, unit.action.torque]))
     points = np.array([unit.action.point for unit in units]).reshape(-1, 1, 3)
-    actions = np.concatenate([points, np.array(sized).reshape(-1, 2, 3)], axis=1)
+    actions = np.concatenate([points, np.array(pushes).reshape(-1, 2, 3)], axis=1)
     return Held(forces, reactions, loose, actions, unknown)

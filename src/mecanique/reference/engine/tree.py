@@ -246,7 +246,13 @@ class Tree:
         """
         demand = self.demand
         units, carried, along = self._push(q, v, t)
-        return hold(self.elements.columns(along), demand, units, carried, totals)
+        rest = np.zeros(self.engine.model.nv)
+        pressed = np.zeros_like(carried)
+        for k in {unit.force for unit in units if unit.pressed}:
+            actions = [unit.action for unit in units if unit.force == k and unit.pressed]
+            pressed[k] = self.transmit(actions, rest, rest, weightless=True)
+        columns = self.elements.columns(along)
+        return hold(columns, demand, units, np.stack([carried, pressed]), totals)
 
     def _push(self, q: Array, v: Array, t: float) -> tuple[list[Unit], Array, Array]:
         """Unit forces of elements, what joints transmit under them, and what along the joints."""
@@ -256,7 +262,8 @@ class Tree:
         carried = np.zeros((count, len(self.mechanism.joints), 2, 3))
         along = np.zeros((len(rest), count))
         for k in range(count):
-            actions = [unit.action for unit in units if unit.force == k]
+            pushing = [unit for unit in units if unit.force == k and not unit.pressed]
+            actions = [unit.action for unit in pushing]
             carried[k] = self.transmit(actions, rest, rest, weightless=True)
             along[:, k] = self.demand
         return units, carried, along

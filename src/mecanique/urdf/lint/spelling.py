@@ -12,8 +12,10 @@ from mecanique.urdf.dialect import (
     CORD,
     CORD_STOPS,
     EXTENSIONS,
+    GEAR,
     LOOP,
     LOOP_FRAMES,
+    RACK,
     ROLLING,
     SCREW,
 )
@@ -44,7 +46,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
         {
             *("link", "joint", "drake:joint", "material", "frame"),
             *EXTENSIONS,
-            *(LOOP, ROLLING, BLADE, CORD),
+            *(LOOP, ROLLING, BLADE, CORD, GEAR, RACK),
         },
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
@@ -76,6 +78,8 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     ),
     BLADE: ({"name", "link", "on", "point", "along", "normal"}, ()),
     LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
+    GEAR: ({"name", "wheel", "other", "radius", "other_radius", "internal", "pressure_angle"}, ()),
+    RACK: ({"name", "wheel", "other", "radius", "point", "pressure_angle"}, ()),
     CORD: ({"name", "normal"}, set(CORD_STOPS)),
     CORD_STOPS[0]: ({"link", "xyz"}, ()),
     CORD_STOPS[1]: ({"link", "xyz", "radius", "sense", "grips"}, ()),

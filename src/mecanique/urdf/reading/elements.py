@@ -6,19 +6,26 @@
       <mecanique:end link="weight2" xyz="0 0 0"/>
     </mecanique:cord>
 
-The joints that a cord ties mimic one another; the tag says what ties them. A pin that mimic joints
-close already is a `mecanique:loop` with `redundant="true"` (`mecanique.urdf.reading.loops`).
+    <mecanique:gear name="mesh" wheel="sun" other="planet" radius="0.2" other_radius="0.1"
+                    internal="false" pressure_angle="0.349"/>
+    <mecanique:rack name="mesh" wheel="pinion" other="slide" radius="0.1" point="0 0 0.1"
+                    pressure_angle="0.349"/>
+
+The joints that a cord or teeth tie mimic one another; the tag says what ties them. A pin that mimic
+joints close already is a `mecanique:loop` with `redundant="true"` (`mecanique.urdf.reading.loops`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from math import radians
 
 from mecanique.errors import InputError
-from mecanique.model.elements import Cord, Pulley
+from mecanique.model.elements import Cord, Gear, Pulley, Rack
+from mecanique.model.expression import Scalar
 from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
-from mecanique.urdf.dialect import CORD, CORD_STOPS
+from mecanique.urdf.dialect import CORD, CORD_STOPS, GEAR, RACK
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
@@ -28,7 +35,7 @@ from mecanique.urdf.xml.markup import Comment, Node, Tag
 from mecanique.urdf.xml.markup import number as written
 from mecanique.urdf.xml.markup import numbers as all_written
 
-__all__ = ["element_nodes", "read_cord"]
+__all__ = ["element_nodes", "read_cord", "read_teeth"]
 
 _END, _PULLEY = CORD_STOPS
 _SENSES = {"1": 1, "-1": -1}
@@ -50,6 +57,9 @@ def element_nodes(
         if isinstance(element, Loop):
             yield from loop_nodes(mechanism, element, anchors, redundant=mimicked)
             continue
+        if isinstance(element, (Gear, Rack)):
+            yield from _teeth_nodes(mechanism, element)
+            continue
         where = f"cord {element.name!r}"
         yield Comment(f"cord {element.name}, which mecanique reads; others see its mimic joints")
         stops = []
@@ -64,6 +74,75 @@ def element_nodes(
             else:
                 stops.append(Tag(_END, link=link, xyz=xyz))
         yield Tag(CORD, *stops, name=element.name, normal=all_written(element.normal, where))
+
+
+def _teeth_nodes(mechanism: Mechanism, element: Gear | Rack) -> Iterator[Node]:
+    """The tag of wheels in mesh, or of a pinion and its rack."""
+    what = type(element).__name__.lower()
+    where = f"{what} {element.name!r}"
+
+    def value(scalar: Scalar) -> str:
+        return written(mechanism.evaluate(scalar), where)
+
+    more = {"wheel": element.wheel, "other": element.other, "radius": value(element.radius)}
+    if isinstance(element, Gear):
+        more["other_radius"] = value(element.other_radius)
+        more["internal"] = str(element.internal).lower()
+    else:
+        more["point"] = all_written([mechanism.evaluate(c) for c in element.point], where)
+    more["pressure_angle"] = value(element.pressure_angle)
+    yield Comment(f"{what} {element.name}, which mecanique reads; others see its mimic joints")
+    yield Tag(GEAR if isinstance(element, Gear) else RACK, name=element.name, **more)
+
+
+def read_teeth(
+    element: Element, joints: Collection[str], names: Names, report: Report
+) -> Gear | Rack | None:
+    """Return the gear or rack that an element of our own describes; None if faults were reported.
+
+    Args:
+        element: the element.
+        joints: names of all joints.
+        names: those that loops and forces have taken.
+        report: where faults are noted.
+    """
+    name = name_of(element, report)
+    where = f"{element.tag.partition(':')[2]} {name!r}"
+    carried: list[str] = []
+    for role in ("wheel", "other"):
+        joint = name_of(element, report, role, where)
+        if joint is not None and joint not in joints:
+            report.add("M603", element, where, f"{joint!r} is no joint")
+        elif joint is not None:
+            carried.append(joint)
+    wanted = ("radius", "other_radius") if element.tag == GEAR else ("radius",)
+    sizes = [number(element, size, report, where) for size in wanted]
+    angle = number(element, "pressure_angle", report, where, default=radians(20))
+    point = numbers(element, "point", 3, report, where, default=(0.0, 0.0, 0.0))
+    internal = element.attributes.get("internal", "false")
+    if internal not in _GRIPS:
+        expected = f"expected internal true or false, got {internal!r}"
+        report.add("M602", element, where, expected)
+        return None
+    if name is None or len(carried) < 2 or None in sizes or angle is None or point is None:
+        return None
+    wheel, other = carried
+    try:
+        if element.tag == RACK:
+            free = names.free(name)
+            return Rack(free, wheel, other, sizes[0], point=point, pressure_angle=angle)
+        return Gear(
+            names.free(name),
+            wheel,
+            other,
+            sizes[0],
+            other_radius=sizes[1],
+            internal=_GRIPS[internal],
+            pressure_angle=angle,
+        )
+    except InputError as error:
+        report.add("M602", element, where, str(error))
+        return None
 
 
 def read_cord(

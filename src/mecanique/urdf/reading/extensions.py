@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import final
 
 from mecanique.model.contacts import Contact
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Element as AnyElement
 from mecanique.model.forces import AnyForce, Damper, JointDamper, JointSpring, Spring
 from mecanique.model.loops import Loop
 from mecanique.urdf.dialect import (
@@ -20,7 +20,9 @@ from mecanique.urdf.dialect import (
     CORD,
     DISTANCE_CONSTRAINT,
     EXTENSIONS,
+    GEAR,
     LOOP,
+    RACK,
     ROLLING,
     SPRING_DAMPER,
     Extension,
@@ -30,7 +32,7 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.bushings import BushingFaultError, Frame, in_joint
 from mecanique.urdf.reading.contacts import read_contact
-from mecanique.urdf.reading.elements import read_cord
+from mecanique.urdf.reading.elements import read_cord, read_teeth
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 from mecanique.urdf.reading.loops import is_redundant, read_loop
@@ -57,7 +59,7 @@ class Extensions:
     forces: list[AnyForce] = field(default_factory=list)
     loops: list[Loop] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
-    elements: list[Cord | Loop] = field(default_factory=list)
+    elements: list[AnyElement] = field(default_factory=list)
     used: list[Element] = field(default_factory=list)
     own: list[Element] = field(default_factory=list)
     names: Names = field(default_factory=Names)
@@ -89,6 +91,12 @@ def read_extensions(
         if element.tag == CORD:
             cord = read_cord(element, links, found.names, report)
             found.elements += [cord] if cord is not None else []
+            found.own.append(element)
+            continue
+        if element.tag in (GEAR, RACK):
+            carriers = {joint.name for joint in joints}
+            teeth = read_teeth(element, carriers, found.names, report)
+            found.elements += [teeth] if teeth is not None else []
             found.own.append(element)
             continue
         if element.tag in (ROLLING, BLADE):

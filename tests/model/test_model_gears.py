@@ -1,0 +1,191 @@
+"""Gears and racks: the force along the line of action, and what it leaves to the bearings."""
+
+from __future__ import annotations
+
+from math import cos, pi, radians, sin
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.errors import EngineError, InputError, MechanismError
+from mecanique.model import Gear, Rack
+from mecanique.model.mechanism import Mechanism
+from mecanique.viewing.scene.from_motion import scene_of
+
+ACROSS, FLAT = (0.0, -1.0, 0.0), (pi / 2, 0.0, 0.0)
+ANGLE = radians(20)
+BIG, SMALL, DRIVE = 0.2, 0.1, 2.0
+
+
+def wheel(name: str, mass: float, radius: float) -> mq.Body:
+    return mq.Body(name, mq.disk(mass, radius).at(rpy=FLAT))
+
+
+def pair(*, far: float = BIG + SMALL, drive: float = DRIVE, **changes: object) -> Mechanism:
+    """Two wheels in mesh, the big one driven."""
+    about = {"other_radius": SMALL, **changes}
+    return mq.Mechanism(
+        "pair",
+        (mq.Body("ground"), wheel("a", 3.0, BIG), wheel("b", 1.0, SMALL)),
+        (
+            mq.Revolute("A", "ground", "a", axis=ACROSS),
+            mq.Revolute("B", "ground", "b", axis=ACROSS, origin=mq.Placement((far, 0, 0))),
+        ),
+        forces=(mq.JointForce("drive", "A", drive),),
+        coordinates=mq.Coordinates((), {"B": -2 * mq.coordinate("A")}),
+        elements=(Gear("mesh", "A", "B", BIG, **about),),  # type: ignore[arg-type]
+    )
+
+
+def rack() -> Mechanism:
+    """A driven pinion on a rack below it."""
+    return mq.Mechanism(
+        "rack",
+        (mq.Body("ground"), wheel("p", 3.0, BIG), mq.Body("r", mq.box(2.0, (1.0, 0.05, 0.05)))),
+        (
+            mq.Revolute("P", "ground", "p", axis=ACROSS),
+            mq.Prismatic("S", "ground", "r", axis=(1, 0, 0), origin=mq.Placement((0, 0, -BIG))),
+        ),
+        forces=(mq.JointForce("drive", "P", DRIVE),),
+        coordinates=mq.Coordinates((), {"S": BIG * mq.coordinate("P")}),
+        elements=(Rack("mesh", "P", "S", BIG),),
+    )
+
+
+def planetary() -> Mechanism:
+    """A driven sun, a planet on an arm, and a ring that is held."""
+    c = mq.coordinate("C")
+    ring = BIG + 2 * SMALL
+    return mq.Mechanism(
+        "planetary",
+        (
+            *(mq.Body("ground"), wheel("sun", 3.0, BIG), wheel("planet", 1.0, SMALL)),
+            *(mq.Body("arm", mq.rod(1.0, BIG + SMALL)), mq.Body("ring")),
+        ),
+        (
+            mq.Revolute("S", "ground", "sun", axis=ACROSS),
+            mq.Revolute("C", "ground", "arm", axis=ACROSS),
+            mq.Revolute(
+                "P", "arm", "planet", axis=ACROSS, origin=mq.Placement((0, 0, -BIG - SMALL))
+            ),
+            mq.Revolute("R", "ground", "ring", axis=ACROSS),
+        ),
+        forces=(mq.JointForce("drive", "S", DRIVE),),
+        coordinates=mq.Coordinates(("C",), {"S": 3 * c, "P": -4 * c, "R": 0.0}),
+        elements=(
+            Gear("inner", "S", "P", BIG, other_radius=SMALL),
+            Gear("outer", "R", "P", ring, other_radius=SMALL, internal=True),
+        ),
+    )
+
+
+@pytest.mark.parametrize("drive", [DRIVE, -DRIVE])
+def test_a_pair_of_wheels_by_hand(drive: float) -> None:
+    """I_b a_b = F cos(20°) r_b about b; the bearings bear F, its radial part outwards, weights."""
+    machine = pair(drive=drive)
+    reference, equations = mq.Reference(machine), mq.derive(machine, method="newton_euler")
+    big, small = 3.0 * BIG**2 / 2, 1.0 * SMALL**2 / 2
+    a = reference.acceleration([0.3])[0]
+    assert a == pytest.approx(drive / (big + 4 * small), rel=1e-12)
+    push = small * 2 * a / (SMALL * cos(ANGLE))
+    for forces in (reference.guide_forces([0.3]), equations.guide_forces([0.3])):
+        assert forces["mesh"] == pytest.approx(push, rel=1e-12)
+    along, apart = push * cos(ANGLE), abs(push) * sin(ANGLE)
+    for reactions in (reference.reactions([0.3]), equations.reactions([0.3], None)):
+        np.testing.assert_allclose(reactions["B"].force, [-apart, 0, 9.81 - along], atol=1e-12)
+        np.testing.assert_allclose(reactions["A"].force, [apart, 0, 29.43 + along], atol=1e-12)
+        for joint in "AB":
+            np.testing.assert_allclose(reactions[joint].moment, 0, atol=1e-12)
+
+
+def test_a_pair_of_wheels_in_letters() -> None:
+    text = mq.derive(pair(pressure_angle=0.0), method="newton_euler").text(steps=True)
+    lines = [line.strip() for line in text.splitlines()]
+    assert "0.06 A'' = -F_mesh/5 + 2" in lines
+    assert "F_mesh = 0.1 A''" in lines
+    assert "R_B_z = -0.1 A'' + 981/100" in lines
+    parted = mq.derive(pair(), method="newton_euler").text(steps=True)
+    assert "N_mesh  what parts the wheels, |F_mesh| sin of the angle [N]" in parted
+    assert "R_A_x = N_mesh" in [line.strip() for line in parted.splitlines()]
+
+
+def test_a_rack_by_hand() -> None:
+    machine = rack()
+    reference = mq.Reference(machine)
+    a = reference.acceleration([0.3])[0]
+    assert a == pytest.approx(DRIVE / (3.0 * BIG**2 / 2 + 2.0 * BIG**2), rel=1e-12)
+    push = 2.0 * BIG * a / cos(ANGLE)
+    assert reference.guide_forces([0.3])["mesh"] == pytest.approx(push, rel=1e-12)
+    reactions = reference.reactions([0.3])
+    apart = push * sin(ANGLE)
+    np.testing.assert_allclose(reactions["S"].force, [0, 0, 19.62 + apart], atol=1e-11)
+    np.testing.assert_allclose(reactions["P"].force, [push * cos(ANGLE), 0, 29.43 - apart])
+
+
+def test_a_planetary_gear_by_hand() -> None:
+    """The sun's balance gives the inner force, the held ring's moment the outer one."""
+    machine = planetary()
+    reference = mq.Reference(machine)
+    assert reference.guided == {}
+    a = reference.acceleration([0.3], [0.5])[0]
+    forces = reference.guide_forces([0.3], [0.5])
+    inner = (DRIVE - 3.0 * BIG**2 / 2 * 3 * a) / (BIG * cos(ANGLE))
+    assert forces["inner"] == pytest.approx(inner, rel=1e-11)
+    held = reference.reactions([0.3], [0.5])["R"].moment[1]
+    assert abs(held) == pytest.approx(abs(forces["outer"]) * cos(ANGLE) * 0.4, rel=1e-11)
+    for joint in "SCP":
+        assert reference.reactions([0.3], [0.5])[joint].moment[1] == pytest.approx(0, abs=1e-12)
+
+
+@pytest.mark.parametrize("machine", [pair(), rack(), planetary()], ids=lambda m: m.name)
+def test_verdicts_and_urdf(machine: Mechanism) -> None:
+    assert mq.verify(machine, samples=5).agrees
+    again = mq.read_urdf(mq.write_urdf(machine))
+    assert [type(each) for each in again.elements] == [type(each) for each in machine.elements]
+    reference, equations = mq.Reference(machine), mq.derive(machine, method="newton_euler")
+    q, v = np.array([0.7]), np.array([-0.4])
+    for name, (force, moment) in equations.reactions(q, v).items():
+        wrench = reference.reactions(q, v)[name]
+        np.testing.assert_allclose(force, wrench.force, atol=1e-11)
+        np.testing.assert_allclose(moment, wrench.moment, atol=1e-11)
+
+
+def test_wrong_wheels_are_refused_with_place_and_remedy() -> None:
+    with pytest.raises(EngineError, match=r"gear 'mesh' does not meet its axes: they are 0.31 m"):
+        mq.Reference(pair(far=0.31))
+    with pytest.raises(EngineError, match=r"gear 'mesh' does not fit the coordinate map"):
+        mq.Reference(pair(far=BIG - SMALL, internal=True))
+    with pytest.raises(MechanismError, match=r"'mesh': expected the name of a hinge, got 'C'"):
+        mq.Mechanism(
+            "one",
+            (mq.Body("ground"), wheel("a", 1.0, BIG)),
+            (mq.Revolute("A", "ground", "a", axis=ACROSS),),
+            elements=(Gear("mesh", "A", "C", BIG, other_radius=SMALL),),
+        )
+    with pytest.raises(InputError, match=r"gear 'mesh': expected a pressure angle from 0"):
+        pair(pressure_angle=2.0)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "message"),
+    [
+        ('wheel="A"', 'wheel="Z"', "'Z' is no joint"),
+        ('internal="false"', 'internal="no"', "expected internal true or false, got 'no'"),
+        ('pressure_angle="0.', 'pressure_angle="9.', "expected a pressure angle from 0"),
+    ],
+)
+def test_a_gear_that_cannot_be_read_is_reported(before: str, after: str, message: str) -> None:
+    text = mq.write_urdf(pair())
+    assert before in text
+    findings = mq.lint(text.replace(before, after))
+    assert any(message in finding.message for finding in findings)
+
+
+def test_a_page_shows_what_a_gear_does_as_one_force() -> None:
+    motion = mq.simulate(pair(), duration=0.1)
+    arrows = {arrow.name: arrow.vector[0] for arrow in scene_of(motion).arrows}
+    push = motion.guide_forces()["mesh"][0]
+    expected = [push * sin(ANGLE), 0, push * cos(ANGLE)]
+    np.testing.assert_allclose(arrows["mesh on b"], expected, atol=1e-12)
+    np.testing.assert_allclose(arrows["mesh on a"], [-c for c in expected], atol=1e-12)
