@@ -41,6 +41,7 @@ ORDER: dict[str, list[str]] = {
         "dynamics random_positions",
     ],
     "model.guides": ["guide", "find"],
+    "model.expression": ["scalars", "functions"],
     "model.free_body": ["attitude", "state"],
     "model.bodies": ["visuals", "shapes", "body"],
     "model.mechanism": ["description", "state_space validation variants", "mechanism"],

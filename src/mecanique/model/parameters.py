@@ -9,7 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in
+from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
 
 __all__ = ["Input", "Parameter", "Record"]
 
@@ -51,14 +51,34 @@ class _Named:
     def __pow__(self, other: Scalar) -> Any:
         return self._sympy_() ** _exact(other)
 
+    def __rpow__(self, other: Scalar) -> Any:
+        return _exact(other) ** self._sympy_()
+
     def __neg__(self) -> Any:
         return -self._sympy_()
+
+    def __abs__(self) -> Any:
+        return abs(self._sympy_())
+
+    def __float__(self) -> float:
+        raise TypeError(
+            f"expected a number, got the letter {self.symbol}; functions of letters are those of "
+            f"mecanique, e.g. mecanique.sin({self.symbol})"
+        )
+
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if function.nin == 1:
+            float(self)  # raises: numpy's sin and the like take numbers
+        return getattr(function, method)(*map(_box, inputs), **options)
 
 
 @final
 @dataclass(frozen=True)
 class Parameter(_Named):
     """A named constant of a mechanism; arithmetic with it gives sympy expressions.
+
+    Functions of expressions are mecanique's own, e.g. `mecanique.sin`; numpy's and math's take
+    numbers only.
 
     Args:
         symbol: the letter it has in equations, e.g. "m1".
@@ -138,7 +158,7 @@ class Input(_Named):
 
     def __post_init__(self) -> None:
         _check_symbol(self.symbol, "input")
-        if not callable(self.signal):
+        if self.signal is time or not callable(self.signal):
             signal = plain(self.signal)
             object.__setattr__(
                 self, "signal", finite(signal, self.symbol) if isinstance(signal, float) else signal
@@ -161,6 +181,15 @@ class Input(_Named):
         if isinstance(signal, float):
             return lambda _: signal
         return lambda t: float(evaluate(signal, {**values, "t": t}))
+
+
+def _box(operand: Any) -> Any:
+    """Return an operand as numpy's operators take it: a letter in an array of objects."""
+    if not isinstance(operand, _Named):
+        return operand
+    boxed = np.empty((), dtype=object)
+    boxed[()] = operand
+    return boxed
 
 
 def _check_symbol(symbol: object, kind: str) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NoReturn, TypeAlias, final
 
 import numpy as np
 
@@ -78,11 +79,28 @@ def velocity(name: str) -> Scalar:
     return Symbol(f"{name}'")
 
 
-def time() -> Scalar:
-    """Return the symbol of time, t, for use in expressions."""
-    from sympy import Symbol
+@final
+class _Time:
+    """Return the symbol of time, t, for use in expressions; to be called: time()."""
 
-    return Symbol("t")
+    def __call__(self) -> Scalar:
+        from sympy import Symbol
+
+        return Symbol("t")
+
+    def __repr__(self) -> str:
+        return "<function time>"
+
+    def _refuse(self, *_: object, **options: object) -> NoReturn:
+        raise InputError("expected an expression, got the function time; call it: time()")
+
+    _sympy_ = __array_ufunc__ = __float__ = __neg__ = __abs__ = _refuse
+    __add__ = __sub__ = __mul__ = __truediv__ = __pow__ = _refuse
+    __radd__ = __rsub__ = __rmul__ = __rtruediv__ = __rpow__ = _refuse
+
+
+time = _Time()
+"""Gives the symbol of time; without the call, in an expression, it says so."""
 
 
 def plain(scalar: Scalar) -> Scalar:
@@ -109,7 +127,8 @@ def plain(scalar: Scalar) -> Scalar:
         return convert()
     if hasattr(scalar, "free_symbols"):
         return scalar
-    raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}")
+    called = f"; call it: {scalar.__name__}(…)" if inspect.isfunction(scalar) else ""
+    raise InputError(f"expected a number, a parameter or an expression, got {scalar!r}{called}")
 
 
 def symbols_in(scalar: Scalar) -> frozenset[str]:

@@ -1,0 +1,29 @@
+"""Scalars: numbers, parameters and expressions in parameters, coordinates and time."""
+
+from mecanique.model.expression.scalars import (
+    FUNCTIONS,
+    Scalar,
+    Vector,
+    compile_scalars,
+    coordinate,
+    evaluate,
+    finite,
+    plain,
+    symbols_in,
+    time,
+    velocity,
+)
+
+__all__ = [
+    "FUNCTIONS",
+    "Scalar",
+    "Vector",
+    "compile_scalars",
+    "coordinate",
+    "evaluate",
+    "finite",
+    "plain",
+    "symbols_in",
+    "time",
+    "velocity",
+]

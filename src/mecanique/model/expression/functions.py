@@ -1,0 +1,142 @@
+"""Functions of expressions: those of numpy and math take numbers only."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from mecanique.model.expression.scalars import Scalar, plain
+
+__all__ = [
+    "acos",
+    "asin",
+    "atan",
+    "atan2",
+    "cos",
+    "exp",
+    "log",
+    "sign",
+    "sin",
+    "sqrt",
+    "tan",
+    "tanh",
+]
+
+
+def sin(x: Scalar) -> Any:
+    """Return the sine, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; angle [rad].
+    """
+    return _apply("sin", x)
+
+
+def cos(x: Scalar) -> Any:
+    """Return the cosine, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; angle [rad].
+    """
+    return _apply("cos", x)
+
+
+def tan(x: Scalar) -> Any:
+    """Return the tangent, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; angle [rad].
+    """
+    return _apply("tan", x)
+
+
+def asin(x: Scalar) -> Any:
+    """Return the angle in −π/2…π/2 [rad] whose sine is given, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; within −1…1.
+    """
+    return _apply("asin", x)
+
+
+def acos(x: Scalar) -> Any:
+    """Return the angle in 0…π [rad] whose cosine is given, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; within −1…1.
+    """
+    return _apply("acos", x)
+
+
+def atan(x: Scalar) -> Any:
+    """Return the angle in −π/2…π/2 [rad] whose tangent is given, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; any number.
+    """
+    return _apply("atan", x)
+
+
+def atan2(y: Scalar, x: Scalar) -> Any:
+    """Return the angle in −π…π [rad] of the point (x, y), for use in expressions.
+
+    Args:
+        y: a number, parameter or expression.
+        x: the same.
+    """
+    return _apply("atan2", y, x)
+
+
+def sqrt(x: Scalar) -> Any:
+    """Return the square root, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; not negative where it is evaluated.
+    """
+    return _apply("sqrt", x)
+
+
+def exp(x: Scalar) -> Any:
+    """Return e to a power, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; a pure number.
+    """
+    return _apply("exp", x)
+
+
+def log(x: Scalar) -> Any:
+    """Return the natural logarithm, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; positive where it is evaluated.
+    """
+    return _apply("log", x)
+
+
+def tanh(x: Scalar) -> Any:
+    """Return the hyperbolic tangent, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; a pure number.
+    """
+    return _apply("tanh", x)
+
+
+def sign(x: Scalar) -> Any:
+    """Return −1, 0 or 1, as the argument is negative, zero or positive, for use in expressions.
+
+    Args:
+        x: a number, parameter or expression; any number.
+    """
+    return _apply("sign", x)
+
+
+def _apply(name: str, *arguments: Scalar) -> Any:
+    """Apply a function: to floats at once, to whole numbers and letters as an expression."""
+    exact = [x if type(x) is int else plain(x) for x in arguments]
+    if all(isinstance(x, float) for x in exact) and hasattr(math, name):
+        return getattr(math, name)(*exact)
+    import sympy
+
+    return getattr(sympy, name)(*exact)
