@@ -22,17 +22,17 @@ def derivations(mechanism: Mechanism) -> dict[str, Derivation]:
 
 
 def _along(lagrange: Derivation, other: Derivation) -> tuple[Series, ...]:
-    """Lagrange's left sides, along the independent displacements if the other has some."""
+    """Lagrange's left sides, along the independent displacements of the other method, if any."""
     if not other.quasi:
         return lagrange.rows
     return tuple(along_displacement(one, lagrange.rows) for one in other.quasi)
 
 
 def agreement(mechanism: Mechanism) -> str:
-    """Say in a sentence whether the left sides that the methods give differ by zero.
+    """Say in a sentence whether the left sides by all methods are equal.
 
-    Quaternions are of unit length only along a motion, so that with one the difference need not
-    vanish identically.
+    Quaternions have unit length only along a motion, so with one the difference need not vanish
+    identically.
 
     Raises:
         DerivationError: if it has loops, or no closed form of reasonable length.

@@ -32,8 +32,8 @@ class Section:
 
     Args:
         title: its name.
-        explanation: why it is taken, in plain text.
-        formulas: what it gives, MathML elements.
+        explanation: its purpose, in plain text.
+        formulas: its results, MathML elements.
     """
 
     title: str
@@ -48,7 +48,7 @@ class Document:
 
     Args:
         derivation: what to write out.
-        method: what its method is called.
+        method: name of its method.
     """
 
     derivation: Derivation
@@ -56,7 +56,7 @@ class Document:
 
     @property
     def title(self) -> str:
-        """What the method is called for this mechanism."""
+        """The name of the method for this mechanism."""
         first_kind = self.derivation.ties and self.method.startswith("Lagrange")
         return "Lagrange's equations with multipliers" if first_kind else self.method
 
@@ -189,7 +189,7 @@ def _wrap(sentence: str) -> list[str]:
 
 
 def _symbol(meaning: Meaning, writer: Writer) -> str:
-    """A symbol, and what a root is the root of."""
+    """A symbol, with the radicand if it is a root."""
     symbol = writer.letter(meaning.name, False, "")
     if meaning.radicand is None:
         return symbol

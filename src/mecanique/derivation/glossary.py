@@ -19,12 +19,12 @@ _PARTS = ("x component", "y component", "z component", "scalar part")
 @final
 @dataclass(frozen=True)
 class Meaning:
-    """What a symbol stands for.
+    """The meaning of a symbol.
 
     Args:
         name: the symbol.
         sentence: what it is, with its unit.
-        radicand: what it is the square root of, if anything.
+        radicand: its square, if it is a square root.
     """
 
     name: str
@@ -111,7 +111,7 @@ def _axis(joint: Single | Planar) -> str:
 
 
 def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
-    """An axis in words, e.g. −y of ground; a joint's frame is named where its parent's differs."""
+    """An axis in words, e.g. −y of ground, or of the joint's frame if that is turned."""
     turned = any(not isinstance(angle, float) or angle for angle in joint.origin.rpy)
     of = f"the frame of joint {joint.name}" if turned else joint.parent
     for name, component in zip("xyz", axis, strict=True):

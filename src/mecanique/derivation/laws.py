@@ -32,7 +32,7 @@ __all__ = ["Along", "Drive", "Elastic", "Law", "Viscous", "laws_of"]
 
 
 class Along(Protocol):
-    """What a force acts along; e is the unit vector from one end to the other, 1 in a joint."""
+    """The line of a force; e is the unit vector from one end to the other, 1 in a joint."""
 
     @property
     def x(self) -> Any:

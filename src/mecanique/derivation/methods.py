@@ -1,4 +1,4 @@
-"""The methods of derivation: how each is called, derives in symbols, and computes in numbers."""
+"""The methods of derivation: name, symbolic derivation and numeric computation of each."""
 
 from __future__ import annotations
 

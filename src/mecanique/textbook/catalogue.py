@@ -23,10 +23,10 @@ def names() -> tuple[str, ...]:
 
 @cache
 def entry(name: str) -> System:
-    """Return what the catalogue states about a system.
+    """Return the catalogue's entry of a system.
 
     Raises:
-        UnknownNameError: if there is none of this name; it carries the near matches.
+        UnknownNameError: if there is no such system; it carries the near matches.
     """
     if name not in names():
         raise UnknownNameError("system", name, names())

@@ -1,6 +1,6 @@
 """Closed-form facts about a system: what theory states, as pure data.
 
-A fact has a statement, one line that can be read aloud, and a formula that gives the numbers.
+A fact has a statement, one line that can be read aloud, and a formula for the numbers.
 `mecanique.verification.facts` checks whether it holds for the mechanism as described.
 
 A formula is a function of `Values`, with parameters, options, coordinates and time as attributes
@@ -58,7 +58,7 @@ class Values:
         return self.numbers[name]
 
     def __getattr__(self, name: str) -> Number:
-        # Python itself asks for names with underscores, e.g. when it makes a copy
+        # Python itself looks up names with underscores, e.g. to make a copy
         if name.startswith("_") or name not in self.numbers:
             raise AttributeError(
                 f"a fact asks for {name!r}, which is no parameter, option, coordinate or t"
@@ -67,7 +67,7 @@ class Values:
 
 
 Formula: TypeAlias = Callable[[Values], Any]
-"""Gives the numbers of a fact."""
+"""Compute the numbers of a fact."""
 
 State: TypeAlias = "Mapping[str, float] | Callable[[Values], Mapping[str, float]]"
 """Coordinates and velocities by name, zero where left out; or a function of the parameters."""
@@ -75,11 +75,11 @@ State: TypeAlias = "Mapping[str, float] | Callable[[Values], Mapping[str, float]
 
 @dataclass(frozen=True)
 class _Stated:
-    """The parts common to all facts.
+    """The fields common to all facts.
 
     Args:
         statement: the fact in one line, with its formula.
-        given: parameters and options it supposes, by symbol, e.g. {"c": 0.0}; the others may have
+        given: parameters and options it assumes, by symbol, e.g. {"c": 0.0}; the others may have
             any value.
     """
 
@@ -170,9 +170,8 @@ class Solution(_Stated):
 
     Args:
         start: the state at t = 0.
-        formula: gives coordinates and velocities by name at time t; those it leaves out are not
-            compared.
-        until: gives the time up to which it is compared [s].
+        formula: gives coordinates and velocities by name at time t; missing ones are not compared.
+        until: gives the end of the comparison [s].
     """
 
     start: State
@@ -183,12 +182,12 @@ class Solution(_Stated):
 @final
 @dataclass(frozen=True)
 class Period(_Stated):
-    """A motion that returns to its start, and when.
+    """A motion that returns to its start, with its period.
 
     Args:
         start: the state at t = 0.
         seconds: gives the period [s].
-        advance: how far coordinates have advanced by then, e.g. by a full turn.
+        advance: how far coordinates advance in a period, e.g. a full turn.
     """
 
     start: State
@@ -227,7 +226,7 @@ class Eigenvalues(_Stated):
 @final
 @dataclass(frozen=True)
 class Steady(_Stated):
-    """A state without acceleration: an equilibrium, a steady precession."""
+    """A state without acceleration: an equilibrium or a steady precession."""
 
     at: State
 

@@ -1,4 +1,4 @@
-"""What an entry of the catalogue states."""
+"""An entry of the catalogue."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ __all__ = ["System"]
 @final
 @dataclass(frozen=True)
 class System:
-    """A textbook system: how it is built, where it is found, and a motion worth watching.
+    """A textbook system: how to build it, its source, and a motion worth watching.
 
     Args:
-        title: what it is, in one line.
-        source: where it is found: author, work, page, figure or equation.
+        title: its description in one line.
+        source: author, work, page, figure or equation.
         parameters: its parameters with typical values.
         build: makes the mechanism from the parameters, passed by symbol, and the whole-number
             options.

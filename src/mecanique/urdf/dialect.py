@@ -37,16 +37,16 @@ __all__ = [
 ]
 
 DRAKE_NAMESPACE = "http://drake.mit.edu"
-"""What the prefix `drake:` is declared as; Drake itself matches the prefix by its letters."""
+"""Namespace declared for the prefix `drake:`; Drake itself matches the prefix by its letters."""
 
 WORLD = "world"
-"""The link that Drake and others take for the inertial frame."""
+"""The link that Drake and others take as the inertial frame."""
 
 OWN_NAMESPACE = "urn:mecanique"
-"""What the prefix `mecanique:` is declared as, where it is used."""
+"""Namespace declared for the prefix `mecanique:`, where it is used."""
 
 LOOP = "mecanique:loop"
-"""Below robot: a loop of a kind that Drake has no tag for, with its name and type."""
+"""Below robot: a loop of a kind without a tag in Drake, with its name and type."""
 
 ROLLING = "mecanique:rolling"
 """Below robot: a wheel, disk or ball that rolls on a plane without slip."""
@@ -67,13 +67,13 @@ CORD_STOPS = ("mecanique:end", "mecanique:pulley")
 """Below a cord, in order: where it begins, the pulleys it runs over, where it ends."""
 
 SCREW = "mecanique:screw"
-"""Below a joint that slides and mimics the hinge behind it: both are one screw joint, the hinge."""
+"""Below a slide that mimics the hinge behind it: together they are one screw joint, the hinge."""
 
 LOOP_FRAMES = ("mecanique:frame_a", "mecanique:frame_b")
 """Below a loop: the frame on each of its two links (link, xyz, rpy)."""
 
 UNBOUNDED = 1e9
-"""Written where the format demands a limit and there is none; larger ones are read as none."""
+"""Written where the format demands a limit and there is none; larger limits are read as none."""
 
 DRAKE_JOINT = "drake:joint"
 """Like `joint`, for types that URDF lacks, e.g. `type="ball"`; other programs ignore it."""
@@ -111,7 +111,7 @@ class Extension:
     Args:
         tag: its name.
         meaning: what it adds to the model.
-        children: its children by role, in the order in which they are written; all are required.
+        children: its children by role, in the order written; all are required.
     """
 
     tag: str

@@ -1,4 +1,4 @@
-"""Findings: what is wrong, or read differently by others, in a URDF text."""
+"""Findings: what is wrong in a URDF text, or what other programs read differently."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _MOST_LISTED = 40
 @final
 @dataclass(frozen=True)
 class Finding:
-    """One thing to know about a URDF text.
+    """One finding about a URDF text.
 
     Args:
         code: which rule found it, e.g. "M204".
@@ -53,7 +53,7 @@ class Finding:
 
 @final
 class Report:
-    """Collects the findings of one text.
+    """Collect the findings of one text.
 
     Args:
         file: name of the file, if there is one.
@@ -96,7 +96,7 @@ class Report:
         message: str,
         remedy: str | None = None,
     ) -> None:
-        """Note one finding for many places, at the first of them; none for no place.
+        """Note one finding for many places, at the first of them; nothing without places.
 
         Args:
             code: the rule's code.
@@ -111,11 +111,11 @@ class Report:
 
     @property
     def errors(self) -> list[Finding]:
-        """The findings for which the text is refused."""
+        """The findings that make the text unreadable."""
         return [finding for finding in self.findings if finding.severity == "error"]
 
     def refuse(self) -> None:
-        """Raise for all errors found, if any.
+        """Raise one error for all errors found, if any.
 
         Raises:
             UrdfError: that lists every error with its file and line.

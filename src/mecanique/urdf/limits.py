@@ -1,4 +1,4 @@
-"""The largest trees Pinocchio is given; beyond them it fills the memory or ends the process."""
+"""The largest trees given to Pinocchio; larger ones fill the memory or end the process."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ __all__ = ["Names"]
 
 @final
 class Names:
-    """Gives each thing a name of its own.
+    """Give each thing a name of its own.
 
     Args:
         taken: names not to give.
@@ -21,7 +21,7 @@ class Names:
         self._count: dict[str, int] = {}
 
     def free(self, name: str) -> str:
-        """Return the name, or the first of name_2, name_3 … that is free; it is taken then."""
+        """Return the name, or the first free one of name_2, name_3 …, and mark it as taken."""
         chosen = name
         while chosen in self._taken:
             self._count[name] = self._count.get(name, 1) + 1

@@ -1,8 +1,8 @@
 """URDF text -> mechanism.
 
-Nothing of the parsers of other programs is used, so that what they read wrongly can be found. What
-the equations do not use (collisions, dry friction, tags of other programs) is not warned about
-here: `mecanique.urdf.lint` tells all of it.
+No parser of another program is used, so that their mistakes can be found. There are no warnings
+here about what the equations do not use (collisions, dry friction, tags of other programs):
+`mecanique.urdf.lint` reports all of it.
 """
 
 from __future__ import annotations
@@ -178,15 +178,15 @@ def _joints(document: Document, report: Report) -> tuple[list[Joint], set[str]]:
 
 
 def _with_own_names(joints: list[Joint]) -> list[Joint]:
-    """Give each joint coordinates of its own: a joint may be called t, or as another's are."""
+    """Give each joint its own coordinates: a joint may be called t, or like a coordinate."""
     names = Names(["t"])
     named: dict[str, Joint] = {}
-    # velocities of quaternions have fixed names, so these joints choose first
+    # velocities of quaternions have fixed names, so these joints come first
     for joint in sorted(joints, key=lambda joint: not joint.quaternion):
         if joint.quaternion:
             for velocity in joint.velocities:
                 names.free(velocity)
-        # the mark of a velocity is kept for velocities
+        # the mark of a velocity is reserved for velocities
         own = tuple(names.free(name.replace("'", "_")) for name in joint.coordinates)
         named[joint.name] = joint if own == joint.coordinates else joint.renamed(own)
     return [named[joint.name] for joint in joints]

@@ -17,7 +17,7 @@ _INSIDE = Path("share", "example-robot-data", "robots")
 
 
 def robots() -> tuple[str, ...]:
-    """Return the names of all robots that `robot` finds.
+    """Return the names of all robots known to `robot`.
 
     Raises:
         InputError: if example-robot-data is not installed.

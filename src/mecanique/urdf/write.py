@@ -231,7 +231,7 @@ def _joint(mechanism: Mechanism, joint: Joint, step: SimpleJoint) -> Tag:
 
 
 def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
-    """URDF demands limits of slides and bounded hinges; effort and velocity belong to each."""
+    """URDF demands limits for slides and bounded hinges, each with effort and velocity."""
     if step.kind not in ("continuous", "revolute", "prismatic"):
         return
     bounds = step.limits
@@ -260,7 +260,7 @@ def _limit(step: SimpleJoint, where: str) -> Iterator[Tag]:
 
 
 def _mimic(mechanism: Mechanism, coordinate: str) -> Iterator[Tag]:
-    """A joint that follows one free joint linearly; any other map is left to the comments."""
+    """A joint that follows one free joint linearly; comments state any other map."""
     driven = mechanism.coordinates.driven
     if coordinate not in driven:
         return

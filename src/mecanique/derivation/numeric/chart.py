@@ -72,7 +72,7 @@ class Motions:
 def efforts_in_joints(
     states: States, move: Motions, columns: Mapping[str, int]
 ) -> np.ndarray | None:
-    """Return the torques that states are given with, as forces in the joints; None without any.
+    """Return the torques given with the states, as forces in the joints; None without any.
 
     Args:
         states: with or without torques.

@@ -28,7 +28,7 @@ __all__ = ["Touch", "VelocityLaws"]
 
 
 class Touch(NamedTuple):
-    """Where a contact is and what it closes there.
+    """The place of a contact and the directions it closes.
 
     Args:
         place: trailing shape (n, 3, 1), in the world [m].
@@ -43,7 +43,7 @@ class Touch(NamedTuple):
 
 @final
 class VelocityLaws:
-    """What the contacts and velocity constraints of a mechanism demand.
+    """The rows of the contacts and velocity constraints of a mechanism.
 
     Args:
         mechanism: whose they are.

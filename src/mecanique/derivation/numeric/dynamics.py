@@ -19,7 +19,7 @@ class BatchDynamics(ABC):
     """
 
     rolls: ClassVar[bool] = False
-    """Whether its accelerations obey contacts and velocity constraints by themselves."""
+    """Whether its accelerations satisfy contacts and velocity constraints."""
 
     @abstractmethod
     def mass_matrix(self, states: States) -> np.ndarray:
@@ -35,7 +35,7 @@ class BatchDynamics(ABC):
 
     @abstractmethod
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, ∂V/∂q, shape (n, nv)."""
+        """Return gravity's part of the bias, ∂V/∂q, shape (n, nv)."""
 
     @abstractmethod
     def inverse_dynamics(self, states: States, a: np.ndarray) -> np.ndarray:
@@ -57,5 +57,5 @@ class BatchDynamics(ABC):
     def momentum(self, states: States) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the linear momentum, and the angular about origin and center of mass, each (n, 3).
 
-        Bodies that the ground holds do not count.
+        Bodies fixed to the ground do not count.
         """

@@ -99,8 +99,7 @@ def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: sli
     u, rates = move.u[:, own, None], move.gamma[:, own, None]
     sliding, rolling = (slide @ u)[..., 0], (roll @ u)[..., 0]
     spin = parent.spin + rolling
-    # directions that are fixed in the child turn with it, those of a slide turn with the parent as
-    # well
+    # directions fixed in the child turn with it; those of a slide turn with the parent, too
     bent = np.cross(spin if link.kind == "free" else parent.spin, sliding)
     J = parent.J + np.cross(parent.J_spin, r[:, :, None], axis=1)
     J_spin = parent.J_spin.copy()

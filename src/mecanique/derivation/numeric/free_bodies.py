@@ -104,7 +104,7 @@ class Snapshot:
 
 @final
 class FreeBodies:
-    """Cuts the bodies of a mechanism free.
+    """Cut the bodies of a mechanism free.
 
     Args:
         mechanism: any mechanism; of one with loops, its tree.
@@ -158,7 +158,7 @@ class FreeBodies:
         return Snapshot(tuple(bodies), move, axes, self._holders, self._armature, springs)
 
     def moving(self, states: States) -> list[FreeBody]:
-        """Return the free bodies that a joint lets move against the ground."""
+        """Return the free bodies that can move relative to the ground."""
         return [body for body in self.at(states).bodies if self._free[self._place[body.name]]]
 
     def _body(
@@ -190,7 +190,7 @@ class FreeBodies:
     def _wrenches(
         self, found: list[Frame], loaded: dict[int, np.ndarray], drives: np.ndarray
     ) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Force and moment about the world's origin of what is applied to each free body."""
+        """Applied force on each free body, and its moment about the world's origin."""
         n = len(drives)
         force, moment = np.zeros((len(self._joints), n, 3)), np.zeros((len(self._joints), n, 3))
         place = {self._place[joint.child]: k for k, joint in enumerate(self._joints)}

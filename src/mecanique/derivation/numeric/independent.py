@@ -42,7 +42,7 @@ __all__ = ["REGULAR", "Reduced"]
 
 _SWEEPS = 40
 _ROUNDING = 1e-12
-"""Loops and their rates that are this near to closed, in their units, are left as they are."""
+"""Loops and rates this close to closed, in their units, are left as they are."""
 
 _RANK = 1e-8
 """Pivots and singular values of J below this part of the largest count as zero."""
@@ -119,7 +119,7 @@ class Reduced:
         nv, n = self._mechanism.nv, len(states)
         free = np.setdiff1d(np.arange(nv), dependent)
         rest, E, weight = self._operator(states, np.zeros((n, len(free))), rows, dependent, inverse)
-        # the partials of the coordinates: how all follow the independent ones
+        # partials of all coordinates by the independent ones
         follow = np.stack([x.c[0, 1:] for x in rest], axis=0).transpose(2, 0, 1)
         M = np.empty((n, len(free), len(free)))
         for k in range(len(free)):
@@ -191,7 +191,7 @@ class Reduced:
         units = self._closure.units
         x = [Jet(path) for path in c]
         for order in range(3):
-            # the state itself is closed: next to a singular position its rounding would grow with
+            # the state itself is closed: near a singular position its rounding would grow with
             # every order
             given = order < 2
             last = np.inf

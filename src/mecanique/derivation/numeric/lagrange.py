@@ -38,7 +38,7 @@ __all__ = ["Definition"]
 
 @final
 class _Along:
-    """What a force acts along: a distance by its square, or the coordinate of a joint."""
+    """The line of a force: a distance, given by its square, or the coordinate of a joint."""
 
     def __init__(self, square: Jet, x: Jet | None = None) -> None:
         self.square = square
@@ -79,7 +79,7 @@ class Definition(BatchDynamics):
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M: what Lagrange's operator adds for unit accelerations."""
         n, nv = len(states), self._mechanism.nv
-        # M does not depend on v or gravity, without which nothing is lost to rounding
+        # M depends on neither v nor gravity; leaving them out avoids rounding errors
         q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
         rest = np.zeros((len(q), nv))
         many = States(self._mechanism, q, rest, t, rest)

@@ -1,4 +1,4 @@
-"""Springs, dampers, drives and loads on batched floats: what they do to each body and joint.
+"""Springs, dampers, drives and loads on batched floats: their forces on each body and joint.
 
 What acts on a body is collected as the 4×4 matrix D with virtual work δW = tr(δH D): a force F at
 the body's point p gives D = (p, 1) (F, 0)ᵀ, a couple C gives D = ½ Rᵀ Ĉᵀ.
@@ -128,7 +128,7 @@ class Loads:
         return D
 
     def on_joints(self, move: Motions, states: States) -> np.ndarray:
-        """Return the forces of what acts in the joints, given torques included, shape (n, nu).
+        """Return the forces in the joints, including given torques, shape (n, nu).
 
         Args:
             move: joint coordinates and velocities of the states.
@@ -174,7 +174,7 @@ class Loads:
         return laws_of(force, lambda scalar: self._number(scalar, values))
 
     def _number(self, scalar: Scalar, values: Mapping[str, Any]) -> Any:
-        """The value of a scalar; of those in the parameters alone, computed once."""
+        """The value of a scalar; scalars in the parameters alone are computed once."""
         if scalar not in self._constants:
             is_constant = symbols_in(scalar) <= self._mechanism.values.keys()
             self._constants[scalar] = self._mechanism.evaluate(scalar) if is_constant else None

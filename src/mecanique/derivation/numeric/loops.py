@@ -63,7 +63,7 @@ class RowUnits(NamedTuple):
 
 @final
 class Closure:
-    """What the loops of a mechanism demand, as jets."""
+    """The constraints of a mechanism's loops, as jets."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self._loops = mechanism.loops
@@ -80,7 +80,7 @@ class Closure:
         )
         """Name of each row: the loop's and the motion it closes, in the axes of frame a."""
         self.length = characteristic_length(mechanism)
-        """What lengths are compared with [m]."""
+        """The length that others are compared with [m]."""
         self.units = np.array(
             [self.length if name.split(": ")[-1][0] != "r" else 1.0 for name in self.names]
         )

@@ -8,11 +8,11 @@ For each body, about its center of mass C and in world axes (Fundamentals of Dyn
 
 with applied forces F, their moment M_C, the reaction R and its couple at the body's joint, and
 minus the reactions of the joints that hang on the body (action and reaction). A joint transmits
-nothing along or about its free directions, but what turns its rotor; where coordinates are driven,
-reactions along the joints do no work together. Those of joints that a guide crosses are totals, of
-the reaction and of what guides across the joint. What a contact
-does is an unknown force at the place where two bodies touch, on one of them and the opposite on the
-other; the condition of rolling completes the equations.
+nothing along or about its free directions, except what turns its rotor; where coordinates are
+driven, reactions along the joints do no work together. Those of joints that a guide crosses are
+totals, of the reaction and of what guides across the joint. What a contact does is an unknown force
+at the place where two bodies touch, on one of them and the opposite on the other; the condition of
+rolling completes the equations.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ __all__ = ["Balances", "Reaction", "kinetic_and_potential"]
 
 
 class Reaction(NamedTuple):
-    """What a parent does to its child through their joint.
+    """The action of a parent on its child through their joint.
 
     Args:
         force: shape (3,) or (n, 3), world axes [N].
@@ -50,7 +50,7 @@ class Reaction(NamedTuple):
 
 @final
 class Balances(BatchDynamics):
-    """The balances of momentum of every body of a mechanism, and what follows from them.
+    """The balances of momentum of every body of a mechanism, and their consequences.
 
     Args:
         mechanism: any mechanism; of one with loops, its tree.
@@ -200,7 +200,7 @@ class Balances(BatchDynamics):
         return np.asarray((self.mass_matrix(states) @ a[..., None])[..., 0] + self.bias(states))
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv)."""
+        """Return gravity's part of the bias, shape (n, nv)."""
         at, n = self._bodies.at(states), len(states)
         weights = [
             body.mass * np.concatenate([self._bodies.gravity, np.zeros(3)]) for body in at.bodies
@@ -344,7 +344,7 @@ def kinetic_and_potential(at: Snapshot, g: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 _SHARE = 1e-4
-"""Unit wrenches that directions where a joint transmits nothing leave less of are among them."""
+"""A unit wrench whose part outside the idle directions is smaller than this lies within them."""
 
 _RANK = 1e-12
 """Singular values of the balances below this part of the largest count as zero."""
@@ -370,7 +370,7 @@ def _rows(k: int, start: int = 0) -> tuple[slice, slice]:
 
 
 def _shift(wrench: np.ndarray, arm: np.ndarray) -> np.ndarray:
-    """Return force and moment about a point from which the first one is at an arm, (n, 6, k)."""
+    """Move a wrench by an arm, from its new point to its old one, shape (n, 6, k)."""
     force, couple = wrench[:, :3], wrench[:, 3:]
     moment = couple + np.cross(arm[:, :, None], force, axis=1)
     return np.concatenate([force, moment], axis=1)

@@ -81,7 +81,7 @@ class Recursion(BatchDynamics):
         return move.project(self._inverse_dynamics(A, move.u, move.gamma + move.spread(a)))
 
     def gravity(self, states: States) -> np.ndarray:
-        """Return the part of the bias that gravity makes, shape (n, nv)."""
+        """Return gravity's part of the bias, shape (n, nv)."""
         move = self._chart.motions(states)
         A = self._local(move, len(states))
         H, _ = self._poses(A, np.zeros_like(move.u))
@@ -265,7 +265,7 @@ class Recursion(BatchDynamics):
         """Return M in the joint velocities from the moments beyond each joint, (n, nu, nu)."""
         M = np.zeros((n, len(self._armature), len(self._armature)))
         C: list[np.ndarray] = [np.broadcast_to(J, (n, 4, 4)) for J in self._J]
-        # what the velocities beyond each link ask of it, carried from link to link together
+        # contributions of the velocities beyond each link, carried from link to link together
         beyond: list[list[tuple[np.ndarray, np.ndarray]]] = [[] for _ in self._tree]
         for place in range(len(self._tree) - 1, -1, -1):
             if self._S[place]:

@@ -1,7 +1,7 @@
 """The register of the chapter: every equation, what it states and whether it holds as printed.
 
 The chapter is "Fundamentals of Dynamics", ch. 1 of a text on structural dynamics. Rows are computed
-when asked for.
+on demand.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The bars and springs of Example 1.2 in sympy, for small vertical motion.
 
-Positions follow from the bars being straight between their ends, velocities and accelerations from
+Positions follow from straight bars between their ends, velocities and accelerations from
 differentiation, momenta and moments from cross products, reactions from the balances of the single
 bars. x points right, y up, the origin is D; C moves down by q. On ABC the bar CF exerts C_x along x
 and C_y against y, on DEF it exerts F_x against x and F_y along y; A and D are supports.
@@ -57,7 +57,7 @@ class Bars:
         return point - point.subs(self.q, 0)
 
     def moment(self, about: Any, acting: Sequence[Acting]) -> Any:
-        """Return the sum of moments, z; levers are undeflected, as motion is small."""
+        """Return the sum of moments about z; levers are undeflected, as the motion is small."""
         total = 0
         for point, force in acting:
             arm = (point - about).subs(self.q, 0)

@@ -75,7 +75,7 @@ def rows() -> Iterator[Row]:
 
 
 def _differences(name: str, *, of_lagrangian: bool = False) -> list[Series]:
-    """Return Lagrange's equations, written out from T and V, less Newton and Euler's."""
+    """Return Lagrange's equations, written out from T and V, minus Newton and Euler's."""
     mechanism = load(name)
     algebra = Algebra(mechanism)
     lagrange = Lagrange(mechanism, algebra)

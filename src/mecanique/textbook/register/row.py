@@ -1,4 +1,4 @@
-"""A row of the register: what an equation of the chapter states, and whether it holds."""
+"""A row of the register: the statement of an equation in the chapter, and whether it holds."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 __all__ = ["Row", "agreement", "identity", "misprint"]
 
 TOLERANCE = 1e-9
-"""Largest relative residual with which a numeric statement holds."""
+"""Largest relative residual of a numeric statement that holds."""
 
 
 @final
@@ -19,7 +19,7 @@ class Row:
     """One equation of the chapter.
 
     Args:
-        number: as in the chapter; of a displayed result without a number, where it stands.
+        number: as in the chapter; its place, for a displayed result without a number.
         states: what it states.
         how: what was compared with what.
         kind: "symbolic identity" or "numeric".
@@ -67,7 +67,7 @@ class Row:
 
 
 def identity(number: str, states: str, how: str, *differences: Any) -> Row:
-    """Return the row of an equation whose left sides less their right sides vanish identically."""
+    """Return the row of an equation whose left minus right sides vanish identically."""
     holds = bool(differences) and all(map(_vanishes, differences))
     return Row(number, states, how, "symbolic identity", holds)
 

@@ -1,4 +1,4 @@
-"""What is wrong in a URDF text, and what is read differently by different programs."""
+"""What is wrong in a URDF text, and what different programs read differently."""
 
 from mecanique.urdf.findings import Finding
 from mecanique.urdf.lint.check import lint

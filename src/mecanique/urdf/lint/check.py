@@ -17,7 +17,7 @@ __all__ = ["lint"]
 def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tuple[Finding, ...]:
     """Return what is wrong in a URDF and what other programs read differently, line by line.
 
-    There are errors among the findings exactly if `read_urdf` refuses the text.
+    The findings include errors if and only if `read_urdf` refuses the text.
 
     Args:
         path_or_text: the path of a URDF file, or its text.

@@ -1,4 +1,4 @@
-"""What Pinocchio, Drake and MuJoCo read differently, ignore or cannot bear."""
+"""What Pinocchio, Drake and MuJoCo read differently, ignore or cannot handle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Masses that make the equations singular or that engines lose."""
+"""Masses that make the equations singular or that engines drop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TINY = 2.2e-16
 
 
 def check(document: Document, report: Report) -> None:
-    """Note masses and inertias that are allowed but suspect."""
+    """Note masses and inertias that are allowed but suspicious."""
     root = document.root
     points = [link for link in document.links if link.mass and not any(link.inertia)]
     report.together(
@@ -44,7 +44,7 @@ def _massless(document: Document, root: str, report: Report) -> None:
         order.extend(joint.child for joint in below.get(name, ()))
     carried: dict[str, list[Link]] = {}
     for name in reversed(order):
-        # two are enough to tell: none, one alone, or more
+        # two are enough to distinguish none, one and several
         heavy = [link for joint in below.get(name, ()) for link in carried[joint.child]][:2]
         carried[name] = [*([] if links[name].massless else [links[name]]), *heavy][:2]
     for joint in document.joints:

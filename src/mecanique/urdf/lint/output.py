@@ -13,7 +13,7 @@ __all__ = ["as_json", "as_text"]
 
 
 def as_text(findings: Sequence[Finding]) -> str:
-    """Return findings as text: each with why it matters and how to mend it, then their number.
+    """Return findings as text: why each matters and how to fix it, then their number.
 
     Args:
         findings: from `lint`.

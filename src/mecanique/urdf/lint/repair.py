@@ -1,4 +1,4 @@
-"""Mends what has exactly one safe mend; everything else in the text stays as it is."""
+"""Repair what has exactly one safe remedy; everything else in the text stays as it is."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _START_TAG = re.compile(rb"<[^\s/>]+(?:[^>\"']|\"[^\"]*\"|'[^']*')*>")
 @final
 @dataclass(frozen=True)
 class _Edit:
-    """Bytes to put in place of others."""
+    """Bytes that replace others."""
 
     start: int
     end: int
@@ -32,11 +32,11 @@ class _Edit:
 
 
 def mend(text: str, *, name: str = "robot") -> str:
-    """Return a URDF text with everything mended that has exactly one safe mend.
+    """Return a URDF text with every fault repaired that has exactly one safe remedy.
 
-    A robot without a name gets one, axes get the length one, an axis left out is written as URDF
-    means it (x), products of inertia left out are written as zero, and the prefix drake: is
-    declared where it is used. Comments, order and all else stay.
+    A robot without a name gets one, axes get length one, a missing axis is written as URDF implies
+    it (x), missing products of inertia are written as zero, and the prefix drake: is declared
+    where it is used. Comments, order and everything else stay.
 
     Args:
         text: the URDF text.
@@ -92,7 +92,7 @@ def _unit(axis: Element, raw: bytes) -> Iterator[_Edit]:
 
 
 def _insert(element: Element, text: str) -> _Edit:
-    """Put attributes right behind the tag's name."""
+    """Insert attributes right after the tag's name."""
     place = element.offset + 1 + len(element.tag.encode())
     return _Edit(place, place, text)
 

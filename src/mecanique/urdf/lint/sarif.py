@@ -1,4 +1,4 @@
-"""Findings as SARIF, which editors and code hosts show at their lines.
+"""Findings as SARIF, which editors and code hosts show next to their lines.
 
 Static Analysis Results Interchange Format, version 2.1.0 (OASIS, 2020).
 """

@@ -1,4 +1,4 @@
-"""Words that nobody reads: misspelt, misplaced, or meant for other programs."""
+"""Words that no one reads: misspelled, misplaced, or meant for other programs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers that look like millimeters, grams or degrees, or like an inertia about another point."""
+"""Numbers that look like millimeters, grams or degrees, or an inertia about another point."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _DENSE = 30_000.0
 
 
 def check(document: Document, report: Report) -> None:
-    """Note numbers that look like other units than kg, m, s and radians."""
+    """Note numbers that seem to be in units other than kg, m, s and radians."""
     reach: dict[str, float] = {}
     for joint in document.joints:
         distance = math.hypot(*joint.origin.xyz)
@@ -74,7 +74,7 @@ def _link(link: Link, reach: float, report: Report) -> None:
 
 
 def _point(link: Link, shape: Visual, report: Report) -> None:
-    """Compare the inertia with the drawn shape's about its center and about the link's origin."""
+    """Compare the inertia with that of the drawn shape, about its center and the link's origin."""
     if any(shape.placement.rpy) or any(link.frame.rpy):
         return
     place = shape.placement.xyz

@@ -1,7 +1,7 @@
 """Bushings that are a spring and damper in one joint.
 
 A bushing resists the roll, pitch, yaw and displacement of a frame C in a frame A (Drake
-documentation, `LinearBushingRollPitchYaw`). Where the joint between them lets only one of these six
+documentation, `LinearBushingRollPitchYaw`). If the joint between them lets only one of these six
 change, it is a spring and a damper in that joint.
 """
 
@@ -24,7 +24,7 @@ _CLOSE = 1e-9
 
 @final
 class BushingFaultError(Exception):
-    """The bushing is no spring in a joint; the reader turns this into a finding."""
+    """The bushing is not a spring in a joint; the reader turns this into a finding."""
 
 
 @final
@@ -51,8 +51,7 @@ class InJoint:
         stiffness: [N·m/rad or N/m].
         damping: [N·m·s/rad or N·s/m].
         reference: the joint coordinate without force [rad or m].
-        turns: whether the joint may turn beyond the range in which the bushing's angle is
-            continuous.
+        turns: whether the joint may turn beyond the range where the bushing's angle is continuous.
     """
 
     joint: str
@@ -65,7 +64,7 @@ class InJoint:
 def in_joint(
     a: Frame, c: Frame, between: list[JointText], values: Mapping[str, tuple[float, ...]]
 ) -> InJoint:
-    """Return the spring and damper in a joint that a bushing equals.
+    """Return the spring and damper in a joint that are equivalent to a bushing.
 
     Args:
         a: one frame.
@@ -74,7 +73,7 @@ def in_joint(
         values: torque and force stiffness and damping, each shape (3,), along the frame's axes.
 
     Raises:
-        BushingFaultError: if it equals none.
+        BushingFaultError: if there are none.
     """
     if len(between) != 1 or between[0].kind not in ("revolute", "continuous", "prismatic"):
         raise BushingFaultError(

@@ -1,4 +1,4 @@
-"""A URDF text as written: links, joints and what the drake: tags add, with their lines."""
+"""A URDF text as written: links, joints and the additions of drake: tags, with their lines."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ Source = str | os.PathLike[str]
 @final
 @dataclass(frozen=True)
 class Document:
-    """What a URDF text says.
+    """The contents of a URDF text.
 
     Args:
         name: the robot's name.
@@ -58,7 +58,7 @@ class Document:
 def read_document(
     source: Source, package_path: PackagePath | None = None
 ) -> tuple[Document | None, Report]:
-    """Return what a URDF says, and the faults found on the way; None if it is no robot at all.
+    """Return the contents of a URDF and the faults found; no contents if it is not a robot.
 
     Args:
         source: the path of a URDF file, or its text.

@@ -45,7 +45,7 @@ _NOT_MODELED = ("drake:tendon_constraint", "loop_joint")
 @final
 @dataclass
 class Extensions:
-    """What was read.
+    """The extensions of a robot.
 
     Args:
         forces: springs and dampers.

@@ -94,7 +94,7 @@ class JointText:
 
     @property
     def where(self) -> str:
-        """How reports call it."""
+        """Its name in reports."""
         return f"joint {self.name!r}"
 
     @property
@@ -103,7 +103,7 @@ class JointText:
         return self.kind in MOVING
 
     def join_screw(self, slide: JointText) -> Helical | None:
-        """Return the screw that this hinge and the slide before it are; None if they are none."""
+        """Return the screw made of this hinge and the slide before it, or None."""
         mimic, unit = slide.mimic, Placement()
         fits = (
             self.kind in ("revolute", "continuous")
@@ -128,7 +128,7 @@ class JointText:
         )
 
     def joint(self) -> Joint:
-        """Return the joint it describes, with the coordinate names it has by itself."""
+        """Return the joint it describes, with its default coordinate names."""
         ends = self.name, self.parent, self.child
         match self.kind:
             case "revolute" | "continuous":
@@ -160,7 +160,7 @@ class JointText:
 
     @property
     def _unit(self) -> tuple[float, float, float]:
-        """The axis; as written if its length is one to rounding, so that round trips are exact."""
+        """The axis; unchanged if its length is one to rounding, so that round trips are exact."""
         length = math.hypot(*self.axis)
         x, y, z = self.axis
         return self.axis if abs(length - 1) < 1e-15 else (x / length, y / length, z / length)
@@ -195,7 +195,7 @@ def _joint(element: Element, report: Report) -> JointText | None:
     mimic = _mimic(element, report, where)
     if name is None or parent is None or child is None:
         return None
-    # what could not be read is reported; something stands in for it, so that the tree is judged too
+    # the report has what could not be read; stand-ins let the tree be checked, too
     kind, axis = kind or "continuous", axis or _Z
     return JointText(
         name=name,

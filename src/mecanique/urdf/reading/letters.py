@@ -1,4 +1,4 @@
-"""Letters for what a URDF states in numbers, and other rotors than it states."""
+"""Letters for numbers in a URDF, and other rotor inertias."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from mecanique.urdf.names import Names
 __all__ = ["KINDS", "with_armature", "with_letters"]
 
 KINDS = ("masses", "lengths", "inertias")
-"""What gets letters together."""
+"""Kinds of numbers that get letters together."""
 
 _INERTIA = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 
@@ -29,8 +29,8 @@ class _Letter:
 
     Args:
         kind: of `KINDS`.
-        key: "body" or "joint", its name, and what it is of it, e.g. "m".
-        parameter: what it becomes.
+        key: "body" or "joint", its name, and the quantity, e.g. "m".
+        parameter: its replacement.
     """
 
     kind: str
@@ -106,7 +106,7 @@ def with_letters(mechanism: Mechanism, wanted: str | Collection[str]) -> Mechani
 
 
 def _letters(mechanism: Mechanism) -> Iterator[_Letter]:
-    """Yield every number that may have a letter, with a symbol of its own."""
+    """Yield every number that may get a letter, with a symbol of its own."""
     joints = mechanism.joints
     names = Names(
         (
@@ -120,7 +120,7 @@ def _letters(mechanism: Mechanism) -> Iterator[_Letter]:
         kind: str, key: tuple[str, str, str], value: Scalar, unit: str, meaning: str
     ) -> _Letter:
         _, owner, what = key
-        # a symbol is an identifier, a link's name need not be one
+        # a symbol must be an identifier, a link's name need not
         word = "".join(c if f"_{c}".isidentifier() else "_" for c in owner)
         symbol = names.free(f"{what}_{word}")
         parameter = Parameter(symbol, mechanism.evaluate(value), unit, f"{meaning} {owner!r}")

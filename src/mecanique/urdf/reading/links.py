@@ -45,7 +45,7 @@ class Link:
 
     @property
     def where(self) -> str:
-        """How reports call it."""
+        """Its name in reports."""
         return f"link {self.name!r}"
 
     @property

@@ -46,7 +46,7 @@ def has_own_loops(mechanism: Mechanism) -> bool:
 def loop_nodes(
     mechanism: Mechanism, loop: Loop, anchors: Mapping[str, str], *, redundant: bool = False
 ) -> Iterator[Node]:
-    """Give the elements of a loop, after a comment with its name.
+    """Yield the elements of a loop, after a comment with its name.
 
     Args:
         mechanism: whose loop it is.
@@ -99,7 +99,7 @@ def read_loop(
     Args:
         element: the element.
         links: names of all links.
-        names: those that loops and forces have taken.
+        names: those already used by loops and forces.
         report: where faults are noted.
     """
     name = name_of(element, report)

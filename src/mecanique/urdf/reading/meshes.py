@@ -1,4 +1,4 @@
-"""Where the mesh files of a URDF are: packages, search path, and no way out of them."""
+"""Find the mesh files of a URDF: in packages and on the search path, and nowhere else."""
 
 from __future__ import annotations
 
@@ -36,11 +36,10 @@ class OutsideError(Exception):
 
 @final
 class MeshSearch:
-    """Finds mesh files.
+    """Find mesh files.
 
-    A file is only ever looked for below the URDF's own folder, the packages around it and the
-    folders of the search path, and only under the suffix of a mesh format: a URDF cannot make the
-    viewer show other files.
+    Only the URDF's own folder, the packages around it and the folders of the search path are
+    searched, and only for suffixes of mesh formats: a URDF cannot make the viewer show other files.
 
     Args:
         file: the URDF file, if there is one.
@@ -103,7 +102,7 @@ class MeshSearch:
                 yield folder / package
 
     def _roots(self) -> Iterator[Path]:
-        """Folders below which plain paths may lie."""
+        """Folders that may contain plain paths."""
         yield from self._path
         if self._folder is not None:
             yield self._folder
@@ -122,7 +121,7 @@ def _folders(path: PackagePath | None) -> list[Path]:
 
 
 def _climbs(path: str) -> bool:
-    """Whether a path leads above where it starts, at any place on its way."""
+    """Whether a path leads above its start at any point."""
     depth = 0
     for part in path.split("/"):
         depth += -1 if part == ".." else part not in ("", ".")

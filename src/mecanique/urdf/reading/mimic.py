@@ -1,4 +1,4 @@
-"""Joints that follow others: <mimic> in any order and in chains, down to free joints."""
+"""Joints that follow others: resolve <mimic>, in any order and in chains, down to free joints."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def _leader(joint: JointText) -> str:
 
 
 def _compose(joint: JointText, solved: Mapping[str, Follower], report: Report) -> Follower:
-    """Put what a joint follows into its own line: m (M x + O) + o."""
+    """Substitute the law of the joint that is followed: m (M x + O) + o."""
     mimic = joint.mimic
     if mimic is None:
         return Follower(joint.name, 1.0, 0.0)

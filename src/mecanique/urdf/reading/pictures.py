@@ -19,7 +19,7 @@ _SHAPES = ("box", "cylinder", "sphere", "mesh")
 @final
 @dataclass
 class Pictures:
-    """Reads what links look like.
+    """Read the appearance of links.
 
     Args:
         report: where faults are noted.
@@ -33,7 +33,7 @@ class Pictures:
     lost: list[tuple[Element, str]] = field(default_factory=list)
 
     def declare(self, robot: Element) -> None:
-        """Read the robot's materials, then those inside links, which other links may refer to."""
+        """Read the robot's materials, then those inside links, to which other links may refer."""
         for element in robot.all("material"):
             self._material(element, "")
         for link in robot.all("link"):

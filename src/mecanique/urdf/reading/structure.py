@@ -12,14 +12,14 @@ __all__ = ["root_of"]
 def root_of(
     links: list[Link], joints: list[JointText], report: Report, complete: bool
 ) -> str | None:
-    """Return the name of the root link; None if the joints make no tree, which is reported.
+    """Return the name of the root link; report joints that form no tree, and return None.
 
     Args:
         links: all links.
         joints: all joints.
         report: where faults are noted.
-        complete: whether every joint and link could be read; if not, what is disconnected is not
-            judged.
+        complete: whether every joint and link could be read; if not, disconnected parts are not
+            reported.
     """
     by_name = {link.name: link for link in links}
     carrier: dict[str, JointText] = {}
@@ -62,7 +62,7 @@ def root_of(
 
 
 def _reach(start: list[str], children: dict[str, list[str]], reached: set[str]) -> None:
-    """Add all links that hang on some links."""
+    """Add all links that hang from some links."""
     reached.update(start)
     waiting = list(start)
     while waiting:

@@ -1,4 +1,4 @@
-"""Joints of a mechanism as the simpler joints that URDF has.
+"""Joints of a mechanism as the simpler joints of URDF.
 
 A planar joint is two slides and a hinge, a universal joint two hinges, with massless links between
 them: the `planar` type of URDF is read differently by different programs, and there is no type for
@@ -23,7 +23,7 @@ Kind: TypeAlias = Literal["fixed", "continuous", "revolute", "prismatic", "float
 @final
 @dataclass(frozen=True)
 class SimpleJoint:
-    """A joint as URDF has it.
+    """A joint of URDF.
 
     Args:
         name: its name.
@@ -31,8 +31,8 @@ class SimpleJoint:
         parent: name of the parent link.
         child: name of the child link.
         coordinate: name of its coordinate, if it has one alone.
-        xyz: shape (3,), where its frame stands in the parent [m].
-        rpy: shape (3,), how its frame is turned in the parent [rad].
+        xyz: shape (3,), position of its frame in the parent [m].
+        rpy: shape (3,), orientation of its frame in the parent [rad].
         axis: shape (3,), None for a joint without.
         limits: bounds, if any.
     """
@@ -51,7 +51,7 @@ class SimpleJoint:
 def chains(
     mechanism: Mechanism, spherical: Literal["ball", "floating"] = "ball"
 ) -> dict[str, tuple[SimpleJoint, ...]]:
-    """Return the simple joints of each joint, by its name; the last bears its name and child.
+    """Return the simple joints of each joint, by its name; the last has its name and child.
 
     Args:
         mechanism: the mechanism.

@@ -74,7 +74,7 @@ def forces_and_loops(
             case JointSpring():
                 yield from _joint_spring(mechanism, force, anchors)
             case JointDamper() | BodyLoad() | JointForce():
-                pass  # said by `dynamics` and `load_lines`
+                pass  # written by `dynamics` and `load_lines`
             case _:
                 yield Comment(f"{force.kind} {force.name}: URDF has no tag for it")
     for loop in mechanism.loops:
@@ -87,7 +87,7 @@ def forces_and_loops(
 
 
 def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
-    """Give the element that holds a joint's damping, if it has some."""
+    """Yield the element with a joint's damping, if it has any."""
     dampers = loads_in(mechanism.forces, joint, "damper")
     if dampers:
         damping = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
@@ -95,7 +95,7 @@ def dynamics(mechanism: Mechanism, joint: str, where: str) -> Iterator[Tag]:
 
 
 def load_lines(mechanism: Mechanism) -> Iterator[str]:
-    """Say in a line each what acts on bodies and drives joints, for which URDF has no words."""
+    """Describe, in a line each, loads and drives that URDF cannot express."""
     for force in mechanism.forces:
         if isinstance(force, BodyLoad):
             wrench = force.wrench
@@ -112,7 +112,7 @@ def load_lines(mechanism: Mechanism) -> Iterator[str]:
 
 
 def format_scalars(*scalars: Scalar) -> str:
-    """Return scalars as text, numbers so that they are read back exactly."""
+    """Return scalars as text that reads back to the same numbers."""
     return ", ".join(number(s, "a load") if isinstance(s, float) else str(s) for s in scalars)
 
 

@@ -76,7 +76,7 @@ def number(value: float, what: str) -> str:
 
 
 def numbers(values: Iterable[float], what: str) -> str:
-    """Return several numbers with spaces between them.
+    """Return several numbers separated by spaces.
 
     Args:
         values: the numbers.
@@ -111,7 +111,7 @@ def _lines(node: Node, indent: str) -> Iterable[str]:
 
 
 def _harmless(line: str) -> str:
-    """A comment may hold no two hyphens in a row and no control characters."""
+    """A comment must not contain two hyphens in a row or control characters."""
     line = "".join(letter if letter.isprintable() else " " for letter in line)
     while "--" in line:
         line = line.replace("--", "- -")

@@ -12,7 +12,7 @@ from mecanique.urdf.findings import Report
 __all__ = ["MOST_BYTES", "parse"]
 
 MOST_BYTES = 20_000_000
-"""Largest text that is read; robot descriptions stay below one megabyte."""
+"""Largest text that is read; robot descriptions are smaller than one megabyte."""
 
 
 def parse(data: bytes | str, report: Report) -> Element | None:
