@@ -46,6 +46,7 @@ def test_the_python_tour_runs_from_top_to_bottom(
         if kind == "python":
             exec(compile(text, f"README.md, block {number}", "exec"), names)
     assert {path.name for path in tmp_path.iterdir()} == {
+        "controller",
         "motion.npz",
         "page.html",
         "cart_pole.urdf",
