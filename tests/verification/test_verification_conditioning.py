@@ -11,8 +11,11 @@ import pytest
 from verification_injections import heavy, parts, with_body, with_joint
 
 import mecanique as mq
+from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import InputError, MecaniqueError
+from mecanique.model.states import States
 from mecanique.verification.conditioning import rounding
+from mecanique.verification.difference import scale
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
 
@@ -108,3 +111,49 @@ def test_a_tolerance_acts_without_another_source() -> None:
     assert mq.verify(mechanism, 5, tolerance=1e-3).tolerance == 1e-3
     with pytest.raises(InputError, match="positive, finite tolerance"):
         mq.verify(mechanism, 5, tolerance=-1.0)
+
+
+def near_gimbal_lock(mechanism: mq.Mechanism) -> States:
+    """Return states of iCub with its right hip 1e-3, 3e-4 and 1e-4 rad from gimbal lock."""
+    states = random_states(mechanism, 3, 0)
+    q = states.q.copy()
+    q[:, mechanism.coordinates.index("r_hip_roll")] = np.pi / 2 - np.array([1e-3, 3e-4, 1e-4])
+    return replace(states, q=q)
+
+
+def test_what_differs_next_to_gimbal_lock_of_icub_is_within_its_bound_which_is_no_wider() -> None:
+    icub = mq.read_urdf(mq.robot("icub"))
+    states = near_gimbal_lock(icub)
+    ours, theirs = (evaluate(source, states) for source in (mq.derive(icub), mq.Reference(icub)))
+    bound = rounding(icub, states, theirs)
+    allowed = bound["acceleration"]
+    a, b = (scale("acceleration", x["acceleration"], theirs["mass matrix"]) for x in (ours, theirs))
+    difference = np.linalg.norm(a - b, axis=1)
+    assert (difference < allowed).all()
+    assert (allowed < 1e4 * difference).all()
+    rows = rows_of(("recursion", "Pinocchio"), ours, theirs, states, icub, rounding=bound)
+    by_quantity = {row.quantity: row for row in rows}
+    # what is solved differs by 1e-8, and what goes into it by rounding
+    assert by_quantity["acceleration"].worst > 1e-9
+    assert by_quantity["mass matrix"].worst < 1e-13
+    assert by_quantity["bias"].worst < 1e-13
+
+
+def test_an_error_of_a_millionth_in_any_mass_is_found_there() -> None:
+    icub = mq.read_urdf(mq.robot("icub"), root="floating")
+    states = near_gimbal_lock(icub)
+    bound = rounding(icub, states, evaluate(mq.derive(icub), states))
+    mass_matrix = Recursion(icub).mass_matrix(states)
+    for body in (body for body in heavy(icub) if icub.evaluate(body.mass) > 1e-3):
+        mass, center, inertia = parts(icub, body)
+        other = with_body(icub, body.name, mass * (1 + ERROR), center, inertia)
+        wrong = Recursion(other).mass_matrix(replace(states, mechanism=other))
+        (row,) = rows_of(
+            ("right", "wrong"),
+            {"mass matrix": mass_matrix},
+            {"mass matrix": wrong},
+            states,
+            icub,
+            rounding=bound,
+        )
+        assert row.worst > max(1e-9, row.rounding), body.name

@@ -33,6 +33,7 @@ from mecanique.model import (
     time,
 )
 from mecanique.model.units import characteristic_length
+from mecanique.reference import Reference
 from mecanique.verification.states.random import random_states
 
 
@@ -208,3 +209,14 @@ def test_rates_and_accelerations_take_both_signs() -> None:
     for part in (states.v, states.a):
         assert (part.min(axis=0) < -2).all()
         assert (part.max(axis=0) > 2).all()
+
+
+@pytest.mark.parametrize("seed", [1, 7])
+def test_states_of_a_governor_are_none_where_its_links_fall_together(seed: int) -> None:
+    """With the sleeve at the pins the arms hold nothing; most positions near zero lead there."""
+    mechanism = textbook.load("governor")
+    states = random_states(mechanism, 60, seed)
+    assert np.abs(states.q[:, mechanism.coordinates.index("s")]).min() > 1e-3
+    closed = Reference(mechanism)
+    for q in states.q:
+        assert np.linalg.matrix_rank(closed.constraint_jacobian(q), tol=1e-6) == 2

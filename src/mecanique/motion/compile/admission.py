@@ -10,6 +10,7 @@ import numpy as np
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.verification.conditioning import rounding
 from mecanique.verification.rows import TOLERANCE, rows_of
 from mecanique.verification.states.random import random_states
 
@@ -28,7 +29,7 @@ def require_agreement(
     accelerations: Callable[[States], np.ndarray],
     source: str,
 ) -> None:
-    """Compare accelerations with the reference's at random states.
+    """Compare accelerations with the reference's at random states, as strictly as `verify` does.
 
     Args:
         mechanism: what moves.
@@ -42,11 +43,14 @@ def require_agreement(
     states = random_states(mechanism, SAMPLES, 0)
     theirs = {
         "mass matrix": np.asarray(reference.mass_matrix(states.q, states.t)),
+        "bias": np.asarray(reference.bias(states.q, states.v, states.t)),
+        "forces": np.asarray(reference.forces(states.q, states.v, states.t)),
         "acceleration": np.asarray(reference.acceleration(states.q, states.v, states.t)),
     }
+    most = rounding(mechanism, states, theirs)
     ours = {"acceleration": accelerations(states)}
-    (row,) = rows_of((source, "Pinocchio"), ours, theirs, states, mechanism)
-    if not row.worst <= TOLERANCE:
+    (row,) = rows_of((source, "Pinocchio"), ours, theirs, states, mechanism, rounding=most)
+    if not row.worst <= max(TOLERANCE, row.rounding):
         raise DerivationError(
             f"the {source} of {mechanism.name!r} and the reference disagree: accelerations "
             f"differ by {row.worst:.1e} at q = {list(row.q)}; "

@@ -8,6 +8,7 @@ typical one.
 from __future__ import annotations
 
 from contextlib import suppress
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +16,7 @@ import numpy.typing as npt
 from mecanique.errors import ClosureError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["closed_states", "refuse_locked"]
+__all__ = ["ClosedStates", "closed_states", "refuse_locked"]
 
 Array = npt.NDArray[np.float64]
 
@@ -27,9 +28,23 @@ _TREMBLING = 1e-5
 """The same, absolute: positions that close the loops without being held in them."""
 
 
-def closed_states(
-    mechanism: Mechanism, q: Array, v: Array, t: Array
-) -> tuple[Array, Array, npt.NDArray[np.intp]]:
+class ClosedStates(NamedTuple):
+    """States with closed loops.
+
+    Args:
+        q: positions, shape (k, nq).
+        v: velocities, shape (k, nv).
+        at: which of the states given they are near, shape (k,).
+        rank: how many of the constraints are independent there.
+    """
+
+    q: Array
+    v: Array
+    at: npt.NDArray[np.intp]
+    rank: int
+
+
+def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedStates:
     """Return the states with closed loops near given ones, and which of them they are near.
 
     Args:
@@ -37,16 +52,13 @@ def closed_states(
         q: positions, shape (n, nq).
         v: velocities, shape (n, nv).
         t: times, shape (n,) [s].
-
-    Returns:
-        positions (k, nq), velocities (k, nv) and indices (k,).
     """
     from mecanique.reference import Reference
     from mecanique.reference.loops.assembly import close_position, project
 
     closed = Reference.of(mechanism).closed
     if closed is None:
-        return q, v, np.arange(len(t))
+        return ClosedStates(q, v, np.arange(len(t)), 0)
     found: list[tuple[Array, Array]] = []
     which: list[int] = []
     least: list[float] = []
@@ -66,14 +78,16 @@ def closed_states(
         found.append((position, velocity))
         which.append(k)
     if not found:
-        return q[:0], v[:0], np.arange(0)
-    regular = np.array(least) > max(_REGULAR * np.median(least), _TREMBLING)
-    # fewer equations than usual act at a singular position
-    keep = np.flatnonzero(regular & (np.array(ranks) == max(ranks)))
-    return (
+        return ClosedStates(q[:0], v[:0], np.arange(0), 0)
+    # fewer equations act at singular positions, and where parts fall together and move otherwise
+    whole = np.array(ranks) == max(ranks)
+    usual = np.median(np.array(least)[whole])
+    keep = np.flatnonzero(whole & (np.array(least) > max(_REGULAR * usual, _TREMBLING)))
+    return ClosedStates(
         np.array([found[k][0] for k in keep]).reshape(len(keep), q.shape[1]),
         np.array([found[k][1] for k in keep]).reshape(len(keep), v.shape[1]),
         np.array(which, dtype=np.intp)[keep],
+        max(ranks),
     )
 
 

@@ -25,6 +25,9 @@ Array = npt.NDArray[np.float64]
 _LENGTH = 0.4
 """Coordinates that are lengths lie within this many characteristic lengths of zero."""
 
+_FAR = 2.0
+"""The same of closed mechanisms, where near zero parts may fall together and move otherwise."""
+
 _RATE = 3.0
 """Velocities lie within this many radians, or characteristic lengths, per second of zero."""
 
@@ -55,14 +58,20 @@ def random_states(
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     random = np.random.default_rng(seed)
-    lot, found = max(samples, _LOT), list[States]()
+    lot, found, rank = max(samples, _LOT), list[States](), 0
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
         if mechanism.constrained:
-            q, v, at = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
-            if not len(at) and not any(map(len, found)):
+            closed = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
+            if not len(closed.at) and not any(map(len, found)):
                 refuse_locked(mechanism)
-            candidates = replace(candidates.at(at), q=q, v=v)
+            if closed.rank > rank:
+                # what was found before is special
+                rank = closed.rank
+                found.clear()
+            elif closed.rank < rank:
+                continue
+            candidates = replace(candidates.at(closed.at), q=closed.q, v=closed.v)
         at = np.flatnonzero(is_possible(mechanism, candidates, assumptions))
         found.append(candidates.at(at[: samples - sum(map(len, found))]))
         if sum(map(len, found)) == samples:
@@ -79,7 +88,8 @@ def random_states(
 
 def _draw(mechanism: Mechanism, samples: int, random: np.random.Generator) -> States:
     length = characteristic_length(mechanism)
-    q = draw_positions(mechanism, samples, random, _LENGTH * length)
+    reach = _FAR if mechanism.loops else _LENGTH
+    q = draw_positions(mechanism, samples, random, reach * length)
     angular = angles(mechanism)
     fast = np.array([_RATE * (1.0 if name in angular else length) for name in mechanism.velocities])
     v = random.uniform(-fast, fast, (samples, mechanism.nv))
