@@ -59,9 +59,9 @@ def test_each_strange_value_at_each_place(strange: str) -> None:
 
 
 def _seconds(text: str) -> float:
-    start = time.perf_counter()
+    start = time.process_time()
     assert outcome(text) == "refused"
-    return time.perf_counter() - start
+    return time.process_time() - start
 
 
 def _links(count: int) -> str:
@@ -127,6 +127,6 @@ def test_large_faulty_files_end_soon() -> None:
 
 def test_long_chains_end_soon() -> None:
     count = 5000
-    start = time.perf_counter()
+    start = time.process_time()
     assert outcome(f'<robot name="r">{_links(count + 1)}{_joints(count)}</robot>') == "read"
-    assert time.perf_counter() - start < 20
+    assert time.process_time() - start < 20
