@@ -28,8 +28,9 @@ class Dynamics(ABC):
     """Equations of motion to compute with, in one state or many.
 
     Every method takes q of shape (nq,) or (n, nq), v and a of shape (nv,) or (n, nv), or values by
-    name, and t of shape () or (n,) [s]; v and a are zero when left out. Answers for n states have
-    a first axis of n.
+    name, and t of shape () or (n,) [s]; v and a are zero when left out. Of values by name those
+    left out are zero, too; of a position as `Mechanism.neutral` has it, a quaternion unturned and
+    a limited coordinate within its limits. Answers for n states have a first axis of n.
 
     Every method raises an InputError if a shape is wrong or a number is not finite, and an
     UnknownNameError if a name is unknown.

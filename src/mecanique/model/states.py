@@ -10,12 +10,15 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.expression import evaluate, finite
+from mecanique.model.expression import evaluate, finite, symbols_in
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given, numbers_of
 
-__all__ = ["Efforts", "Given", "States"]
+__all__ = ["Efforts", "Given", "States", "explain_defaults"]
+
+_LISTED = 8
+"""At most this many coordinates are listed in a message."""
 
 
 @final
@@ -82,6 +85,7 @@ class States:
         a: shape (n, nv), accelerations.
         single: whether one state was given without a batch axis.
         efforts: torques and forces that drive besides the mechanism's own; None if there are none.
+        asked: the positions as they were given, for messages.
     """
 
     mechanism: Mechanism
@@ -91,6 +95,7 @@ class States:
     a: np.ndarray
     single: bool = False
     efforts: Efforts | None = None
+    asked: Given = None
 
     @classmethod
     def of(
@@ -106,7 +111,8 @@ class States:
 
         Args:
             mechanism: what is in these states.
-            q: shape (nq,) or (n, nq), or values by name.
+            q: shape (nq,) or (n, nq), or values by name; zero where left out, see
+                `Mechanism.neutral`.
             v: shape (nv,) or (n, nv), or values by name; zero when left out.
             t: shape () or (n,) [s].
             a: shape (nv,) or (n, nv), or values by name of the coordinate, the velocity or its
@@ -130,7 +136,7 @@ class States:
         if not times.ndim and all(rows.ndim == 1 for rows in parts.values()):
             rows = {name: part[None] for name, part in parts.items()}
             efforts = Efforts(mechanism, names, rows["tau"]) if names else None
-            return cls(mechanism, rows["q"], rows["v"], times[None], rows["a"], True, efforts)
+            return cls(mechanism, rows["q"], rows["v"], times[None], rows["a"], True, efforts, q)
         lengths = {name: len(rows) for name, rows in parts.items() if rows.ndim == 2}
         lengths |= {"t": len(times)} if times.ndim else {}
         if len(set(lengths.values())) > 1:
@@ -142,7 +148,7 @@ class States:
         rows = {name: np.broadcast_to(part, (n, part.shape[-1])) for name, part in parts.items()}
         times = np.broadcast_to(times, (n,))
         efforts = Efforts(mechanism, names, rows["tau"]) if names else None
-        return cls(mechanism, rows["q"], rows["v"], times, rows["a"], efforts=efforts)
+        return cls(mechanism, rows["q"], rows["v"], times, rows["a"], efforts=efforts, asked=q)
 
     def __len__(self) -> int:
         return len(self.t)
@@ -190,6 +196,27 @@ class States:
             result: shape (n, …).
         """
         return result[0] if self.single else result
+
+
+def explain_defaults(mechanism: Mechanism, q: Given) -> str:
+    """Return which coordinates were not given and where they are instead, to end a sentence.
+
+    Args:
+        mechanism: whose coordinates they are.
+        q: as they were given; nothing is said of positions in order.
+    """
+    if q is not None and not isinstance(q, Mapping):
+        return ""
+    driven = mechanism.coordinates.driven
+    given = {*(q or ())}
+    given |= {leader for name in given & driven.keys() for leader in symbols_in(driven[name])}
+    values = zip(mechanism.coordinates, mechanism.neutral(), strict=True)
+    left_out = [f"{name} = {value:g}" for name, value in values if name not in given]
+    if not left_out:
+        return ""
+    more = ", …" if len(left_out) > _LISTED else ""
+    was = "was" if len(left_out) == 1 else "were"
+    return f"; {', '.join(left_out[:_LISTED])}{more} {was} not given"
 
 
 def _efforts(mechanism: Mechanism, tau: Given) -> tuple[tuple[str, ...], np.ndarray]:

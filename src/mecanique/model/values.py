@@ -14,7 +14,10 @@ from mecanique.wording import say_count
 __all__ = ["Given", "column_of", "numbers_of"]
 
 Given: TypeAlias = "np.ndarray | Sequence[float] | Mapping[str, float] | None"
-"""Shape (names,) or (n, names), or values by name; what is left out takes its default."""
+"""Shape (names,) or (n, names), or values by name; what is left out takes its default, zero.
+
+Of a position that is what `Mechanism.neutral` returns.
+"""
 
 _LISTED = 8
 """At most this many names are listed in a message."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States
+from mecanique.model.states import States, explain_defaults
 from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
@@ -80,6 +80,7 @@ class Answering:
                     raise EngineError(
                         f"mechanism {self.mechanism.name!r} has no finite answer at "
                         f"q = {q.tolist()}, v = {v.tolist()}, t = {t:g}{reason}"
+                        + explain_defaults(self.mechanism, states.asked)
                     )
                 rows.append(row)
         finally:

@@ -6,6 +6,7 @@ import numpy as np
 
 from mecanique.errors import IntegrationError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import Given, explain_defaults
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.problem import Integration, Problem
 from mecanique.wording import say_count
@@ -16,13 +17,16 @@ MAX_LISTED = 8
 """At most this many values of a state are listed in a message."""
 
 
-def failure(problem: Problem, integration: Integration, motion: Motion | None) -> IntegrationError:
+def failure(
+    problem: Problem, integration: Integration, motion: Motion | None, asked: Given
+) -> IntegrationError:
     """Return the error that explains why an integration is not complete.
 
     Args:
         problem: what was integrated.
         integration: how that went.
         motion: the motion until then, if there is one.
+        asked: the positions at the start as they were given.
     """
     outcome, t, y = integration.outcome, integration.t, integration.y
     fault = outcome.fault
@@ -46,6 +50,7 @@ def failure(problem: Problem, integration: Integration, motion: Motion | None) -
         message = (
             f"the acceleration at the start is not finite{where}: expected a start where the mass "
             "matrix is regular and every force is finite"
+            + ("" if problem.loops else explain_defaults(problem.mechanism, asked))
         )
     elif outcome.kind == "stiff":
         message = (

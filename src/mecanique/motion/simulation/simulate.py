@@ -143,7 +143,7 @@ def simulate(
         integration = integrate(problem, choice)
 
     if integration.course is None:
-        raise failure(problem, integration, None)
+        raise failure(problem, integration, None, q)
     if integration.rtol < rtol and loops is None:
         remark = f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(
@@ -164,7 +164,7 @@ def simulate(
         rank=None if reference.closed is None else reference.closed.most,
     )
     if not integration.outcome.complete:
-        raise failure(problem, integration, motion)
+        raise failure(problem, integration, motion, q)
     refuse_limit(motion)
     report_end(progress, motion)
     return motion

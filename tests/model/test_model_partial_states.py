@@ -1,0 +1,67 @@
+"""What a mapping leaves out is the same at every door, and named where there is no answer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.model.states import explain_defaults
+
+RODS = mq.textbook.load("double_pendulum")
+GIVEN = {"q1": 0.4}
+FULL = [0.4, 0.0]
+
+DOORS: dict[str, Callable[[Any, Any], Any]] = {
+    "simulate": lambda q, v: mq.simulate(RODS, q=q, v=v, duration=0.1, method="dop853").q,
+    "simulate_many": lambda q, v: mq.simulate_many(RODS, q=q, v=v, duration=0.1).q[:],
+    "acceleration": lambda q, v: mq.Reference(RODS).acceleration(q, v),
+    "derived acceleration": lambda q, v: mq.derive(RODS).acceleration(q, v),
+    "inverse dynamics": lambda q, v: mq.Reference(RODS).inverse_dynamics(q, v, v),
+    "energy": lambda q, v: mq.Reference(RODS).energy(q, v).total,
+    "pose": lambda q, v: mq.Reference(RODS).pose("rod2", q),
+    "linearize": lambda q, v: mq.linearize(RODS, q, v=v).K,
+    "equilibria": lambda q, v: np.array([each.q for each in mq.equilibria(RODS, [q])]),
+    "assemble": lambda q, v: mq.assemble(RODS, q),
+    "picture": lambda q, v: mq.picture(RODS, q=q),
+}
+
+
+@pytest.mark.parametrize("door", DOORS)
+def test_what_is_left_out_is_zero_at_every_door(door: str) -> None:
+    ask = DOORS[door]
+    by_name, in_order = ask(GIVEN, {"q2": 0.5}), ask(FULL, [0.0, 0.5])
+    if isinstance(by_name, str):
+        assert by_name == in_order
+    else:
+        assert np.array_equal(by_name, in_order)
+
+
+def test_quaternions_are_unturned_and_limited_coordinates_within_their_limits() -> None:
+    body = mq.textbook.load("free_rigid_body")
+    assert body.position({"x": 2.0}).tolist() == [2, 0, 0, 0, 0, 0, 1]
+    assert np.array_equal(body.position({}), body.neutral())
+
+
+def test_what_was_not_given_is_named_where_there_is_no_answer() -> None:
+    mechanism = mq.textbook.load("elastic_pendulum")
+    named = r"finite; r = 0 was not given"
+    with pytest.raises(mq.IntegrationError, match=named):
+        mq.simulate(mechanism, q={"theta": 1.0}, duration=0.1)
+    with pytest.raises(mq.IntegrationError, match="r = 0, theta = 0 were not given"):
+        mq.simulate(mechanism, duration=0.1)
+    with pytest.raises(mq.IntegrationError, match=r"every force is finite$"):
+        mq.simulate(mechanism, q=[0.0, 1.0], duration=0.1)
+
+
+def test_followers_count_for_what_they_follow() -> None:
+    mechanism = mq.textbook.load("atwood_machine")
+    (leader,) = mechanism.coordinates
+    for follower in mechanism.coordinates.driven:
+        assert explain_defaults(mechanism, {follower: 0.1}) == ""
+    assert explain_defaults(mechanism, {leader: 0.1}) == ""
+    assert explain_defaults(mechanism, [0.1]) == ""
+    assert explain_defaults(mechanism, None) == f"; {leader} = 0 was not given"
