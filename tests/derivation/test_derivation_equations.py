@@ -110,7 +110,7 @@ def test_latex_in_notebooks() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in textbook.names() if not textbook.load(name).loops]
+    "name", [name for name in textbook.names() if not textbook.load(name).constrained]
 )
 def test_steps_define_every_symbol(name: str) -> None:
     equations = derive(textbook.load(name))

@@ -21,7 +21,7 @@ from mecanique.model.expression import evaluate
 from mecanique.model.states import States
 
 READABLE = ("planar", "rheonomic", "three_dimensional", "functions", "free")
-NAMES = (*(name for name in textbook.names() if not textbook.load(name).loops), *READABLE)
+NAMES = (*(name for name in textbook.names() if not textbook.load(name).constrained), *READABLE)
 
 
 @cache

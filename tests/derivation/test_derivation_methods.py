@@ -28,7 +28,7 @@ from mecanique.model import Body, Loop, Mechanism, Parameter, Revolute, rod
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
-TREES = tuple(name for name in textbook.names() if not textbook.load(name).loops)
+TREES = tuple(name for name in textbook.names() if not textbook.load(name).constrained)
 READ = (
     "rigid_bar_pendulum",
     "two_blocks",

@@ -17,7 +17,7 @@ from mecanique.generation.targets.c import WARNINGS, compiler
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 
-TREES = [name for name in mq.textbook.names() if not mq.textbook.load(name).loops]
+TREES = [name for name in mq.textbook.names() if not mq.textbook.load(name).constrained]
 CLOSED = [name for name in mq.textbook.names() if mq.textbook.load(name).loops]
 OF_TREES = (
     "rhs",

@@ -1,0 +1,115 @@
+"""Chaplygin's sleigh.
+
+A body of mass m on smooth level ground has a knife edge that does not move sideways; its center of
+mass lies at the distance a ahead of the edge, about which it has the moment of inertia I. The
+generalized coordinates are the place x, y of the edge and the angle theta of the body. The
+condition of the edge, x' sin(theta) = y' cos(theta), is the rate of nothing: three coordinates and
+two velocities are independent. Energy is kept, and yet every motion ends straight ahead.
+"""
+
+from numpy import cos, cosh, sin, sqrt, tanh
+
+from mecanique.model import Blade, Body, Box, Mechanism, Parameter, Planar, Shape, Visual, massless
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    KineticEnergy,
+    Number,
+    Reaction,
+    Solution,
+    Values,
+)
+from mecanique.textbook.system import System
+
+
+def build(m: Parameter, a: Parameter, I: Parameter) -> Mechanism:
+    """Return the sleigh, its edge at the origin of its frame."""
+    hull = Visual(Box((3 * a, 1.2 * a, 0.1 * a)))
+    blade = massless(Visual(Box((0.8 * a, 0.04 * a, 0.3 * a)), rgba=(0.9, 0.6, 0.0, 1.0)))
+    return Mechanism(
+        name="chaplygin_sleigh",
+        bodies=(
+            Body("ground"),
+            Body("sleigh", Shape(m, (a, 0, 0), (I / 2, I / 2, I, 0, 0, 0), (hull,)), blade),
+        ),
+        joints=(Planar("plane", "ground", "sleigh", names=("x", "y", "theta")),),
+        contacts=(Blade("edge", "sleigh"),),
+        parameters=(m, a, I),
+        gravity=(0, 0, 0),
+    )
+
+
+def radius(s: Values) -> float:
+    """Return b with m b² the moment of inertia about the edge [m]."""
+    return float(sqrt(s.I / s.m + s.a**2))
+
+
+def ahead(s: Values) -> Number:
+    """Return the speed of the edge along itself [m/s]."""
+    return cos(s.theta) * s["x'"] + sin(s.theta) * s["y'"]
+
+
+def accelerations(s: Values) -> list[Number]:
+    """Return x'', y'' and theta'': u' = a ω², ω' = −a u ω/b², and ω across."""
+    u, w = ahead(s), s["theta'"]
+    along, across = s.a * w * w, u * w
+    return [
+        cos(s.theta) * along - sin(s.theta) * across,
+        sin(s.theta) * along + cos(s.theta) * across,
+        -s.a * u * w / radius(s) ** 2,
+    ]
+
+
+def side_force(s: Values) -> list[Number]:
+    """Return the force on the edge, m (a ω' + u ω) across it [N]."""
+    force = s.m * ahead(s) * s["theta'"] * (1 - (s.a / radius(s)) ** 2)
+    return [-force * sin(s.theta), force * cos(s.theta), 0.0]
+
+
+def energy(s: Values) -> Number:
+    """Return m (u² + b² ω²)/2 [J]."""
+    return s.m * (ahead(s) ** 2 + (radius(s) * s["theta'"]) ** 2) / 2
+
+
+def spun(s: Values) -> dict[str, float]:
+    """Return the velocities after a start without speed: u = U tanh(a U t/b²)."""
+    b = radius(s)
+    U = 1.5 * b
+    phase = s.a * U * s.t / b**2
+    return {"theta'": U / b / cosh(phase), "theta": b / s.a * _gudermannian(phase)}
+
+
+def _gudermannian(x: float) -> float:
+    """∫ dx / cosh x."""
+    from numpy import arctan
+
+    return float(2 * arctan(tanh(x / 2)))
+
+
+SYSTEM = System(
+    title="Chaplygin's sleigh",
+    source="S. A. Chaplygin, Mat. Sb. 28 (1911) 303; Neimark & Fufaev, Dynamics of Nonholonomic "
+    "Systems, 1972, ch. II",
+    parameters=(
+        Parameter("m", 2.0, "kg", "mass of the sleigh"),
+        Parameter("a", 0.3, "m", "distance of the center of mass ahead of the edge"),
+        Parameter("I", 0.15, "kg·m²", "moment of inertia about the center of mass"),
+    ),
+    build=build,
+    start={"x": 0.0},
+    start_velocity={"theta": 1.5},
+    duration=6.0,
+    tags=("planar", "rolling", "nonholonomic", "free"),
+    facts=(
+        Acceleration("u' = a w^2, w' = -a u w/b^2 with b^2 = I/m + a^2", accelerations),
+        KineticEnergy("T = m (u^2 + b^2 w^2)/2", energy),
+        Reaction("the edge holds with m (a w' + u w)", "edge", side_force),
+        Conserved("the energy m (u^2 + b^2 w^2)/2", energy),
+        Solution(
+            "w = w0/cosh(a w0 t/b), theta = (b/a) gd(a w0 t/b) from a turn on the spot",
+            {"theta'": 1.5},
+            spun,
+            until=lambda s: 4.0,
+        ),
+    ),
+)

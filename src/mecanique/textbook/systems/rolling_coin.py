@@ -1,0 +1,159 @@
+"""Coin that rolls on level ground.
+
+A thin disk of mass m and radius r with a sharp edge rolls without slip under gravity g. The
+generalized coordinates are the place x, y, z of its center, the angle yaw of its heading, its lean
+to the right and the angle spin about its axis. One of its three conditions of rolling, z = r
+cos(lean), restricts positions; the others, on x' and y', are the rate of nothing: five coordinates
+and three velocities are independent. The chart ends where the coin lies flat.
+"""
+
+from numpy import cos, pi, sin, tan
+
+from mecanique.model import (
+    Body,
+    Box,
+    Coordinates,
+    Mechanism,
+    Parameter,
+    Prismatic,
+    Revolute,
+    Rolling,
+    Visual,
+    disk,
+    massless,
+)
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    KineticEnergy,
+    Number,
+    Solution,
+    Values,
+)
+from mecanique.textbook.system import System
+
+QUARTER = 1.5707963267948966
+LEAN, TURN = 0.3, 1.2
+"""Of the steady circle [rad, rad/s]."""
+
+
+def build(m: Parameter, r: Parameter, g: Parameter) -> Mechanism:
+    """Return the coin, led by three slides and three hinges."""
+    floor = Visual(Box((12 * r, 12 * r, 0.02 * r)), rgba=(0.85, 0.85, 0.85, 1.0))
+    mark = massless(Visual(Box((0.2 * r, 0.08 * r, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+    return Mechanism(
+        name="rolling_coin",
+        bodies=(
+            Body("ground", massless(floor)),
+            Body("along_x"),
+            Body("along_y"),
+            Body("center"),
+            Body("heading"),
+            Body("fork"),
+            Body("coin", disk(m, r, 0.05 * r).at(rpy=(QUARTER, 0, 0)), mark),
+        ),
+        joints=(
+            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
+            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
+            Prismatic("lift", "along_y", "center", axis=(0, 0, 1), coordinate="z"),
+            Revolute("turn", "center", "heading", axis=(0, 0, 1), coordinate="yaw"),
+            Revolute("tilt", "heading", "fork", axis=(1, 0, 0), coordinate="lean"),
+            Revolute("axle", "fork", "coin", axis=(0, 1, 0), coordinate="spin"),
+        ),
+        coordinates=Coordinates((), limits={"lean": (-pi / 2, pi / 2)}),
+        contacts=(Rolling("rim", "coin", r),),
+        parameters=(m, r, g),
+        gravity=(0, 0, -g),
+    )
+
+
+def angular(s: Values) -> tuple[float, float, float]:
+    """Return yaw'', lean'' and spin'' by Euler's equations about the contact."""
+    w, n, k = s["yaw'"], s["spin'"], s["lean'"]
+    sine, cosine = sin(s.lean), cos(s.lean)
+    return (
+        -2 * k * n / cosine,
+        4 * s.g * sine / (5 * s.r) + sine * cosine * w * w + 6 * cosine * w * n / 5,
+        -(5 * cosine * w - 6 * tan(s.lean) * n) * k / 3,
+    )
+
+
+def accelerations(s: Values) -> list[float]:
+    """Return all accelerations; those of the center follow from rolling."""
+    w, n, k = s["yaw'"], s["spin'"], s["lean'"]
+    turn, tilt, roll = angular(s)
+    sine, cosine = sin(s.lean), cos(s.lean)
+    # the center moves with r (n + w sin lean) ahead and r k cos(lean) to the right
+    ahead, side = s.r * (n + w * sine), s.r * k * cosine
+    along = s.r * (roll + turn * sine + w * k * cosine) + side * w
+    across = s.r * (tilt * cosine - k * k * sine) - ahead * w
+    return [
+        cos(s.yaw) * along + sin(s.yaw) * across,
+        sin(s.yaw) * along - cos(s.yaw) * across,
+        -s.r * (cosine * k * k + sine * tilt),
+        turn,
+        tilt,
+        roll,
+    ]
+
+
+def kinetic(s: Values) -> Number:
+    """Return ½ m v² and that of the turns: m r²/4 about a diameter, m r²/2 about the axis [J]."""
+    w, n, k = s["yaw'"], s["spin'"], s["lean'"]
+    speed = s["x'"] ** 2 + s["y'"] ** 2 + s["z'"] ** 2
+    turns = k * k + (w * cos(s.lean)) ** 2 + 2 * (n + w * sin(s.lean)) ** 2
+    return s.m * (speed / 2 + s.r**2 * turns / 8)
+
+
+def circle(s: Values) -> float:
+    """Return the spin' with which the coin keeps its lean on a circle [rad/s]."""
+    push = 4 * s.g * sin(LEAN) / (5 * s.r) + sin(LEAN) * cos(LEAN) * TURN**2
+    return float(-5 * push / (6 * cos(LEAN) * TURN))
+
+
+def start(s: Values) -> dict[str, float]:
+    """Return a state of the steady circle."""
+    speed = s.r * (circle(s) + TURN * sin(LEAN))
+    return {
+        "z": s.r * cos(LEAN),
+        "lean": LEAN,
+        "x'": speed,
+        "yaw'": TURN,
+        "spin'": circle(s),
+    }
+
+
+SYSTEM = System(
+    title="Coin that rolls on level ground",
+    source="P. Appell, Rend. Circ. Mat. Palermo 14 (1900) 1; Neimark & Fufaev, Dynamics of "
+    "Nonholonomic Systems, 1972, ch. II",
+    parameters=(
+        Parameter("m", 1.3, "kg", "mass of the coin"),
+        Parameter("r", 0.5, "m", "radius of the coin"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
+    ),
+    build=build,
+    start={"lean": 0.2, "z": 0.49},
+    start_velocity={"yaw": 0.5, "spin": -5.0},
+    duration=8.0,
+    tags=("spatial", "rolling", "nonholonomic", "contact"),
+    facts=(
+        Acceleration(
+            "lean'' = 4 g sin(lean)/(5 r) + cos(lean) (yaw'^2 sin(lean) + 6/5 yaw' spin')",
+            accelerations,
+        ),
+        KineticEnergy("T = m v^2/2 + m r^2 (lean'^2 + yaw'^2 cos(lean)^2 + 2 n^2)/8", kinetic),
+        Conserved("the energy T + m g z", lambda s: kinetic(s) + s.m * s.g * s.z),
+        Solution(
+            "a steady circle: 4 g tan(lean)/(5 r) + yaw'^2 sin(lean) + 6/5 yaw' spin' = 0",
+            start,
+            lambda s: {
+                "lean": LEAN,
+                "yaw": TURN * s.t,
+                "spin": circle(s) * s.t,
+                "z": s.r * cos(LEAN),
+            },
+            until=lambda s: 4.0,
+        ),
+    ),
+)
