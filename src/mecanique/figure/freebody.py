@@ -22,6 +22,9 @@ LONGEST, SHORTEST = 110.0, 18.0
 _UNKNOWN = "S, C: reactions and guides together; each by itself is undetermined"
 """Note below a body on which forces act that the mechanism does not describe."""
 
+WIDE = 150.0
+"""Labels nearer to one another than this, at one height, overlap [pt]."""
+
 NEGLIGIBLE = 1e-6
 """Forces smaller than this fraction of the largest are not drawn."""
 
@@ -98,7 +101,7 @@ def _moment(setting: Setting, action: Action, at: Point, taken: list[Point]) -> 
 
 def _free(at: Point, along: Point, taken: list[Point]) -> Point:
     """A place for a label, moved outwards past the labels already placed."""
-    while any(abs(at[1] - other[1]) < 16 and abs(at[0] - other[0]) < 80 for other in taken):
+    while any(abs(at[1] - other[1]) < 16 and abs(at[0] - other[0]) < WIDE for other in taken):
         at = at + np.array([0.0, 17.0 if along[1] >= 0 else -17.0])
     taken.append(at)
     return at
