@@ -262,3 +262,23 @@ def test_slack_is_told() -> None:
     assert not audit.ok
     taut = mq.simulate(machine, q={"x": 0.0}, duration=0.1).audit()
     assert taut["push of cord_2, slack"].ok
+
+
+def test_cords_turn_with_the_earth_and_go_with_the_mimic_joints() -> None:
+    machine = mq.textbook.load("atwood_machine")
+    motion = mq.simulate(machine, q={"x": -0.3}, duration=0.2)
+    check = mq.inertial_check(machine, motion, 0.8)
+    assert {row.name for row in check.rows} >= {"force in axle"}
+    free = machine.without_mimic()
+    assert free.elements == ()
+    assert mq.Reference(free).guided == {}
+    (cord,) = machine.elements
+    assert isinstance(cord, Cord)
+    turned = replace(machine, elements=(replace(cord, axes="ground"),))
+    text = mq.write_urdf(turned)
+    assert 'axes="ground"' in text
+    assert mq.read_urdf(text).elements[0] == replace(
+        cord, axes="ground", over=(Pulley("pulley", 0.2, -1),)
+    )
+    forces = mq.derive(turned, method="newton_euler").guide_forces([0.1])
+    assert forces["cord_1"] == pytest.approx(mq.Reference(turned).guide_forces([0.1])["cord_1"])

@@ -76,7 +76,8 @@ class Cord:
         start: name of the body where it begins, and the point there, shape (3,), in its frame [m].
         over: the pulleys it runs over, in order.
         end: where it ends, as for `start`.
-        normal: shape (3,), numbers, unit normal of its plane in world axes.
+        normal: shape (3,), numbers, unit normal of its plane.
+        axes: the body in whose axes the normal is; "world" for fixed axes.
     """
 
     name: str
@@ -84,6 +85,7 @@ class Cord:
     over: tuple[Pulley, ...]
     end: tuple[str, Vector]
     normal: tuple[float, float, float] = (0.0, -1.0, 0.0)
+    axes: str = "world"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "over", tuple(self.over))
@@ -120,8 +122,9 @@ class Cord:
 
     @property
     def bodies(self) -> tuple[str, ...]:
-        """The bodies it touches."""
-        return tuple(dict.fromkeys(stop.body for stop in self.stops))
+        """The bodies it touches, and the one in whose axes its normal is."""
+        touched = [stop.body for stop in self.stops]
+        return tuple(dict.fromkeys(touched + ([self.axes] if self.axes != "world" else [])))
 
     @property
     def scalars(self) -> tuple[Scalar, ...]:

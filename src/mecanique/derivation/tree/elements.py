@@ -93,7 +93,9 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
 
 
 def _of_cord(cord: Cord, ground: Ground) -> Iterator[tuple[Any, ...]]:
-    n = [float(c) for c in cord.normal]
+    n: Three = [float(c) for c in cord.normal]
+    if cord.axes != "world":
+        n = _direction(ground, cord.axes, cord.normal)
     places = [ground.point(stop.body, stop.center) for stop in cord.stops]
     reach = [ground.scalar(stop.radius) * stop.sense for stop in cord.stops]
     for k, part in enumerate(cord.parts):

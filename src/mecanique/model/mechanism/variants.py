@@ -162,7 +162,7 @@ class Variants(Description):
         """Return a copy in which the joints that follow others, as a URDF's mimic, move freely.
 
         They are those that the coordinate map ties to other joints' coordinates, or to a constant;
-        joints that time or an input drives stay driven.
+        joints that time or an input drives stay driven. Elements that tie joints are left out.
 
         Raises:
             MechanismError: if the copy is not sound.
@@ -178,7 +178,10 @@ class Variants(Description):
         names = self.coordinates.names
         if list(names) == [name for name in own if name in names]:
             names = ()  # in the order of the joints, as before
-        return replace(self, coordinates=Coordinates(names, kept, self.coordinates.limits))
+        freed = Coordinates(names, kept, self.coordinates.limits)
+        # what ties joints is released with them
+        elements = self.elements if kept == self.coordinates.driven else ()
+        return replace(self, coordinates=freed, elements=elements)
 
     def _damp(self, joint: str, damping: Scalar) -> tuple[AnyForce, ...]:
         """The forces with one linear damper in a joint, where its first one stands."""

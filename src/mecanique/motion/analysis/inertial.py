@@ -18,6 +18,7 @@ import numpy as np
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
+from mecanique.model.elements import Cord
 from mecanique.model.expression import finite, time
 from mecanique.model.forces import AnyForce, BodyLoad, Force
 from mecanique.model.joints import Fixed, Revolute
@@ -253,6 +254,10 @@ def on_turning_earth(
                 )
             )
     forces = tuple(_turn(force, place) for force in mechanism.forces)
+    elements = tuple(
+        replace(each, axes=place) if isinstance(each, Cord) and each.axes == "world" else each
+        for each in mechanism.elements
+    )
     old = mechanism.coordinates
     return replace(
         mechanism,
@@ -263,6 +268,7 @@ def on_turning_earth(
             *mechanism.joints,
         ),
         forces=(*forces, *weights),
+        elements=elements,
         coordinates=Coordinates(old.names, {**old.driven, earth: rate * time()}, old.limits),
         gravity=(0.0, 0.0, 0.0),
         ground=stars,

@@ -201,6 +201,8 @@ class Elements:
 
     def _of_cord(self, cord: Cord) -> Iterator[Unit]:
         stops, n = cord.stops, np.array(cord.normal)
+        if cord.axes != "world":
+            n = self._turn(cord.axes) @ n
         places = [self._place(stop.body, stop.center) for stop in stops]
         reach = [self._mechanism.evaluate(stop.radius) * stop.sense for stop in stops]
         for k, part in enumerate(cord.parts):

@@ -80,7 +80,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
     GEAR: ({"name", "wheel", "other", "radius", "other_radius", "internal", "pressure_angle"}, ()),
     RACK: ({"name", "wheel", "other", "radius", "point", "pressure_angle"}, ()),
-    CORD: ({"name", "normal"}, set(CORD_STOPS)),
+    CORD: ({"name", "normal", "axes"}, set(CORD_STOPS)),
     CORD_STOPS[0]: ({"link", "xyz"}, ()),
     CORD_STOPS[1]: ({"link", "xyz", "radius", "sense", "grips"}, ()),
     SCREW: ((), ()),

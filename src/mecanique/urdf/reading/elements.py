@@ -73,7 +73,9 @@ def element_nodes(
                 stops.append(Tag(_PULLEY, link=link, xyz=xyz, **about))
             else:
                 stops.append(Tag(_END, link=link, xyz=xyz))
-        yield Tag(CORD, *stops, name=element.name, normal=all_written(element.normal, where))
+        turned = {} if element.axes == "world" else {"axes": element.axes}
+        normal = all_written(element.normal, where)
+        yield Tag(CORD, *stops, name=element.name, normal=normal, **turned)
 
 
 def _teeth_nodes(mechanism: Mechanism, element: Gear | Rack) -> Iterator[Node]:
@@ -178,6 +180,10 @@ def read_cord(
             stops.append((link, (xyz[0], xyz[1], xyz[2])))
     wheels = [_wheel(child, report, where) for child in over]
     normal = numbers(element, "normal", 3, report, where, default=across)
+    axes = element.attributes.get("axes", "world")
+    if "axes" in element.attributes and axes not in links:
+        report.add("M603", element, where, f"{axes!r} is no link")
+        return None
     known = len(stops) == len(element.children) and None not in wheels
     if name is None or normal is None or not known:
         return None
@@ -188,7 +194,7 @@ def read_cord(
     ]
     x, y, z = normal
     try:
-        return Cord(names.free(name), stops[0], tuple(pulleys), stops[-1], (x, y, z))
+        return Cord(names.free(name), stops[0], tuple(pulleys), stops[-1], (x, y, z), axes)
     except InputError as error:
         report.add("M602", element, where, str(error))
         return None
