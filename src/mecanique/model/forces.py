@@ -1,4 +1,4 @@
-"""Forces: what acts on the bodies besides gravity and the reactions.
+"""Forces: all actions on the bodies besides gravity and the reactions.
 
 Every scalar may be a number or an expression in parameters, inputs, the generalized coordinates q,
 their velocities q' and time t. Points are given in the frame of the body they belong to.
@@ -225,7 +225,7 @@ class BodyLoad(_Force):
     @property
     @abstractmethod
     def wrench(self) -> WrenchOnBody:
-        """What it does to its body."""
+        """Its action on its body."""
 
     @property
     def bodies(self) -> tuple[str, ...]:

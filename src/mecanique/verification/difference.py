@@ -1,4 +1,4 @@
-"""What a relative difference of two equations of motion is.
+"""The relative difference of two equations of motion.
 
 Entries of one vector have different units as soon as angles and lengths are mixed, and a small
 finger would vanish beside a heavy trunk. So they are made alike first, with d_i = √M_ii of the

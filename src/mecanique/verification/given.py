@@ -167,7 +167,7 @@ def _call(
         try:
             value = np.asarray(function(*(x.copy() for x in row)), dtype=float)
         except Exception as error:
-            # whatever a user's own function raises is told together with the state
+            # any error of a user's own function is reported together with the state
             raise InputError(f"{name}({listed}) raised {type(error).__name__}: {error}") from error
         if value.shape not in shapes and value.size == int(np.prod(shapes[0])):
             value = value.reshape(shapes[0])

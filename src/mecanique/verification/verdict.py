@@ -238,7 +238,7 @@ def _number(value: float) -> float | None:
 
 
 def versions() -> dict[str, str]:
-    """Return the versions of what takes part, by name."""
+    """Return the versions of the programs involved, by name."""
     return dict(_installed())
 
 

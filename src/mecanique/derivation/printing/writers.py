@@ -13,7 +13,7 @@ __all__ = ["Latex", "MathML", "Text", "Writer"]
 
 
 class Writer(ABC):
-    """A format. All arguments are strings already written in it, but for names and numbers."""
+    """A format. All arguments except names and numbers are strings already written in it."""
 
     @abstractmethod
     def number(self, digits: str) -> str:

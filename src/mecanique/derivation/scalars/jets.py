@@ -34,7 +34,7 @@ class Jet:
 
     @property
     def value(self) -> np.ndarray:
-        """What is left at ε = 0 without variations, shape (…)."""
+        """The value at ε = 0 without variations, shape (…)."""
         return np.asarray(self.c[0, 0])
 
     @property

@@ -308,7 +308,7 @@ class Series:
         return self._along(self.ring.rates)
 
     def _along(self, rates: Mapping[int, Series]) -> Series:
-        """Chain rule: the sum of partial derivatives times the rates of what they are taken by."""
+        """Chain rule: the sum of partial derivatives, each times the rate of its generator."""
         found: list[Series] = []
         for i in self._powers():
             rate = rates.get(i)

@@ -36,7 +36,7 @@ class Left:
 
     Args:
         quantity: its letter, e.g. "T".
-        by: name of what it is partially differentiated by, if anything, e.g. "q'".
+        by: the variable of a partial derivative, if it is one, e.g. "q'".
         total: whether the time derivative of that is meant.
         turning: whether the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v, are meant.
         component: whether the quantity's component named by `by` is meant, e.g. Q_x.
@@ -88,7 +88,7 @@ class Stage:
 
     Args:
         title: its name.
-        explanation: why it is taken, in a sentence or two.
+        explanation: its purpose, in a sentence or two.
         results: what it gives.
     """
 

@@ -83,7 +83,7 @@ class Cut:
     applied: tuple[Applied, ...]
 
     def loads(self) -> Wrench:
-        """Return the resultant of what is applied, about the origin of the body's frame."""
+        """Return the resultant of the applied forces, about the origin of the body's frame."""
         nothing = zero(self.mass.ring)
         forces = [one.force for one in self.applied]
         moments = [one.moment + cross(one.arm, one.force) for one in self.applied]

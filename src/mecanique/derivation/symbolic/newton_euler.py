@@ -287,7 +287,7 @@ class NewtonEuler:
         return total(moments)
 
     def _behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
-        """The place of each joint that hangs on a body, and what it does to the body."""
+        """The place of each joint whose parent is a body, and its action on the body."""
         found = []
         for other in self.cuts.bodies:
             if other.joint.parent == cut.body:

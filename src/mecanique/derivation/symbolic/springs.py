@@ -25,7 +25,7 @@ __all__ = ["Assumption", "Span", "Travel", "length_names"]
 @final
 @dataclass(frozen=True)
 class Assumption:
-    """What a closed form takes for granted.
+    """An assumption of a closed form.
 
     Args:
         subject: what it is about, e.g. "the length of spring1".

@@ -44,7 +44,7 @@ _ORANGE: Rgba = (0.902, 0.624, 0.0, 1.0)
 @final
 @dataclass(frozen=True)
 class Shape:
-    """A piece of a body: what it weighs and what it looks like, in the body's frame.
+    """A piece of a body: its mass, inertia and appearance, in the body's frame.
 
     Args:
         mass: [kg].

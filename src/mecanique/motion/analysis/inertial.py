@@ -33,7 +33,7 @@ EARTH_RATE = 7.292115e-5
 """Rate of the earth's rotation [rad/s] (WGS 84, NIMA TR8350.2, 2000, table 3.1)."""
 
 RTOL = 1e-12
-"""Relative tolerance of both motions: what is looked for is small."""
+"""Relative tolerance of both motions, tight because their difference is small."""
 
 _AXES = {"south": (-1.0, 0.0), "east": (0.0, 1.0), "north": (1.0, 0.0), "west": (0.0, -1.0)}
 """Components of north along x and y, by where x points: y is then east, north, west, south."""

@@ -25,7 +25,7 @@ class Balance:
 
     Args:
         name: of the momentum.
-        residual: shape (n, 3), what is left of the two sides' difference.
+        residual: shape (n, 3), difference of the two sides.
         size: of the sides.
         unit: SI unit of the residual.
     """

@@ -118,7 +118,7 @@ class _Runner:
             self.restart()
 
     def restart(self) -> None:
-        """Take the rates anew, after a kink."""
+        """Compute the rates again after a kink."""
         self._rhs(self.t, self.y, self._K[0])
         if not self.h:
             self.h = self._first()

@@ -1,4 +1,4 @@
-"""What many runs yield: states by run and time, kept in memory or in a directory."""
+"""The results of many runs: states by run and time, kept in memory or in a directory."""
 
 from __future__ import annotations
 

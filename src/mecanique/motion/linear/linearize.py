@@ -1,4 +1,4 @@
-"""Linearize a mechanism about the state asked for, or about an equilibrium that is looked for."""
+"""Linearize a mechanism about a given state, or about an equilibrium to be found."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 __all__ = ["linearize"]
 
 STARTS = 20
-"""From how many random positions an equilibrium is looked for where none is near neutral."""
+"""Number of random starts of the search if no equilibrium is near the neutral position."""
 
 HOPELESS = 8
 """After so many of them in vain the search ends."""
@@ -106,7 +106,7 @@ def linearize(
 
 
 def _search(reference: Reference, t: float, described: Mechanism) -> Linearization:
-    """Linearize about the equilibrium that is chosen of those which random starts lead to.
+    """Linearize about the best of the equilibria found from random starts.
 
     Raises:
         InputError: if none is found, or none can be linearized about.

@@ -1,4 +1,4 @@
-"""How a motion shows itself in a notebook: as told by whoever can draw it.
+"""Show a motion in a notebook, by the function registered for drawing it.
 
 Pictures lie above motions and are never imported from here; their room names a function once, when
 it is imported.

@@ -21,7 +21,7 @@ Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
 Impact: TypeAlias = Callable[
     [float, np.ndarray, np.ndarray, Callable[[np.ndarray], np.ndarray]], np.ndarray
 ]
-"""A function of t, q, v and of what gives the velocities that an impulse causes."""
+"""A function of t, q, v and a function that returns the velocities after an impulse."""
 
 
 @final

@@ -76,7 +76,7 @@ class Method:
     """An integration method.
 
     Args:
-        title: what it is, in a few words.
+        title: its description in a few words.
         open: makes it ready for a task, to record steps and to look at each.
         smooth: whether the rates at its steps are as accurate as the states, so that neighboring
             steps can be interpolated with them; otherwise each step is noted by several points of

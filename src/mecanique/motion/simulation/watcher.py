@@ -18,7 +18,7 @@ from mecanique.motion.simulation.problem import Problem
 __all__ = ["Interruption", "Watcher"]
 
 PLACES = (0.25, 0.5, 0.75, 1.0)
-"""Fractions of a step at which events are looked for."""
+"""Fractions of a step at which events are checked."""
 
 SHORTEST_FLIGHT = 1e-9
 """Impacts closer together than this fraction of the duration are a lasting contact."""

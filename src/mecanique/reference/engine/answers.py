@@ -31,7 +31,7 @@ _NO_SHARE = 1e-9
 """Components along an axis up to this part of a vector are none."""
 
 Number: TypeAlias = Any
-"""A float, or an array of shape (n,) for n states: whoever asks knows which."""
+"""A float, or an array of shape (n,) for n states, as the caller expects."""
 
 
 class Energy(NamedTuple):

@@ -106,8 +106,8 @@ class Engine:
 def load(mechanism: Mechanism) -> Engine:
     """Write a mechanism as URDF and read it with Pinocchio.
 
-    Spherical joints are written as floating ones: the parser knows no ball joint; whoever asks the
-    engine must keep their translation at zero.
+    Spherical joints are written as floating ones: the parser has no ball joint; callers must keep
+    their translation at zero.
 
     Raises:
         EngineError: if it is too large, or Pinocchio refuses it or reads something else.

@@ -1,4 +1,4 @@
-"""Joint reactions: what each parent does to its child.
+"""Joint reactions: the action of each parent on its child.
 
 Pinocchio's inverse dynamics leaves in `data.f` the force of a joint on everything it carries,
 gravity included. Bodies that fixed joints weld together are one body there, so the reaction in a
@@ -95,7 +95,7 @@ class Reactions:
 
 
 def _weld(mechanism: Mechanism, body: str) -> frozenset[str]:
-    """The body and all that fixed joints hang on it."""
+    """The body and all bodies fixed to it by joints."""
     bodies = {body}
     for joint in mechanism.tree:
         if isinstance(joint, Fixed) and joint.parent in bodies:

@@ -97,7 +97,7 @@ class Action(NamedTuple):
 
 @final
 class External:
-    """The sum of what acts on each of the engine's bodies, as the engine wants it.
+    """The total action on each of the engine's bodies, in the engine's form.
 
     Args:
         joints: how many the model has, the world included.

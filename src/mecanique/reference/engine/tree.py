@@ -353,7 +353,7 @@ class Tree:
             overwriting: whether an answer may be overwritten by the next.
 
         Raises:
-            EngineError: if a motion moves no mass in any state looked at.
+            EngineError: if a motion moves no mass in any of the states tried.
         """
         if self.massless is not None:
             self._refuse(self.massless, "")

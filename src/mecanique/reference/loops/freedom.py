@@ -29,7 +29,7 @@ from mecanique.wording import say_count
 __all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank", "refuse_locked"]
 
 _AROUND = 8
-"""How many positions around the one in question are looked at."""
+"""Number of nearby positions that are examined."""
 
 _AWAY = 0.1
 """How far away they are, in characteristic lengths or radians."""

@@ -129,7 +129,7 @@ class _ClosedRhs:
 
 
 def _pass(closed: Closed, state: _State, slope: _Slope, way: _Way, distance: float) -> _Slope:
-    """Return the slope mended for the distance to a singular position."""
+    """Return the slope, corrected for the distance to a singular position."""
     if distance < _NEXT:
         acceleration = _interpolate(closed, way, state)
         if acceleration is not None:

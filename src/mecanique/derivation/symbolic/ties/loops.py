@@ -23,7 +23,7 @@ __all__ = ["loop_ties"]
 
 
 def loop_ties(kinematics: Kinematics) -> tuple[Tie, ...]:
-    """Return the equations of all loops of a mechanism, but for those that hold identically."""
+    """Return the equations of all loops of a mechanism, except those that hold identically."""
     algebra = kinematics.algebra
     found: list[Tie] = []
     for loop in algebra.mechanism.loops:
