@@ -143,17 +143,16 @@ def test_an_error_of_a_millionth_in_any_mass_is_found_there() -> None:
     icub = mq.read_urdf(mq.robot("icub"), root="floating")
     states = near_gimbal_lock(icub)
     bound = rounding(icub, states, evaluate(mq.derive(icub), states))
-    mass_matrix = Recursion(icub).mass_matrix(states)
+    right = inertial(icub, states)
+    # all but the root link, a frame of 1e-6 kg
     for body in (body for body in heavy(icub) if icub.evaluate(body.mass) > 1e-3):
         mass, center, inertia = parts(icub, body)
         other = with_body(icub, body.name, mass * (1 + ERROR), center, inertia)
-        wrong = Recursion(other).mass_matrix(replace(states, mechanism=other))
-        (row,) = rows_of(
-            ("right", "wrong"),
-            {"mass matrix": mass_matrix},
-            {"mass matrix": wrong},
-            states,
-            icub,
-            rounding=bound,
-        )
-        assert row.worst > max(1e-9, row.rounding), body.name
+        wrong = inertial(other, replace(states, mechanism=other))
+        rows = rows_of(("right", "wrong"), right, wrong, states, icub, rounding=bound)
+        assert any(row.worst > max(1e-9, row.rounding) for row in rows), body.name
+
+
+def inertial(mechanism: mq.Mechanism, states: States) -> dict[str, Any]:
+    fast = Recursion(mechanism)
+    return {"mass matrix": fast.mass_matrix(states), "bias": fast.bias(states)}
