@@ -13,6 +13,7 @@ from typing import Any, final
 
 from mecanique.derivation.laws import laws_of
 from mecanique.derivation.tree.poses import times_point
+from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.chart import along
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
@@ -20,7 +21,6 @@ from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, scal
 from mecanique.generation.program.sweeps import pull_back
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.forces import BodyLoad, End, JointLoad, LineLoad
-from mecanique.model.joints import Single
 
 __all__ = ["Forces", "on_velocities"]
 
@@ -88,12 +88,9 @@ class Forces:
         self._letters = letters
         self._recursion = recursion
         columns: dict[str, int] = {}
-        coordinates: dict[str, str] = {}
         for joint in letters.mechanism.tree:
             for name in joint.velocities:
                 columns[name] = len(columns)
-            if isinstance(joint, Single):
-                coordinates[joint.name] = joint.coordinates[-1]
         self._column = {
             joint.name: columns[joint.velocities[-1]]
             for joint in letters.mechanism.tree
@@ -106,7 +103,11 @@ class Forces:
         }
 
     def project(self) -> list[Any]:
-        """Return the generalized forces, shape (nv,)."""
+        """Return the generalized forces, shape (nv,).
+
+        Raises:
+            DerivationError: if a force acts in a way that is not known here.
+        """
         letters, chart = self._letters, self._recursion.chart
         tau: list[Any] = [0.0] * len(chart.u)
         moved: list[Any] = []
@@ -125,6 +126,9 @@ class Forces:
                         tau[k] = tau[k] - law.pull(travel)
                 case BodyLoad():
                     self._load(force, moved, weights)
+                case _:
+                    kind = type(force).__name__
+                    raise DerivationError(f"no program is known of force {force.name!r}, a {kind}")
         found = on_velocities(letters, moved, weights)
         return [x + y for x, y in zip(chart.project(tau), found, strict=True)]
 
