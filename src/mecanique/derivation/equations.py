@@ -37,7 +37,8 @@ class Equations(Dynamics):
 
     What is computed is there for any mechanism; of one with loops, M, bias and forces are those of
     its tree. What is read (`M`, `h`, `Q`, `equations`, `steps`, and the text, LaTeX and MathML of
-    these) is derived when it is first asked for, and is there if `symbolic` is true.
+    these) is derived when it is first asked for. Where `symbolic` is false, the former raise a
+    DerivationError that says why; the texts say so in a sentence.
 
     Args:
         mechanism: what they describe.
@@ -73,76 +74,44 @@ class Equations(Dynamics):
 
     @property
     def derivation(self) -> Derivation:
-        """The derivation as Poisson series.
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """The derivation as Poisson series."""
         if isinstance(self._outcome, DerivationError):
             raise self._outcome
         return self._outcome
 
     @cached_property
     def document(self) -> Document:
-        """The derivation written out.
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """The derivation written out."""
         return Document(self.derivation, self.title)
 
     @property
     def equations(self) -> tuple[Equation, ...]:
-        """The equations of motion as a textbook prints them: of each velocity, then of the loops.
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """The equations as a textbook prints them: of each velocity, then of the loops."""
         return self.document.equations
 
     @cached_property
     def M(self) -> Matrix:
-        """The mass matrix, a sympy Matrix of shape (nv, nv).
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """The mass matrix, a sympy Matrix of shape (nv, nv)."""
         return _matrix(self.derivation.M)
 
     @cached_property
     def h(self) -> Matrix:
-        """The bias: inertia terms without a, and gravity; a sympy Matrix of shape (nv, 1).
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """The bias: inertia terms without a, and gravity; a sympy Matrix of shape (nv, 1)."""
         return _matrix([[entry] for entry in self.derivation.h])
 
     @cached_property
     def Q(self) -> Matrix:
-        """Generalized forces of springs, dampers, drives and loads; a sympy Matrix, (nv, 1).
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """Generalized forces of springs, dampers, drives and loads; a sympy Matrix, (nv, 1)."""
         return _matrix([[entry] for entry in self.derivation.Q])
 
     @property
     def steps(self) -> tuple[Stage, ...]:
-        """The steps of the derivation.
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """The steps of the derivation."""
         return self.derivation.stages
 
     @property
     def linear(self) -> Linear | None:
-        """M q'' + C q' + K q = f if the equations are linear with constant coefficients, else None.
-
-        Raises:
-            DerivationError: if there is no symbolic form.
-        """
+        """M q'' + C q' + K q = f if linear with constant coefficients, else None."""
         return self.document.linear
 
     def matrix_form(self) -> str:
@@ -374,9 +343,6 @@ class Equations(Dynamics):
 
         Returns:
             World axes; each shape (3,) or (n, 3) [kg·m/s, then kg·m²/s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
         """
         states = States.of(self.mechanism, q, v, t)
         linear, angular, about_center = self.numeric.momentum(states)
@@ -391,9 +357,6 @@ class Equations(Dynamics):
             q: shape (nq,) or (n, nq), or values by coordinate name.
             v: shape (nv,) or (n, nv), or values by velocity name.
             t: shape () or (n,) [s].
-
-        Raises:
-            InputError: if a shape is wrong or a number is not finite.
         """
         states = States.of(self.mechanism, q, v, t)
         T, V = self.numeric.energy(states)

@@ -58,6 +58,7 @@ class Closed:
         self._tree = tree
         self.mechanism: Mechanism = tree.mechanism
         self._root = MassRoot(tree.engine)
+        self._upper = np.triu(np.ones((tree.engine.model.nv,) * 2, dtype=bool))
         self.closures = Closures(tree.mechanism, tree.engine, tree.chart)
         self.most = most
         self.carriers = (
@@ -108,8 +109,8 @@ class Closed:
             jacobian: of the closures, shape (m, nv).
         """
         engine, chart = self._tree.engine, self._tree.chart
-        upper = np.triu(self._pin.crba(engine.model, engine.data, chart.p))
-        mass = upper + np.triu(upper, 1).T
+        half = self._pin.crba(engine.model, engine.data, chart.p)
+        mass = np.where(self._upper, half, half.T)
         if not chart.identical:
             mass = chart.G.T @ mass @ chart.G
         return measure(mass, jacobian, self.closures.units, self._mass_root)

@@ -10,6 +10,7 @@ unit matrix, so that nothing of it has to be inverted later.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -91,10 +92,10 @@ def _directions(
 ) -> tuple[Array, Array, Array]:
     """Return orthogonal directions of unit energy, their inverse, and which have mass."""
     even = mass / np.outer(weight, weight)
-    try:
-        lower = np.linalg.cholesky(even)
-    except np.linalg.LinAlgError:
-        lower = np.zeros_like(even)
+    lower = np.zeros_like(even)
+    if even.diagonal().min(initial=1.0) > _EVEN**2:  # no entry of the factor is above its root
+        with suppress(np.linalg.LinAlgError):
+            lower = np.linalg.cholesky(even)
     if lower.diagonal().min(initial=1.0) > _EVEN:
         return np.linalg.inv(lower).T / weight[:, None], lower.T * weight, np.ones(len(mass))
     if root is None:
