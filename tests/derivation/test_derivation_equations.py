@@ -245,7 +245,7 @@ def test_acceleration_solves_the_equations_of_motion() -> None:
             0.0,
             "expected one number of states in q, v, a and t, got q: 3, v: 2",
         ),
-        ([1.0, 2.0], [1.0, 2.0], [[0.0]], r"expected shape \(\) or \(n,\) for the times t"),
+        ([1.0, 2.0], [1.0, 2.0], [[0.0]], r"expected a number or shape \(n,\) for time t"),
         ({"y": 1.0}, None, 0.0, "unknown coordinate 'y'"),
         ({"q": 1.0}, {"z": 1.0}, 0.0, "unknown velocity 'z"),
     ],

@@ -75,7 +75,7 @@ def pendulum() -> Reference:
             np.zeros(2),
             "expected one number of states in q, v, a and t, got q: 3, t: 2",
         ),
-        (np.zeros((3, 1)), None, np.array([0, np.nan, 1]), "expected finite times"),
+        (np.zeros((3, 1)), None, np.array([0, np.nan, 1]), "expected finite numbers for time t"),
         (np.zeros((1, 1, 1)), None, 0.0, r"expected shape \(1,\)"),
     ],
 )

@@ -10,10 +10,10 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.expression import evaluate, finite, symbols_in
+from mecanique.model.expression import evaluate, symbols_in
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.values import Given, numbers_of
+from mecanique.model.values import Given, column_of, numbers_of
 
 __all__ = ["Efforts", "Given", "States", "explain_defaults"]
 
@@ -132,7 +132,7 @@ class States:
         names: tuple[str, ...] = ()
         if tau is not None:
             names, parts["tau"] = _efforts(mechanism, tau)
-        times = _times(t)
+        times = column_of(t, "time t")
         if not times.ndim and all(rows.ndim == 1 for rows in parts.values()):
             rows = {name: part[None] for name, part in parts.items()}
             efforts = Efforts(mechanism, names, rows["tau"]) if names else None
@@ -254,17 +254,3 @@ def _efforts(mechanism: Mechanism, tau: Given) -> tuple[tuple[str, ...], np.ndar
         taken[velocity] = name
     known = {velocity: tau[name] for velocity, name in taken.items()}
     return names, numbers_of(known, names, "torque", np.zeros(len(names)), many=True)
-
-
-def _times(t: float | np.ndarray) -> np.ndarray:
-    if isinstance(t, str) or np.ndim(t) == 0:
-        return np.array(finite(t, "time t"))
-    try:
-        times: np.ndarray = np.array(t, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"expected numbers for the times t, got {t!r}") from None
-    if times.ndim > 1:
-        raise InputError(f"expected shape () or (n,) for the times t, got {times.shape}")
-    if not np.isfinite(times).all():
-        raise InputError(f"expected finite times t, got {times[~np.isfinite(times)][:3].tolist()}")
-    return times
