@@ -95,7 +95,7 @@ def _directions(
     lower = np.zeros_like(even)
     if even.diagonal().min(initial=1.0) > _EVEN**2:  # no entry of the factor is above its root
         with suppress(np.linalg.LinAlgError):
-            lower = np.linalg.cholesky(even)
+            lower[:] = np.linalg.cholesky(even)
     if lower.diagonal().min(initial=1.0) > _EVEN:
         return np.linalg.inv(lower).T / weight[:, None], lower.T * weight, np.ones(len(mass))
     if root is None:
