@@ -7,6 +7,7 @@ import weakref
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -32,7 +33,9 @@ def loads(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.parametrize("name", ["double_pendulum", "four_bar_linkage"])
-def test_everything_asked_of_a_mechanism_loads_it_once(loads: list[str], name: str) -> None:
+def test_everything_asked_of_a_mechanism_loads_it_once(
+    loads: list[str], name: str, tmp_path: Path
+) -> None:
     mechanism = mq.textbook.load(name)
     q = mq.assemble(mechanism)
     for _ in range(2):
@@ -40,7 +43,7 @@ def test_everything_asked_of_a_mechanism_loads_it_once(loads: list[str], name: s
         motion.energy()
         motion.reactions(mechanism.joints[0].name)
         motion.audit()
-        mq.picture(mechanism)
+        mq.picture(mechanism, path=tmp_path / "figure.svg")
         assert mq.degrees_of_freedom(mechanism, q).N in (1, 2)
         assert mq.verify(mechanism, samples=3).agrees
         mq.equilibria(mechanism, 2)

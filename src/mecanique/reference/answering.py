@@ -35,7 +35,7 @@ class Answering:
     _movable = False
     """Whether it is known that the loops do not lock the mechanism by chance."""
 
-    def _unlocked(self, one: Callable[..., Array]) -> Callable[..., Array]:
+    def _look_for_locks(self, one: Callable[..., Array]) -> Callable[..., Array]:
         """Return a question about the motion on the loops that refuses what they lock by chance.
 
         One look is enough: what is locked can be in no other position.

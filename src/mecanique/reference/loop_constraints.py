@@ -84,7 +84,7 @@ class LoopConstraints(Answering):
         states = States.of(self.mechanism, q, v, t, tau=tau)
         if self._closed is None:
             return {}
-        found = self._answer(states, self._unlocked(self._closed.multipliers))
+        found = self._answer(states, self._look_for_locks(self._closed.multipliers))
         return dict(zip(self.constraint_names, np.moveaxis(found, -1, 0), strict=True))
 
     def constraint_residual(self, q: Given, t: float | Array = 0.0) -> Array:

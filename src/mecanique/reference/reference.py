@@ -112,7 +112,7 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
             "bias": tree.bias,
             "forces": tree.forces,
             "gravity": tree.gravity,
-            "acceleration": self._unlocked((self._closed or tree).acceleration),
+            "acceleration": self._look_for_locks((self._closed or tree).acceleration),
             "inverse_dynamics": tree.inverse_dynamics,
         }
         return self._answer(states, ask[quantity], accelerations=quantity == "inverse_dynamics")

@@ -284,7 +284,7 @@ class Wrenches(Answering):
             np.logical_or(flags, found.undetermined, out=flags)
             return found.wrenches
 
-        parts = self._answer(states, self._unlocked(one))
+        parts = self._answer(states, self._look_for_locks(one))
         return self._wrenches(states, parts, flags)
 
     def _wrenches(

@@ -239,11 +239,11 @@ def _number(value: float) -> float | None:
 
 def versions() -> dict[str, str]:
     """Return the versions of the programs involved, by name."""
-    return dict(_installed())
+    return dict(_read_versions())
 
 
 @cache
-def _installed() -> tuple[tuple[str, str], ...]:
+def _read_versions() -> tuple[tuple[str, str], ...]:
     found = {"python": platform.python_version()}
     for package in ("mecanique", "pin", "numpy"):
         try:
