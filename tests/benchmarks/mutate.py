@@ -45,7 +45,7 @@ SOURCE = ROOT / "src"
 ROOMS = ("derivation", "reference", "verification")
 TEXT = ("derivation/printing", "derivation/document", "derivation/glossary")
 SUITES = [
-    *(str(ROOT / "tests" / room) for room in (*ROOMS, "textbook")),
+    *(str(ROOT / "tests" / room) for room in (*ROOMS, "rolling", "textbook")),
     *(str(ROOT / "tests" / "motion" / f"test_motion_{name}.py") for name in ("loops", "linear")),
     str(ROOT / "tests" / "motion" / "test_motion_linear_letters.py"),
 ]

@@ -75,3 +75,12 @@ def test_sines_of_twelfths_of_pi_are_roots(name: str, named: bool) -> None:
         expected = exact(0.7 + math.pi * n / 12)
         assert evaluate(beside, {"q": 0.7}) == pytest.approx(expected, abs=1e-14)
         assert not any(word in str(alone) for word in ("pi", "sin", "cos"))
+
+
+@pytest.mark.parametrize("n", [1, 3, 4, 10])
+def test_a_number_close_to_a_twelfth_of_pi_is_another_number(n: int) -> None:
+    ring = Ring()
+    exact, close = (function("cos")(ring.number(math.pi * n / 12 + off)) for off in (0.0, 1e-12))
+    assert exact - close
+    assert "cos" in str(close)
+    assert evaluate(close, {}) == pytest.approx(math.cos(math.pi * n / 12), abs=1e-11)
