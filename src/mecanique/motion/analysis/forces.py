@@ -106,8 +106,11 @@ class Actions:
         """Yield the wrenches of joints on child and parent, of loops and elements on both bodies.
 
         Where something that is not described acts across joints of a body, their reactions are not
-        determined: what all of them and the guides do to the body comes as one, `TOGETHER`.
+        determined: what all of them and the guides do to the body comes as one, `TOGETHER`. With a
+        velocity constraint, which does not say by which force it acts, none is determined.
         """
+        if self._mechanism.velocity_constraints:
+            return
         poses = self._reference.poses(q, t)
         found = self._reference.totals(q, v, t, elements=False)
         guided = self._reference.guided

@@ -267,7 +267,7 @@ def _series(motion: Motion, complete: bool) -> Iterator[Series]:
         if np.isfinite(force).all():
             yield Series(name, name, "N", force, "Reactions")
     for joint in mechanism.joints[: MOST_ARROWS // 4]:
-        if joint.name in motion.reference.guided:
+        if joint.name in motion.reference.guided or mechanism.velocity_constraints:
             continue
         wrench = motion.reactions(joint.name)
         for k, axis in enumerate("xyz"):

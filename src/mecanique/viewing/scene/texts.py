@@ -150,6 +150,12 @@ def _freedom(motion: Motion) -> tuple[str, ...]:
 
 def explain_reactions(motion: Motion) -> tuple[str, ...]:
     """Return why reactions of a motion are undetermined, in sentences; none if all are known."""
+    unstated = motion.mechanism.velocity_constraints
+    if unstated:
+        return (
+            f"Undetermined reactions: velocity constraint {unstated[0].name!r} does not say by "
+            "which force it acts, and where; a Rolling or a Blade does.",
+        )
     reasons = dict.fromkeys(motion.reference.guided.values())
     return tuple(
         f"Undetermined reactions: {reason}. What all of it does to a body is shown as one force, "
