@@ -305,7 +305,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("theta", [0.0, 4.0])
 def test_the_nut_of_a_screw_stands_where_the_screw_starts(theta: float) -> None:
-    """It holds still, around the spindle and upwards from the joint's frame; the ground holds it."""
+    """The ground holds it still, around the spindle and upwards from the joint's frame."""
     where = seen("screw_press", {"theta": theta})
     marks = list(nuts(where))
     (block,) = (m for m in marks if isinstance(m, Stroke) and m.closed)
