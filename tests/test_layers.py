@@ -19,7 +19,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "mecanique"
 ORDER: dict[str, list[str]] = {
     "": [
         "wording",
-        "errors files safe_xml",
+        "arrays errors files safe_xml",
         "model",
         "textbook threads urdf derivation",
         "reference",

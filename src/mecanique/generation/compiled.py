@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any, final
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.c import compiler
@@ -20,8 +20,6 @@ __all__ = ["OPTIONS", "Compiled", "compile_program"]
 
 OPTIONS = ("-O1", "-march=native")
 """More optimization takes long on programs without branches, and gains nothing."""
-
-Array = npt.NDArray[np.float64]
 
 
 @final

@@ -9,15 +9,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Literal, TypeAlias
 
-import numpy as np
-import numpy.typing as npt
-
+from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
 
 __all__ = ["Dynamics", "Quantity"]
 
-Array: TypeAlias = npt.NDArray[np.float64]
 Quantity: TypeAlias = Literal[
     "mass_matrix", "bias", "forces", "gravity", "acceleration", "inverse_dynamics"
 ]

@@ -6,10 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, explain_defaults
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom import generic_rank

@@ -7,10 +7,11 @@ from functools import partial
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
-from mecanique.reference.engine.answers import Array, PointMotion, Twist, local_point
+from mecanique.reference.engine.answers import PointMotion, Twist, local_point
 
 __all__ = ["Kinematics"]
 

@@ -9,12 +9,12 @@ from typing import TypeVar
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.expression import finite
 from mecanique.model.joints import Single
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.driving import driving_forces, free_motions
 from mecanique.reference.loops.freedom import generic_rank

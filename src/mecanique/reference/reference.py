@@ -8,10 +8,11 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
-from mecanique.reference.engine.answers import Array, Energy, Momentum
+from mecanique.reference.engine.answers import Energy, Momentum
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints

@@ -9,11 +9,12 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.contacts import Rolling
 from mecanique.model.loops import Loop
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
-from mecanique.reference.engine.answers import AppliedForce, Array, Places, Wrench
+from mecanique.reference.engine.answers import AppliedForce, Places, Wrench
 from mecanique.reference.engine.guided import Guided
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
@@ -24,7 +24,6 @@ from mecanique.wording import say_count
 
 __all__ = ["Other", "compare_with"]
 
-Array = npt.NDArray[np.float64]
 Other: TypeAlias = (
     "Mechanism | Functions | Mapping[str, Callable[..., Any]] | str | os.PathLike[str]"
 )

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.derivation.numeric.independent import REGULAR
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -14,7 +15,7 @@ from mecanique.reference import Reference
 from mecanique.verification import forms
 from mecanique.verification.conditioning import rounding
 from mecanique.verification.forms import InHouse
-from mecanique.verification.rows import TOLERANCE, Array, evaluate, rows_of
+from mecanique.verification.rows import TOLERANCE, evaluate, rows_of
 from mecanique.verification.verdict import Row
 from mecanique.wording import say_count
 

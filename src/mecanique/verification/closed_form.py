@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation.numeric.loops import RowUnits
 from mecanique.derivation.numeric.multipliers import solve_held
 from mecanique.derivation.scalars.evaluation import Evaluation
@@ -19,8 +19,6 @@ from mecanique.model.states import Given, States
 from mecanique.model.units import characteristic_length
 
 __all__ = ["ClosedForm"]
-
-Array = npt.NDArray[np.float64]
 
 
 @final

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -14,7 +15,7 @@ from mecanique.verification.against import Other, compare_with
 from mecanique.verification.answers import Answers, ask
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.rows import TOLERANCE, Array
+from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, versions
 

@@ -35,8 +35,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation.numeric.loops import Constraints
 from mecanique.derivation.numeric.multipliers import constraints
 from mecanique.model.mechanism import Mechanism
@@ -45,8 +45,6 @@ from mecanique.verification.difference import scales
 from mecanique.verification.rows import moving_mass
 
 __all__ = ["UNIT", "rounding"]
-
-Array = npt.NDArray[np.float64]
 
 UNIT = 8 * float(np.finfo(float).eps)
 """Relative rounding error of the entries of M, bias and forces of one velocity."""

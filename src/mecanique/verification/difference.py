@@ -21,11 +21,10 @@ it; `mecanique.verification.conditioning` has the bound.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
+
+from mecanique.arrays import Array
 
 __all__ = ["QUANTITIES", "SMALL", "relative_difference", "relative_rounding", "scale", "scales"]
-
-Array = npt.NDArray[np.float64]
 
 QUANTITIES = (
     "mass matrix",

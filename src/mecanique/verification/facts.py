@@ -15,8 +15,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.errors import ClosureError, EngineError, InputError, IntegrationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.textbook.catalogue import entry
@@ -46,8 +46,6 @@ if TYPE_CHECKING:
     from mecanique.reference import Reference
 
 __all__ = ["SOURCES", "TOLERANCE", "FactRow", "check"]
-
-Array = npt.NDArray[np.float64]
 
 TOLERANCE = 1e-10
 """Largest residual of a fact that holds."""

@@ -7,6 +7,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.independent import Reduced
@@ -20,7 +21,7 @@ from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
 from mecanique.reference import Reference
 from mecanique.verification.closed_form import ClosedForm
-from mecanique.verification.rows import Array, Dynamics
+from mecanique.verification.rows import Dynamics
 
 __all__ = [
     "InHouse",

@@ -10,15 +10,13 @@ from pathlib import Path
 from typing import Any, final
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 __all__ = ["Functions", "read_samples"]
-
-Array = npt.NDArray[np.float64]
 
 
 @final

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.difference import (
@@ -30,7 +30,6 @@ __all__ = [
     "rows_of",
 ]
 
-Array = npt.NDArray[np.float64]
 Values: TypeAlias = Mapping[str, Array]
 """What one source gives at all states: quantity -> shape (n, …)."""
 

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.expression import Scalar, evaluate, plain, symbols_in
@@ -25,7 +25,6 @@ from mecanique.verification.states.random import random_states
 
 __all__ = ["Transformation", "compare_coordinates"]
 
-Array = npt.NDArray[np.float64]
 Expressions: TypeAlias = list[Any]
 
 

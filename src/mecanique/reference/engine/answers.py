@@ -8,14 +8,13 @@ from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias, final
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.placement import vector
 
 __all__ = [
     "AppliedForce",
-    "Array",
     "Energy",
     "Momentum",
     "Number",
@@ -26,7 +25,6 @@ __all__ = [
     "local_point",
 ]
 
-Array: TypeAlias = npt.NDArray[np.float64]
 _NO_SHARE = 1e-9
 """Components along an axis up to this part of a vector are none."""
 

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.expression import compile_scalars, plain, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine, Seat
 from mecanique.reference.engine.quaternions import quaternion_rate, turn
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.elements import Cord, Gear, Rack, force_names
 from mecanique.model.guides.find import guides_of
@@ -24,7 +25,6 @@ from mecanique.model.joints import Single
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.sites import Action, Site, Triple

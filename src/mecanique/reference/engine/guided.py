@@ -8,10 +8,10 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.guides.guide import Guide, explain_joint, idle_coordinates
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.answers import Array
 
 __all__ = ["Guided"]
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 from mecanique.reference.engine.elements import Columns, Unit
 
 __all__ = ["Held", "hold"]

@@ -14,6 +14,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar, Vector, compile_scalars
 from mecanique.model.forces import (
@@ -29,7 +30,6 @@ from mecanique.model.forces import (
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.sites import Action, Axes, External, Site, Triple
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
-from mecanique.reference.engine.answers import Array
 
 __all__ = ["backward_error", "massless_mode", "random_states", "reach_of"]
 

@@ -13,9 +13,9 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.model.joints import Fixed
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.sites import Action
 

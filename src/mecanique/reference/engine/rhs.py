@@ -8,8 +8,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.loads import Loads

@@ -12,7 +12,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 from mecanique.reference.engine.load import Engine
 
 __all__ = ["MassRoot"]

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, final
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 
 __all__ = ["Action", "Axes", "External", "Site", "Triple"]
 

@@ -10,10 +10,10 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Efforts
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.elements import Elements, Unit
 from mecanique.reference.engine.held import Held, hold

@@ -12,12 +12,12 @@ from functools import partial
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import ClosureError, InputError, UnknownNameError
 from mecanique.model.contacts import Rolling
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace, newton

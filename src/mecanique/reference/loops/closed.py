@@ -13,9 +13,9 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.root import MassRoot
 from mecanique.reference.engine.sites import Action
 from mecanique.reference.engine.tree import Tree

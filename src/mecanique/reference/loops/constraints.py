@@ -15,11 +15,11 @@ from typing import Any, NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.units import characteristic_length, velocity_scales
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.loops.contacts import HAT, ContactRows, VelocityRows

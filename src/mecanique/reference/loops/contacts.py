@@ -18,10 +18,10 @@ from typing import NamedTuple, final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.model.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.load import Engine
 
 __all__ = ["HAT", "ContactRows", "Rows", "VelocityRows"]

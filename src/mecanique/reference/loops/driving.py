@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import ClosureError
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.independent import Independent

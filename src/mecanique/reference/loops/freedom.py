@@ -13,11 +13,11 @@ from typing import final
 
 import numpy as np
 
+from mecanique.arrays import Array
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
-from mecanique.reference.engine.answers import Array
 from mecanique.reference.loops.assembly import close_position, position_near
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.loading import load_loops

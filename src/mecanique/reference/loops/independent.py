@@ -10,7 +10,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 from mecanique.reference.loops.assembly import close_position
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.newton import displace

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 from mecanique.reference.loops.tolerances import LEAST, TINY
 
 __all__ = ["Metric", "Units", "measure"]

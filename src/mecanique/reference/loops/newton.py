@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.metric import Metric
 from mecanique.reference.loops.tolerances import EXACT

@@ -16,7 +16,7 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mecanique.reference.engine.answers import Array
+from mecanique.arrays import Array
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.metric import Metric

@@ -9,11 +9,10 @@ from typing import Protocol, TypeVar, final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["Change", "Guess", "fit", "promising"]
-
-Array = npt.NDArray[np.float64]
 
 _MOST = 4000
 """Experiments evaluated at once."""

@@ -11,6 +11,7 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.errors import MecaniqueError
 from mecanique.model.coordinates import Coordinates
@@ -20,8 +21,6 @@ from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["map_changes", "state_changes"]
-
-Array = npt.NDArray[np.float64]
 
 _DEGREE = np.pi / 180
 

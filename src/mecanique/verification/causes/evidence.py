@@ -15,14 +15,13 @@ from typing import Any, NamedTuple, final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 __all__ = ["Evidence", "Inputs"]
-
-Array = npt.NDArray[np.float64]
 
 
 @final

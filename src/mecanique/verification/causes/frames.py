@@ -10,13 +10,12 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.placement import rotation
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["frame_changes"]
-
-Array = npt.NDArray[np.float64]
 
 _DEGREE = np.pi / 180
 

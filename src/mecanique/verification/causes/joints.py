@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.forces import loads_in
 from mecanique.model.joints import Single
 from mecanique.verification.causes.change import Change, fit
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["gravity_changes", "joint_changes"]
-
-Array = npt.NDArray[np.float64]
 
 _UNITS = {
     ("armature", True): "kg·m²",

@@ -6,15 +6,13 @@ from collections.abc import Iterator
 from itertools import permutations
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.states import States
 from mecanique.verification.causes.change import Change, fit
 from mecanique.verification.causes.evidence import Evidence
 
 __all__ = ["link_changes"]
-
-Array = npt.NDArray[np.float64]
 
 _FACTORS = ((1e3, "times 1000"), (1e-3, "divided by 1000"))
 _INERTIA_FACTORS = (

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.cause import REMOVED, Cause
@@ -19,8 +19,6 @@ from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
 
 __all__ = ["causes_of"]
-
-Array = npt.NDArray[np.float64]
 
 _SAME = 1.2
 """Changes whose differences are within this factor of the least one explain equally well."""

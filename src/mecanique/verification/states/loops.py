@@ -13,12 +13,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.errors import ClosureError
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["ClosedStates", "closed_states", "refuse_locked"]
-
-Array = npt.NDArray[np.float64]
 
 _RANK = 1e-9
 _REGULAR = 0.03

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from mecanique.derivation.symbolic.springs import Assumption
 from mecanique.errors import InputError
@@ -19,8 +18,6 @@ from mecanique.verification.states.loops import closed_states, refuse_locked
 from mecanique.verification.states.validity import is_possible
 
 __all__ = ["random_states"]
-
-Array = npt.NDArray[np.float64]
 
 _LENGTH = 0.4
 """Coordinates that are lengths lie within this many characteristic lengths of zero."""

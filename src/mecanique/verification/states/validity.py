@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.springs import Assumption
@@ -27,7 +28,6 @@ from mecanique.model.states import States
 
 __all__ = ["is_possible"]
 
-Array = npt.NDArray[np.float64]
 Flags = npt.NDArray[np.bool_]
 _NEAR = 1e-2
 """Lengths below this part of the typical length count as zero."""
