@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -69,6 +71,17 @@ def test_the_start_is_closed_and_the_motion_says_so(linkage: Motion) -> None:
         textbook.load("four_bar_linkage"), q={"phi": 1.1}, v={"phi": 1.5}, duration=0.1
     )
     assert (exact.q[0, 0], exact.v[0, 0]) == (1.1, pytest.approx(1.5, abs=1e-12))
+    assert exact.method.endswith("; loops closed at the start"), "what was given has not changed"
+
+
+def test_what_rolls_says_what_of_its_start_changed() -> None:
+    coin = textbook.load("rolling_coin")
+    above = {"lean": 0.2, "z": 0.6}
+    moved = simulate(coin, q=above, v={"spin": -5.0}, duration=0.1)
+    assert re.search(r"; constraints met at the start \(positions changed by .*\)$", moved.method)
+    set_down = {**above, "z": 0.5 * math.cos(0.2)}
+    kept = simulate(coin, q=set_down, v={"spin": -5.0}, duration=0.1)
+    assert kept.method.endswith("; constraints met at the start")
 
 
 def test_positions_velocities_and_energy_are_kept(linkage: Motion) -> None:

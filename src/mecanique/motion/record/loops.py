@@ -28,7 +28,7 @@ _LEFT = 1e-3
 _ROUNDING = 1e-14
 
 _REPORTED = 1e-9
-"""Changes beyond this are reported when the loops are closed at the start."""
+"""Changes of given values beyond this are reported when the constraints are met at the start."""
 
 
 class Beginning(NamedTuple):
@@ -64,22 +64,28 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
     position = position_near(_loops_of(reference), q, given_q, t, np.zeros(m.nv, dtype=bool))
     reference = reference.with_rank_at(position, t)
     closed = _loops_of(reference)
-    held = None
-    if isinstance(v, Mapping) and v:
-        named = {f"{name}'" if f"{name}'" in m.velocities else name for name in v}
-        held = np.array([name in named for name in m.velocities])
+    named_q, named_v = _named(q, m.coordinates.names), _named(v, m.velocities)
+    held = named_v if isinstance(v, Mapping) and v else None
     velocity = close_velocity(closed, position, given_v, t, held)
     position, velocity = project(closed, position, velocity, t)
     changes = [
         f"{what} changed by up to {size:.3g}"
         for what, size in (
-            ("positions", float(np.abs(position - given_q).max(initial=0.0))),
-            ("velocities", float(np.abs(velocity - given_v).max(initial=0.0))),
+            ("positions", float(np.abs(position - given_q)[named_q].max(initial=0.0))),
+            ("velocities", float(np.abs(velocity - given_v)[named_v].max(initial=0.0))),
         )
         if size > _REPORTED
     ]
-    remark = "; loops closed at the start" + (f" ({', '.join(changes)})" if changes else "")
+    done = "loops closed" if m.loops else "constraints met"
+    remark = f"; {done} at the start" + (f" ({', '.join(changes)})" if changes else "")
     return Beginning(reference, np.concatenate([position, velocity]), remark)
+
+
+def _named(given: Given, names: tuple[str, ...]) -> np.ndarray:
+    """Return which values were given; those left out by name follow from the constraints."""
+    if not isinstance(given, Mapping):
+        return np.full(len(names), given is not None)
+    return np.array([name in given or name.removesuffix("'") in given for name in names], bool)
 
 
 def _loops_of(reference: Reference) -> Closed:

@@ -133,7 +133,7 @@ SYSTEM = System(
         Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
     ),
     build=build,
-    start={"lean": 0.2, "z": 0.49},
+    start={"lean": 0.2, "z": 0.5 * float(cos(0.2))},
     start_velocity={"yaw": 0.5, "spin": -5.0},
     duration=8.0,
     tags=("spatial", "rolling", "nonholonomic", "contact"),
