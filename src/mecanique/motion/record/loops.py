@@ -64,7 +64,7 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
     position = position_near(_loops_of(reference), q, given_q, t, np.zeros(m.nv, dtype=bool))
     reference = reference.with_rank_at(position, t)
     closed = _loops_of(reference)
-    named_q, named_v = _named(q, m.coordinates.names), _named(v, m.velocities)
+    named_q, named_v = _is_set(q, m.coordinates.names), _is_set(v, m.velocities)
     held = named_v if isinstance(v, Mapping) and v else None
     velocity = close_velocity(closed, position, given_v, t, held)
     position, velocity = project(closed, position, velocity, t)
@@ -81,7 +81,7 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
     return Beginning(reference, np.concatenate([position, velocity]), remark)
 
 
-def _named(given: Given, names: tuple[str, ...]) -> np.ndarray:
+def _is_set(given: Given, names: tuple[str, ...]) -> np.ndarray:
     """Return which values were given; those left out by name follow from the constraints."""
     if not isinstance(given, Mapping):
         return np.full(len(names), given is not None)
