@@ -12,9 +12,9 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+from mecanique.generation.targets.target import Cases, describe, list_answer
 
 __all__ = ["C", "compiler"]
 
@@ -129,35 +129,17 @@ def _source(program: Program, head: Sequence[str]) -> str:
 
 
 def _function(program: Program, answer: Answer) -> list[str]:
-    symbols = symbols_of(program)
-    kinds = (*takes_state(answer), "p")
-    spelled = {
-        letter.place: symbol
-        for kind in kinds
-        for letter, symbol in zip(program.letters[kind], symbols[kind], strict=True)
-    }
-    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
-    used = set(listing.inputs)
+    listing, reads = list_answer(program, answer, _NOTATION)
     lines = [*_wrap(signature(program, answer)), "{"]
     idle = {*answer.quantity.takes, "p"}
-    for kind in kinds:
-        array, offset = kind, 0
-        if kind in ("q", "v") and "y" in answer.quantity.takes:
-            array, offset = "y", len(program.letters["q"]) if kind == "v" else 0
-        reads = [
-            (k + offset, symbol)
-            for k, (letter, symbol) in enumerate(
-                zip(program.letters[kind], symbols[kind], strict=True)
-            )
-            if letter.place in used
-        ]
-        if reads:
-            idle.discard(array)
-        if kind == "p" and reads:
+    for read in reads:
+        if read.array == "p" and "p" in idle:
             lines.append(f"    if (p == NULL) p = {program.name}_parameters;")
-        for k, symbol in reads if kind != "t" else ():
-            read = f"tau != NULL ? tau[{k}] : 0.0" if kind == "tau" else f"{array}[{k}]"
-            lines.append(f"    const double {symbol} = {read};")
+        idle.discard(read.array)
+        if read.array != "t":
+            entry = f"{read.array}[{read.place}]"
+            value = f"tau != NULL ? {entry} : 0.0" if read.array == "tau" else entry
+            lines.append(f"    const double {read.symbol} = {value};")
     lines += [f"    {line}" for line in listing.lines]
     lines += [f"    out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
     lines += [f"    (void){name};" for name in (*answer.quantity.takes, "p") if name in idle]

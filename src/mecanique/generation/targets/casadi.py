@@ -9,10 +9,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import final
 
-from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
-from mecanique.generation.targets.python import quote, require, tables
-from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+from mecanique.generation.targets.python import quote, require, write_test
+from mecanique.generation.targets.target import Cases, describe, list_answer
 
 __all__ = ["CasADi"]
 
@@ -51,19 +51,7 @@ class CasADi:
 
     def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
         """Return the test with its table."""
-        lines = [
-            f'"""Compares {program.name}.py with values of Pinocchio."""',
-            "",
-            "import importlib.util",
-            "import pathlib",
-            "import sys",
-            "",
-            "import numpy as np",
-            "",
-            f'HERE = pathlib.Path(__file__).with_name("{program.name}.py")',
-            *tables(program, cases),
-        ]
-        return {f"test_{program.name}.py": "\n".join([*lines, _COMPARE])}
+        return {f"test_{program.name}.py": write_test(program, cases, (), _COMPARE)}
 
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the command that runs the test."""
@@ -76,28 +64,18 @@ class CasADi:
 
 
 def _function(program: Program, answer: Answer) -> list[str]:
-    quantity, symbols, letters = answer.quantity, symbols_of(program), program.letters
-    kinds = (*takes_state(answer), "p")
-    spelled = {
-        letter.place: symbol
-        for kind in kinds
-        for letter, symbol in zip(letters[kind], symbols[kind], strict=True)
-    }
-    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
-    used = set(listing.inputs)
+    quantity = answer.quantity
+    listing, reads = list_answer(program, answer, _NOTATION)
     takes = (*quantity.takes, "p")
-    sizes = {kind: len(some) for kind, some in letters.items()}
+    sizes = {kind: len(some) for kind, some in program.letters.items()}
     sizes["y"] = sizes["q"] + sizes["v"]
     lines = [
         f"def _{quantity.name}():",
         *(f'    {kind} = ca.SX.sym("{kind}", {sizes[kind]})' for kind in takes),
     ]
-    for kind in kinds:
-        offset = sizes["q"] if kind == "v" and "y" in takes else 0
-        array = "y" if kind in ("q", "v") and "y" in takes else kind
-        for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
-            if letter.place in used and kind != "t":
-                lines.append(f"    {symbol} = {array}[{k + offset}]")
+    for read in reads:
+        if read.array != "t":
+            lines.append(f"    {read.symbol} = {read.array}[{read.place}]")
     lines += [f"    {line}" for line in listing.lines]
     lines += ["    out = ca.vertcat(", *(f"        {text}," for text in listing.outputs), "    )"]
     if len(answer.shape) == 2:  # CasADi counts by columns

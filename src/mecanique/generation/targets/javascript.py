@@ -12,9 +12,9 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+from mecanique.generation.targets.target import Cases, describe, list_answer
 
 __all__ = ["JavaScript", "functions"]
 
@@ -96,24 +96,13 @@ def _arguments(answer: Answer) -> list[str]:
 
 
 def _function(program: Program, answer: Answer) -> str:
-    symbols = symbols_of(program)
-    kinds = (*takes_state(answer), "p")
-    letters = program.letters
-    spelled = {
-        letter.place: symbol
-        for kind in kinds
-        for letter, symbol in zip(letters[kind], symbols[kind], strict=True)
-    }
-    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
-    used = set(listing.inputs)
+    listing, reads = list_answer(program, answer, _NOTATION, stacked=True)
     lines = [f"function {answer.quantity.name}({', '.join(_arguments(answer))}) {{"]
-    for kind in kinds:
-        offset = len(letters["q"]) if kind == "v" else 0
-        for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
-            if letter.place in used and kind != "t":
-                array = "y" if kind in ("q", "v") else kind
-                read = f"tau ? tau[{k}] : 0" if kind == "tau" else f"{array}[{k + offset}]"
-                lines.append(f"  const {symbol} = {read};")
+    for read in reads:
+        if read.array != "t":
+            entry = f"{read.array}[{read.place}]"
+            value = f"tau ? {entry} : 0" if read.array == "tau" else entry
+            lines.append(f"  const {read.symbol} = {value};")
     lines += [f"  {line}" for line in listing.lines]
     lines += [f"  out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
     return "\n".join([*lines, "  return out;", "}"])

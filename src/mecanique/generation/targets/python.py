@@ -13,11 +13,11 @@ from pathlib import Path
 from typing import final
 
 from mecanique.errors import InputError
-from mecanique.generation.program.listing import Notation, list_program
+from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
-from mecanique.generation.targets.target import Cases, describe, symbols_of, takes_state
+from mecanique.generation.targets.target import Cases, describe, list_answer
 
-__all__ = ["Python", "quote", "require", "tables"]
+__all__ = ["Python", "quote", "require", "write_test"]
 
 _FUNCTIONS = {
     **{name: f"np.{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log", "tanh")},
@@ -106,33 +106,21 @@ def quote(line: str) -> str:
 
 
 def _function(program: Program, answer: Answer) -> list[str]:
-    quantity, symbols = answer.quantity, symbols_of(program)
-    kinds = (*takes_state(answer), "p")
-    spelled = {
-        letter.place: symbol
-        for kind in kinds
-        for letter, symbol in zip(program.letters[kind], symbols[kind], strict=True)
-    }
-    listing = list_program(program.tape, answer.values, spelled, _NOTATION)
-    used = set(listing.inputs)
+    quantity = answer.quantity
+    listing, reads = list_answer(program, answer, _NOTATION)
     arguments = [f"{kind}=None" if kind == "tau" else kind for kind in quantity.takes]
     lines = [
         f"def {quantity.name}({', '.join(arguments)}, p=None):",
         f'    """{quantity.meaning[0].upper()}{quantity.meaning[1:]}, shape {answer.shape}."""',
     ]
-    size = len(program.letters["q"])
-    for kind in kinds:
-        offset = size if kind == "v" and "y" in quantity.takes else 0
-        array = "y" if kind in ("q", "v") and "y" in quantity.takes else kind
-        for k, (letter, symbol) in enumerate(
-            zip(program.letters[kind], symbols[kind], strict=True)
-        ):
-            if letter.place in used and kind != "t":
-                read = f"_read({array}, {k + offset})"
-                if kind in ("tau", "p"):
-                    default = repr(letter.value) if kind == "p" else "0.0"
-                    read = f"{default} if {kind} is None else {read}"
-                lines.append(f"    {symbol} = {read}")
+    for read in reads:
+        if read.array == "t":
+            continue
+        entry = f"_read({read.array}, {read.place})"
+        if read.array in ("tau", "p"):
+            default = repr(read.letter.value) if read.array == "p" else "0.0"
+            entry = f"{default} if {read.array} is None else {entry}"
+        lines.append(f"    {read.symbol} = {entry}")
     lines += [f"    {line}" for line in listing.lines]
     given = ", ".join("np.asarray(t)[..., None]" if k == "t" else k for k in quantity.takes)
     lines += ["    out = [", *(f"        {text}," for text in listing.outputs), "    ]"]
@@ -153,31 +141,35 @@ def _stack(entries, shape, *given):
 
 
 def _test(program: Program, cases: Cases, package: str) -> str:
-    return "\n".join(
-        [
-            f'"""Compares {program.name}.py with values of Pinocchio."""',
-            "",
-            "import importlib.util",
-            "import pathlib",
-            "import sys",
-            "",
-            "import numpy as np",
-            "",
-            *(_DOUBLE if package == "jax" else []),
-            f'HERE = pathlib.Path(__file__).with_name("{program.name}.py")',
-            *tables(program, cases),
-            _COMPARE,
-        ]
-    )
+    return write_test(program, cases, _DOUBLE if package == "jax" else (), _COMPARE)
 
 
-def tables(program: Program, cases: Cases) -> list[str]:
-    """Return lines of Python that hold the states and what is expected there.
+def write_test(program: Program, cases: Cases, first: Sequence[str], compare: str) -> str:
+    """Return a Python program that holds the states with what is expected there, and compares.
 
     Args:
         program: what is compared.
         cases: the states.
+        first: what is done before all else.
+        compare: text of main(), which compares.
     """
+    lines = [
+        f'"""Compares {program.name}.py with values of Pinocchio."""',
+        "",
+        "import importlib.util",
+        "import pathlib",
+        "import sys",
+        "",
+        "import numpy as np",
+        "",
+        *first,
+        f'HERE = pathlib.Path(__file__).with_name("{program.name}.py")',
+        *_tables(program, cases),
+    ]
+    return "\n".join([*lines, compare])
+
+
+def _tables(program: Program, cases: Cases) -> list[str]:
     takes = {answer.quantity.name: [*answer.quantity.takes, "p"] for answer in program.answers}
     named = {
         "INPUTS": cases.inputs,

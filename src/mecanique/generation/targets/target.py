@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol, final
+from typing import NamedTuple, Protocol, final
 
 import numpy as np
 
 from mecanique.generation.identifiers import identifiers
+from mecanique.generation.program.listing import Listing, Notation, list_program
 from mecanique.generation.program.program import Answer, Letter, Program
 
-__all__ = ["Cases", "Target", "describe", "symbols_of", "takes_state"]
+__all__ = ["Cases", "Read", "Target", "describe", "list_answer", "symbols_of"]
 
 
 @final
@@ -116,12 +117,45 @@ def symbols_of(program: Program) -> dict[str, tuple[str, ...]]:
     }
 
 
-def takes_state(answer: Answer) -> tuple[str, ...]:
-    """Return the kinds of inputs of an answer, with q and v for y."""
+class Read(NamedTuple):
+    """An input that a function uses: symbol = array[place]; the time is no array."""
+
+    letter: Letter
+    symbol: str
+    array: str
+    place: int
+
+
+def list_answer(
+    program: Program, answer: Answer, notation: Notation, *, stacked: bool = False
+) -> tuple[Listing, list[Read]]:
+    """Return the text of an answer and the inputs that it reads.
+
+    Args:
+        program: the program.
+        answer: one of its answers.
+        notation: of the language.
+        stacked: whether q and v are read from y, even where the answer takes them one by one.
+    """
+    stacked = stacked or "y" in answer.quantity.takes
+    symbols, letters = symbols_of(program), program.letters
+    reads = []
+    for kind in _kinds_of(answer):
+        array = "y" if stacked and kind in ("q", "v") else kind
+        offset = len(letters["q"]) if stacked and kind == "v" else 0
+        for k, (letter, symbol) in enumerate(zip(letters[kind], symbols[kind], strict=True)):
+            reads.append(Read(letter, symbol, array, offset + k))
+    spelled = {read.letter.place: read.symbol for read in reads}
+    listing = list_program(program.tape, answer.values, spelled, notation)
+    return listing, [read for read in reads if read.letter.place in listing.inputs]
+
+
+def _kinds_of(answer: Answer) -> tuple[str, ...]:
+    """Return the kinds of inputs of an answer, with q and v for y, and the parameters."""
     kinds: list[str] = []
     for kind in answer.quantity.takes:
         kinds += ["q", "v"] if kind == "y" else [kind]
-    return tuple(kinds)
+    return (*kinds, "p")
 
 
 def describe(letters: Sequence[Letter]) -> list[str]:
