@@ -80,7 +80,7 @@ ORDER: dict[str, list[str]] = {
         "verdict",
         "closed_form facts given rows",
         "conditioning",
-        "against forms transformation",
+        "against derivations transformation",
         "answers",
         "compare",
         "survey",

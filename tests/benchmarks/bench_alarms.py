@@ -31,7 +31,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification import forms
+from mecanique.verification import derivations
 from mecanique.verification.answers import Answers, ask
 from mecanique.verification.compare import judge
 from mecanique.verification.difference import SMALL, scale
@@ -69,7 +69,7 @@ def count(name: str, seeds: range, samples: int) -> Count:
     found, begin = Count(name), time.process_time()
     setattr(drawing, "_LOT", LOT)  # noqa: B010
     mechanism = textbook.load(name)
-    ours, engine = forms.derive_all(mechanism), Reference(mechanism)
+    ours, engine = derivations.derive_all(mechanism), Reference(mechanism)
     for first in range(seeds.start, seeds.stop, BATCH):
         some = range(first, min(first + BATCH, seeds.stop))
         drawn = [drawing.random_states(mechanism, samples, seed, ours.assumptions) for seed in some]

@@ -12,7 +12,7 @@ from typer.testing import CliRunner, Result
 
 import mecanique as mq
 from mecanique.cli import app
-from mecanique.verification import forms as sources
+from mecanique.verification import derivations as sources
 
 IN_HOUSE = sources.derive_all
 

@@ -47,6 +47,18 @@ def test_the_code_of_every_tree_gives_what_pinocchio_gives(name: str) -> None:
             assert worst <= max(1e-13, verdict.rounded[quantity])
 
 
+def test_a_spring_in_a_screw_pulls_at_its_angle() -> None:
+    bodies = (mq.Body("ground"), mq.Body("nut", mq.cylinder(1.5, 0.1, 0.2)))
+    screw = mq.Helical("screw", "ground", "nut", pitch=0.02)
+    spring = mq.JointSpring("thread", "screw", 3.0, 0.4)
+    press = mq.Mechanism("press", bodies, (screw,), forces=(spring,))
+    sprung = mq.derive(press)
+    verdict = mq.generate(sprung, "python", ("rhs", "forces", "energy")).verdict
+    assert verdict is not None
+    assert max(verdict.worst.values()) <= 1e-12
+    assert sprung.forces([0.5]) == pytest.approx([-3.0 * (0.5 - 0.4)], abs=1e-12)
+
+
 @pytest.mark.parametrize("name", CLOSED)
 def test_the_code_of_every_closed_mechanism_gives_what_pinocchio_gives(name: str) -> None:
     what = ["rhs", "acceleration_by_tau", "energy", "closure"]

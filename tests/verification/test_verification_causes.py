@@ -11,7 +11,7 @@ from verification_injections import INJECTIONS, Theirs, seen, told_by
 
 import mecanique as mq
 from mecanique.model.states import States
-from mecanique.verification import forms as sources
+from mecanique.verification import derivations as sources
 from mecanique.verification.causes.coordinates import state_changes
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.frames import frame_changes

@@ -15,9 +15,9 @@ from mecanique.errors import InputError
 from mecanique.model import Loop, Mechanism
 from mecanique.reference import Reference
 from mecanique.verification import Verdict, verify
-from mecanique.verification import forms as sources
+from mecanique.verification import derivations as sources
+from mecanique.verification.derivations import balances, derive_all, reactions
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.forms import balances, derive_all, reactions
 from mecanique.verification.rows import Values, evaluate, rows_of
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import versions

@@ -28,7 +28,7 @@ from mecanique.model.forces import (
     Spring,
 )
 
-__all__ = ["Along", "Drive", "Elastic", "Law", "Viscous", "laws_of"]
+__all__ = ["Along", "Drive", "Elastic", "Law", "Travel", "Viscous", "laws_of"]
 
 
 class Along(Protocol):
@@ -48,6 +48,25 @@ class Along(Protocol):
 
     def direct(self, slope: Any | None, size: Any | None) -> Any:
         """Return (slope · x + size) e; e is not needed where there is no size."""
+
+
+@final
+@dataclass(frozen=True)
+class Travel:
+    """The coordinate of a joint, which a force acts along, and its rate: numbers of any kind."""
+
+    x: Any
+    rate: Any
+
+    @property
+    def square(self) -> Any:
+        """The coordinate's square."""
+        return self.x * self.x
+
+    def direct(self, slope: Any | None, size: Any | None) -> Any:
+        """Return slope · x + size; what is None is left out."""
+        total: Any = 0.0 if slope is None else slope * self.x
+        return total if size is None else total + size
 
 
 @final

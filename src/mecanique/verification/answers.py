@@ -12,9 +12,9 @@ from mecanique.derivation.numeric.independent import REGULAR
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
-from mecanique.verification import forms
+from mecanique.verification import derivations
 from mecanique.verification.conditioning import rounding
-from mecanique.verification.forms import InHouse
+from mecanique.verification.derivations import InHouse
 from mecanique.verification.rows import TOLERANCE, evaluate, rows_of
 from mecanique.verification.verdict import Row
 from mecanique.wording import say_count
@@ -104,8 +104,8 @@ def ask(
     theirs, notes = evaluate(engine, states), ours.notes
     found: dict[str, dict[str, Array]] = {}
     for name, form in ours.forms.items():
-        some = forms.affordable(name, states) if budget else states
-        light = forms.is_light(name, mechanism)
+        some = derivations.affordable(name, states) if budget else states
+        light = derivations.is_light(name, mechanism)
         if len(some) < len(states):
             without = ", without the mass matrix" if light else ""
             notes = (
@@ -115,16 +115,17 @@ def ask(
             )
         found[name] = evaluate(form, some, light=light)
     if mechanism.loops and not mechanism.rolls:
-        found[_INDEPENDENT], remarks = forms.independent_accelerations(mechanism, states)
+        found[_INDEPENDENT], remarks = derivations.independent_accelerations(mechanism, states)
         notes = (*notes, *remarks)
     if reactions and mechanism.contacts:
-        theirs["contact forces"] = forms.contact_forces(engine, engine, states)
+        theirs["contact forces"] = derivations.contact_forces(engine, engine, states)
         for name in ("recursion", "Newton-Euler"):
-            touching = forms.contact_forces(ours.forms[name], engine, states)
+            touching = derivations.contact_forces(ours.forms[name], engine, states)
             found[name]["contact forces"] = touching
     if reactions and not (mechanism.loops or mechanism.velocity_constraints):
-        for source, values in ((forms.balances(ours), found["Newton-Euler"]), (engine, theirs)):
-            parts = [forms.reactions(source, mechanism, states)]
+        balances = derivations.balances(ours)
+        for source, values in ((balances, found["Newton-Euler"]), (engine, theirs)):
+            parts = [derivations.reactions(source, mechanism, states)]
             # reactions are judged against the contact forces that they balance
             parts += [values["contact forces"]] if mechanism.contacts else []
             values["reactions"] = np.concatenate(parts, axis=1)

@@ -10,7 +10,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification import forms
+from mecanique.verification import derivations
 from mecanique.verification.against import Other, compare_with
 from mecanique.verification.answers import Answers, ask
 from mecanique.verification.causes.search import causes_of
@@ -86,7 +86,7 @@ def compare(
         tolerance: largest relative difference that counts as agreement wherever rounding explains
             less.
     """
-    ours = forms.derive_quickly(mechanism) if quick else forms.derive_all(mechanism)
+    ours = derivations.derive_quickly(mechanism) if quick else derivations.derive_all(mechanism)
     states = random_states(mechanism, samples, seed, ours.assumptions)
     answers = ask(ours, Reference.of(mechanism), mechanism, states, reactions=not quick)
     return judge(mechanism, answers, states, seed, tolerance)

@@ -13,7 +13,7 @@ from typing import Any, final
 
 import numpy as np
 
-from mecanique.derivation.laws import Law, laws_of
+from mecanique.derivation.laws import Law, Travel, laws_of
 from mecanique.derivation.numeric.chart import Motions, efforts_in_joints
 from mecanique.derivation.tree.links import Link, hat, place_of
 from mecanique.model.expression import Scalar, evaluate, symbols_in
@@ -55,23 +55,6 @@ class _Span:
     def direct(self, slope: Any | None, size: Any | None) -> Any:
         along = 0.0 if slope is None else slope * self.reach
         return along if size is None else along + size * self.unit
-
-
-@final
-@dataclass(frozen=True)
-class _Travel:
-    """The coordinate of a joint and its rate, if known, shape (n,)."""
-
-    x: Any
-    rate: Any
-
-    @property
-    def square(self) -> Any:
-        return self.x * self.x
-
-    def direct(self, slope: Any | None, size: Any | None) -> Any:
-        along = 0.0 if slope is None else slope * self.x
-        return along if size is None else along + size
 
 
 @final
@@ -142,7 +125,7 @@ class Loads:
             if isinstance(force, JointLoad):
                 link = self._joint[force.joint]
                 k = self._column[link.velocities[0]]
-                travel = _Travel(move.r[link.coordinates[0]], move.u[:, k])
+                travel = Travel(move.r[link.coordinates[0]], move.u[:, k])
                 for law in self._laws(force, states.values):
                     Q[:, k] -= law.pull(travel)
         return Q
@@ -159,11 +142,11 @@ class Loads:
         for force in self._mechanism.forces:
             if not force.conservative or isinstance(force, BodyLoad):
                 continue
-            along: _Span | _Travel
+            along: _Span | Travel
             if isinstance(force, LineLoad):
                 along = self._span(force, H, None)
             else:
-                along = _Travel(r[self._joint[force.joint].coordinates[0]], None)
+                along = Travel(r[self._joint[force.joint].coordinates[0]], None)
             for law in self._laws(force, self._mechanism.values):
                 if law.kind == "potential":
                     V = law.scalar(along)

@@ -14,31 +14,9 @@ from mecanique.derivation.scalars import elementary
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.scalars.series import Series
 from mecanique.errors import DerivationError, UnknownNameError
+from mecanique.model.expression import FUNCTIONS, numpy_function
 
 __all__ = ["function"]
-
-_NUMPY_NAMES = {
-    "asin": "arcsin",
-    "acos": "arccos",
-    "atan": "arctan",
-    "atan2": "arctan2",
-    "Abs": "abs",
-}
-_NAMES = (
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sqrt",
-    "exp",
-    "log",
-    "Abs",
-    "sign",
-    "tanh",
-)
 
 
 def function(name: str) -> Callable[..., Any]:
@@ -51,12 +29,12 @@ def function(name: str) -> Callable[..., Any]:
         UnknownNameError: if there is no such function.
     """
     if name not in _FUNCTIONS:
-        raise UnknownNameError("function", name, _NAMES)
+        raise UnknownNameError("function", name, FUNCTIONS)
     return _FUNCTIONS[name]
 
 
 def _generic(name: str) -> Callable[..., Any]:
-    on_numbers = getattr(np, _NUMPY_NAMES.get(name, name))
+    on_numbers = numpy_function(name)
 
     def apply(*arguments: Any) -> Any:
         first = next((x for x in arguments if isinstance(x, (Jet, Series))), arguments[0])
@@ -88,4 +66,4 @@ def _as_jet(x: Any, like: Jet) -> Jet:
     return Jet(c)
 
 
-_FUNCTIONS = {name: _generic(name) for name in _NAMES}
+_FUNCTIONS = {name: _generic(name) for name in FUNCTIONS}

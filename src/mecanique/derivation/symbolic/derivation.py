@@ -10,7 +10,7 @@ from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.printing.writers import Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.springs import Assumption
+from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.tie import Tie
 

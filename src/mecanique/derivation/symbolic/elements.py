@@ -69,6 +69,9 @@ class Guiding:
             total([one.force for one in found]), total([one.moment for one in found])
         ).tidy()
 
+    def _balance_on(self, cut: Cut, sizes: Sequence[Series]) -> Wrench:
+        return -self.on(cut, sizes)
+
     def acting_on(self, cut: Cut) -> list[str]:
         """Return the names of the forces that act on a body."""
         found: dict[str, None] = {}
@@ -85,7 +88,7 @@ class Guiding:
         found = []
         for k in range(len(self.names)):
             unit = [ring.number(int(i == k)) for i in range(len(self.names))]
-            found.append(demands(self._cuts, lambda cut, unit=unit: -self.on(cut, unit)))  # type: ignore[misc]
+            found.append(demands(self._cuts, partial(self._balance_on, sizes=unit)))
         return found
 
     def balance_pressing(self) -> list[tuple[Series, dict[str, Wrench]]]:

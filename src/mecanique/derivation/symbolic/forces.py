@@ -9,7 +9,7 @@ from typing import final
 from mecanique.derivation.laws import Law, laws_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
+from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector
 from mecanique.model.forces import AnyForce, BodyLoad, LineLoad, WrenchOnBody

@@ -10,7 +10,7 @@ from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
-from mecanique.derivation.symbolic.springs import Assumption, Span, Travel
+from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
 from mecanique.derivation.symbolic.ties.contacts import Touch, touches
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
 from mecanique.derivation.tree.poses import Matrix, combination, transpose

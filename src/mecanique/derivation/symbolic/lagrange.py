@@ -15,7 +15,7 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, mass_and_bias
 from mecanique.derivation.symbolic.forces import works_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.springs import length_names
+from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.steps import (
     coordinate_stages,
     energy_stages,

@@ -18,7 +18,7 @@ from mecanique.derivation.symbolic.elements import Guiding
 from mecanique.derivation.symbolic.elimination import JointRate, demands, joint_rates, project
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.springs import length_names
+from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.steps import quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.contacts import contact_ties

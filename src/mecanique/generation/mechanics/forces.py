@@ -7,11 +7,10 @@ points, weighted with the forces on them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, final
 
-from mecanique.derivation.laws import laws_of
+from mecanique.derivation.laws import Travel, laws_of
 from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.chart import along
@@ -39,7 +38,7 @@ class _Span:
 
     @cached_property
     def x(self) -> Any:
-        return self._letters.arithmetic.function("sqrt")(self.square)  # type: ignore[misc]  # it has functions
+        return self._letters.call("sqrt", self.square)
 
     @cached_property
     def unit(self) -> Triple:
@@ -56,23 +55,6 @@ class _Span:
         if size is not None:
             total = add(total, scale(size, self.unit))
         return total
-
-
-@final
-@dataclass(frozen=True)
-class _Travel:
-    """The coordinate of a joint."""
-
-    x: Any
-    rate: Any
-
-    @property
-    def square(self) -> Any:
-        return self.x * self.x
-
-    def direct(self, slope: Any | None, size: Any | None) -> Any:
-        total: Any = 0.0 if slope is None else slope * self.x
-        return total if size is None else total + size
 
 
 @final
@@ -121,7 +103,7 @@ class Forces:
                         weights += [-c for c in law.pull(span)]
                 case JointLoad():
                     k = self._column[force.joint]
-                    travel = _Travel(chart.r[self._coordinate[force.joint]], chart.u[k])
+                    travel = Travel(chart.r[self._coordinate[force.joint]], chart.u[k])
                     for law in laws_of(force, self._number):
                         tau[k] = tau[k] - law.pull(travel)
                 case BodyLoad():
@@ -143,7 +125,7 @@ class Forces:
             if isinstance(force, LineLoad):
                 path = self._span(force)
             else:
-                path = _Travel(chart.r[self._coordinate[force.joint]], 0.0)
+                path = Travel(chart.r[self._coordinate[force.joint]], 0.0)
             for law in laws_of(force, self._number):
                 if law.kind == "potential":
                     total = total + law.scalar(path)

@@ -8,7 +8,7 @@ from typing import Any, final
 
 from mecanique.derivation.tree.quaternions import quaternion_rotation
 from mecanique.generation.program.tape import Tape
-from mecanique.generation.program.traced import arithmetic_on, trace
+from mecanique.generation.program.traced import arithmetic_on, trace, value_of
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Letters"]
@@ -80,6 +80,10 @@ class Letters:
             found[name] if name in found else values[f"{name}'"]
             for name in self.mechanism.coordinates
         ]
+
+    def call(self, function: str, *arguments: Any) -> Any:
+        """Return a function's value on the tape, e.g. "sqrt" of one argument."""
+        return trace(self.tape, self.tape.call(function, *map(value_of, arguments)))
 
     def _input(self, name: str) -> Any:
         return trace(self.tape, self.tape.input(name))

@@ -67,11 +67,9 @@ def _demands(letters: Letters, recursion: Recursion, loop: Loop) -> list[Any]:
         frames.append(product(recursion.pose(body), placed))
     A, B = frames
     apart = [b[3] - a[3] for a, b in zip(A, B, strict=True)]
-    function = letters.arithmetic.function
-    assert function is not None, "letters know every function"
     if loop.kind == "distance":
         length = letters.arithmetic(loop.length, letters.values)
-        return [function("sqrt")(dot(apart, apart)) - length]
+        return [letters.call("sqrt", dot(apart, apart)) - length]
     x, y, z = apply_transpose(A, apart)
 
     def turn(i: int, k: int) -> Any:
@@ -81,7 +79,7 @@ def _demands(letters: Letters, recursion: Recursion, loop: Loop) -> list[Any]:
         case "pin":
             return [x, y]
         case "plate":
-            return [x, y, function("atan2")(turn(1, 0), turn(0, 0))]
+            return [x, y, letters.call("atan2", turn(1, 0), turn(0, 0))]
         case "hinge":
             return [x, y, z, -turn(1, 2), turn(0, 2)]
         case "weld":

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from mecanique.generation.program.tape import Tape, Value
+from mecanique.model.expression import numpy_function
 
 __all__ = ["evaluate"]
 
-_NAMES = {
-    "asin": "arcsin",
-    "acos": "arccos",
-    "atan": "arctan",
-    "atan2": "arctan2",
-    "pow": "power",
-    "Abs": "abs",
-    "+": "add",
-    "-": "subtract",
-    "*": "multiply",
-    "/": "divide",
-}
+_ARITHMETIC = {"+": np.add, "-": np.subtract, "*": np.multiply, "/": np.divide}
 
 
 def evaluate(
@@ -46,7 +36,7 @@ def evaluate(
         if kind == "input":
             found[place] = np.asarray(inputs[name], dtype=float)
         else:
-            function: Callable[..., Any] = getattr(np, _NAMES.get(kind, kind))
+            function = _ARITHMETIC.get(kind) or numpy_function(kind)
             found[place] = function(*map(value, operands))
     columns = [np.broadcast_to(value(output), (states,)) for output in outputs]
     return np.stack(columns, axis=-1) if columns else np.zeros((states, 0))

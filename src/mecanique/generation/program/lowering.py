@@ -86,11 +86,11 @@ class Lowering:
     def _in_velocities(self, terms: dict[tuple[int, ...], Value]) -> Value:
         """A polynomial in the velocities."""
         tape, total = self._tape, []
-        square = {
+        square: dict[tuple[int, ...], float] = {
             speeds: c for speeds, c in terms.items() if len(speeds) == 2 and isinstance(c, float)
         }
         if len(square) > 1:
-            total.append(self._squares(square))  # type: ignore[arg-type]  # floats, as just selected
+            total.append(self._squares(square))
         for speeds, c in terms.items():
             if len(square) > 1 and speeds in square:
                 continue

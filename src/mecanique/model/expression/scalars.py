@@ -19,6 +19,7 @@ __all__ = [
     "coordinate",
     "evaluate",
     "finite",
+    "numpy_function",
     "plain",
     "symbols_in",
     "time",
@@ -54,6 +55,7 @@ _NUMPY_NAMES = {
     "atan": "arctan",
     "atan2": "arctan2",
     "Abs": "abs",
+    "pow": "power",
 }
 
 
@@ -168,9 +170,9 @@ def evaluate(
     if scalar.is_Pow and scalar.exp.is_number:
         base = evaluate(scalar.base, values, function=function, number=number)
         if scalar.exp == _half():
-            return (function or _numpy_function)("sqrt")(base)
+            return (function or numpy_function)("sqrt")(base)
         if scalar.exp == -_half():
-            return 1 / (function or _numpy_function)("sqrt")(base)
+            return 1 / (function or numpy_function)("sqrt")(base)
         return base ** (int(scalar.exp) if scalar.exp.is_Integer else float(scalar.exp))
     terms = [evaluate(term, values, function=function, number=number) for term in scalar.args]
     if scalar.is_Add:
@@ -185,7 +187,7 @@ def evaluate(
     name = type(scalar).__name__
     if name not in FUNCTIONS:
         raise InputError(f"expected functions among {', '.join(FUNCTIONS)}, got {name} in {scalar}")
-    return (function or _numpy_function)(name)(*terms)
+    return (function or numpy_function)(name)(*terms)
 
 
 def compile_scalars(
@@ -223,7 +225,8 @@ def _half() -> Any:
     return Rational(1, 2)
 
 
-def _numpy_function(name: str) -> Callable[..., Any]:
+def numpy_function(name: str) -> Callable[..., Any]:
+    """Return numpy's function of a sympy name, e.g. arcsin for "asin"."""
     function: Callable[..., Any] = getattr(np, _NUMPY_NAMES.get(name, name))
     return function
 
@@ -241,7 +244,7 @@ def finite(value: object, what: str) -> float:
     try:
         if isinstance(value, (bool, str)):
             raise TypeError
-        number = float(value)  # type: ignore[arg-type]  # anything with __float__ is welcome, the rest raises
+        number = float(value)  # type: ignore[arg-type]  # what has no __float__ raises
     except (TypeError, ValueError, OverflowError):
         raise InputError(f"expected a finite number for {what}, got {value!r}") from None
     if not math.isfinite(number):

@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.generation.program.half_angles import by_tangents
 from mecanique.generation.program.tape import Tape, Value
+from mecanique.model.expression import FUNCTIONS, numpy_function
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.steps import RightHandSide
 
@@ -18,14 +19,6 @@ __all__ = ["Batched", "overwriting", "owning", "scalar", "vectorize"]
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
 
-_NUMPY = {
-    "asin": "arcsin",
-    "acos": "arccos",
-    "atan": "arctan",
-    "atan2": "arctan2",
-    "pow": "power",
-    "Abs": "abs",
-}
 _DEEPEST = 40
 
 
@@ -97,30 +90,12 @@ def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
             "    return rhs",
         ]
     )
-    space: dict[str, Any] = {
-        name: getattr(np, _NUMPY.get(name, name)) for name in _FUNCTIONS
-    } | _signals(program)
+    space: dict[str, Any] = {name: numpy_function(name) for name in (*FUNCTIONS, "pow")} | _signals(
+        program
+    )
     exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
     rhs: Batched = space["build"](*values)
     return rhs
-
-
-_FUNCTIONS = (
-    "sin",
-    "cos",
-    "tan",
-    "sqrt",
-    "exp",
-    "log",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "pow",
-    "tanh",
-    "Abs",
-    "sign",
-)
 
 
 def _signals(program: Program) -> dict[str, Any]:

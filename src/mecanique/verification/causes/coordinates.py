@@ -91,7 +91,7 @@ def _rebuild(
     evidence: Evidence, kind: str, where: str, text: str, **fields: object
 ) -> Iterator[Change]:
     try:
-        mechanism = replace(evidence.mechanism, **fields)  # type: ignore[arg-type]  # fields of it, by name
+        mechanism = replace(evidence.mechanism, **fields)  # type: ignore[arg-type]  # its own
         if mechanism.velocities == evidence.mechanism.velocities:
             answers = evidence.answers(Recursion(mechanism), evidence.inputs, mechanism=mechanism)
             yield Change(kind, where, text, answers)

@@ -15,7 +15,7 @@ from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.cosines import over_length, root_of_square
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
-from mecanique.derivation.symbolic.springs import Assumption
+from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, cross, dot, lift, total, zero
 from mecanique.derivation.tree.poses import combination, origin, product, transpose

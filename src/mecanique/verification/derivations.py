@@ -13,7 +13,7 @@ from mecanique.derivation.equations import Equations
 from mecanique.derivation.numeric.independent import Reduced
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.symbolic.derivation import Derivation
-from mecanique.derivation.symbolic.springs import Assumption
+from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.errors import DerivationError
 from mecanique.model.contacts import row_names
 from mecanique.model.mechanism import Mechanism
