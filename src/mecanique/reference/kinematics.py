@@ -155,7 +155,7 @@ class Kinematics(Answering):
     def center_of_mass(
         self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
     ) -> PointMotion:
-        """Return how the center of mass of the bodies that can move does so, world axes.
+        """Return how the center of mass of the bodies that can move moves, world axes.
 
         Args:
             q: shape (nq,).
