@@ -23,6 +23,8 @@ from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import versions
 
 TREES = [name for name in textbook.names() if not textbook.load(name).loops]
+UNREADABLE = ("whipple_bicycle",)
+"""Systems whose equations are too long to be written out, or not in closed form."""
 WITHOUT_CONTACTS = tuple(quantity for quantity in QUANTITIES if quantity != "contact forces")
 
 
@@ -34,13 +36,10 @@ def test_every_textbook_system_agrees(name: str) -> None:
     assert verdict.worst < 1e-10, str(verdict)
     expected = QUANTITIES if mechanism.contacts else WITHOUT_CONTACTS
     assert {row.quantity for row in verdict.rows} == set(expected)
-    assert {row.sources for row in verdict.rows} == {
-        ("Newton-Euler", "Pinocchio"),
-        ("closed form", "Pinocchio"),
-        ("jets", "Pinocchio"),
-        ("recursion", "Pinocchio"),
-        ("virtual work", "Pinocchio"),
-    }
+    forms = {"Newton-Euler", "jets", "recursion", "virtual work"}
+    if name not in UNREADABLE:
+        forms.add("closed form")
+    assert {row.sources for row in verdict.rows} == {(form, "Pinocchio") for form in forms}
     assert all(row.remark == "" for row in verdict.rows), str(verdict)
 
 

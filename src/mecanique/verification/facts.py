@@ -235,6 +235,13 @@ class _Bench:
         for k in np.argsort(worth)[: self.samples]:
             yield states.q[k], states.v[k], float(states.t[k])
 
+    def aside(self, q: Array, v: Array) -> Array:
+        """Return the accelerations also where loops are open, next to where they are closed."""
+        closed = self.reference.closed
+        if closed is None or self.source != "reference":
+            return np.asarray(self.dynamics.acceleration(q, v, 0.0))
+        return np.asarray(closed.solve(q, v, 0.0).acceleration)
+
     def slope(self, t: float, y: Array) -> Array:
         """Return the rates of [q, v]."""
         q, v = y[: self.mechanism.nq], y[self.mechanism.nq :]
@@ -427,9 +434,7 @@ def _state_matrix(bench: _Bench, at: State) -> Array:
             f"expected a system without quaternions for eigenvalues, got {bench.mechanism.name!r}"
         )
     n = len(q)
-    lower = _jacobian(
-        lambda y: bench.dynamics.acceleration(y[:n], y[n:], 0.0), np.concatenate((q, v))
-    )
+    lower = _jacobian(lambda y: bench.aside(y[:n], y[n:]), np.concatenate((q, v)))
     return np.block([[np.zeros((n, n)), np.eye(n)], [lower]])
 
 
