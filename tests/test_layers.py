@@ -33,6 +33,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "model": [
         "expression",
+        "dimensions",
         "coordinates parameters placement quaternions values velocity_constraints",
         "bodies contacts forces joints loops",
         "elements",
@@ -44,7 +45,12 @@ ORDER: dict[str, list[str]] = {
     "model.expression": ["scalars", "functions"],
     "model.free_body": ["attitude", "state"],
     "model.bodies": ["visuals", "shapes", "body"],
-    "model.mechanism": ["description", "state_space validation variants", "mechanism"],
+    "model.mechanism": [
+        "description",
+        "homogeneity state_space variants",
+        "validation",
+        "mechanism",
+    ],
     "textbook": ["facts", "system", "systems", "catalogue", "register"],
     "urdf": [
         "dialect element limits names robots",

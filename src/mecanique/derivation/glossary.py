@@ -121,4 +121,4 @@ def _along(axis: tuple[float, float, float], joint: Joint | Single) -> str:
 
 
 def _sentence(meaning: str, unit: str) -> str:
-    return meaning if unit == "1" else f"{meaning} [{unit}]"
+    return meaning if unit in ("", "1") else f"{meaning} [{unit}]"

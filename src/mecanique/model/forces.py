@@ -55,6 +55,7 @@ class Stated:
         varies: whether it may depend on the state, time and inputs, not on parameters alone.
         positive: whether it must not be negative.
         length: whether it is a length or a point [m].
+        units: its unit; of a force in a joint, on a slide and about an axis.
     """
 
     name: str
@@ -62,17 +63,31 @@ class Stated:
     varies: bool
     positive: bool
     length: bool
+    units: tuple[str, ...]
 
 
-_Trait: TypeAlias = Mapping[str, bool]
+_Trait: TypeAlias = Mapping[str, Any]
 """Metadata of a field that states scalars."""
 
 _CONSTANT: _Trait = {"vector": False, "varies": False, "positive": False, "length": False}
-_POSITIVE = {**_CONSTANT, "positive": True}
-_LENGTH = {**_POSITIVE, "length": True}
-_POINT = {**_CONSTANT, "vector": True, "length": True}
-_VARIABLE = {**_CONSTANT, "varies": True}
-_VECTOR = {**_VARIABLE, "vector": True}
+_LENGTH = {**_CONSTANT, "positive": True, "length": True, "units": ("m",)}
+_POINT = {**_CONSTANT, "vector": True, "length": True, "units": ("m",)}
+
+
+def _constant(*units: str) -> _Trait:
+    return {**_CONSTANT, "units": units}
+
+
+def _positive(*units: str) -> _Trait:
+    return {**_CONSTANT, "positive": True, "units": units}
+
+
+def _variable(*units: str) -> _Trait:
+    return {**_CONSTANT, "varies": True, "units": units}
+
+
+def _vector(unit: str) -> _Trait:
+    return {**_variable(unit), "vector": True}
 
 
 @dataclass(frozen=True)
@@ -119,6 +134,7 @@ class _Force(ABC):
                 each.metadata["varies"],
                 each.metadata["positive"],
                 each.metadata["length"],
+                each.metadata["units"],
             )
             for each in fields(self)
             if each.metadata
@@ -253,7 +269,7 @@ class Spring(LineLoad):
     conservative = True
     letter = "stiffness"
 
-    stiffness: Scalar = field(metadata=_POSITIVE)
+    stiffness: Scalar = field(metadata=_positive("N/m"))
     free_length: Scalar = field(default=0.0, metadata=_LENGTH)
 
 
@@ -274,7 +290,7 @@ class Damper(LineLoad):
     kind = "damper"
     letter = "damping"
 
-    damping: Scalar = field(metadata=_POSITIVE)
+    damping: Scalar = field(metadata=_positive("N·s/m"))
 
 
 @final
@@ -293,8 +309,8 @@ class JointSpring(JointLoad):
     conservative = True
     letter = "stiffness"
 
-    stiffness: Scalar = field(metadata=_POSITIVE)
-    reference: Scalar = field(default=0.0, metadata=_CONSTANT)
+    stiffness: Scalar = field(metadata=_positive("N/m", "N·m/rad"))
+    reference: Scalar = field(default=0.0, metadata=_constant("m", "rad"))
 
 
 @final
@@ -311,7 +327,7 @@ class JointDamper(JointLoad):
     kind = "damper"
     letter = "damping"
 
-    damping: Scalar = field(metadata=_POSITIVE)
+    damping: Scalar = field(metadata=_positive("N·s/m", "N·m·s/rad"))
 
 
 @final
@@ -328,7 +344,7 @@ class JointForce(JointLoad):
     kind = "load"
     letter = "force"
 
-    force: Scalar = field(metadata=_VARIABLE)
+    force: Scalar = field(metadata=_variable("N", "N·m"))
 
 
 @final
@@ -348,7 +364,7 @@ class Force(BodyLoad):
     letter = "force"
 
     point: Point = field(metadata=_POINT)
-    force: Point = field(metadata=_VECTOR)
+    force: Point = field(metadata=_vector("N"))
     axes: str = "world"
 
     @property
@@ -372,7 +388,7 @@ class Torque(BodyLoad):
     kind = "load"
     letter = "torque"
 
-    torque: Point = field(metadata=_VECTOR)
+    torque: Point = field(metadata=_vector("N·m"))
     axes: str = "world"
 
     @property

@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.errors import InputError
+from mecanique.model.dimensions import read_unit
 from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
 
 __all__ = ["Input", "Parameter", "Record"]
@@ -83,20 +84,22 @@ class Parameter(_Named):
     Args:
         symbol: the letter it has in equations, e.g. "m1".
         value: its number, in the unit.
-        unit: its SI unit, e.g. "kg"; "1" for a pure number.
+        unit: its SI unit, e.g. "kg", against which expressions are checked; "1" for a pure number;
+            where none is given, the unit that its places ask for.
         meaning: what it is, in a few words.
 
     Raises:
-        InputError: if the symbol is empty or the value is not finite.
+        InputError: if the symbol is empty, the value is not finite or the unit no SI unit.
     """
 
     symbol: str
     value: float
-    unit: str = "1"
+    unit: str = ""
     meaning: str = ""
 
     def __post_init__(self) -> None:
         _check_symbol(self.symbol, "parameter")
+        _check_unit(self.unit, f"parameter {self.symbol!r}")
         object.__setattr__(self, "value", finite(self.value, f"parameter {self.symbol}"))
 
     def with_value(self, value: float) -> Parameter:
@@ -147,17 +150,18 @@ class Input(_Named):
     Args:
         symbol: the letter it has in equations, e.g. "F".
         signal: a number, an expression in t and parameters, a `Record`, or a function of t [s].
-        unit: its SI unit.
+        unit: its SI unit, as of a `Parameter`.
         meaning: what it is, in a few words.
     """
 
     symbol: str
     signal: Scalar | Record | Callable[[float], float] = 0.0
-    unit: str = "1"
+    unit: str = ""
     meaning: str = ""
 
     def __post_init__(self) -> None:
         _check_symbol(self.symbol, "input")
+        _check_unit(self.unit, f"input {self.symbol!r}")
         if self.signal is time or not callable(self.signal):
             signal = plain(self.signal)
             object.__setattr__(
@@ -199,6 +203,16 @@ def _check_symbol(symbol: object, kind: str) -> None:
         )
     if symbol == "t":
         raise InputError(f"expected another symbol for a {kind} than 't', which is time")
+
+
+def _check_unit(unit: object, where: str) -> None:
+    if not isinstance(unit, str):
+        raise InputError(f"{where}: expected its unit as text, e.g. 'kg', got {unit!r}")
+    if unit:
+        try:
+            read_unit(unit)
+        except InputError as error:
+            raise InputError(f"{where}: {error}") from None
 
 
 def _exact(other: Scalar) -> Scalar:

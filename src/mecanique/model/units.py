@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from mecanique.model.contacts import Rolling
-from mecanique.model.expression import Scalar, symbols_in
+from mecanique.model.dimensions import PURE, Dimension, say_unit
+from mecanique.model.expression import Scalar
 from mecanique.model.forces import LineLoad
 from mecanique.model.joints import UNITS
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.homogeneity import dimensions_of
 
 __all__ = ["add_unit", "characteristic_length", "per_second", "units", "velocity_scales"]
 
@@ -19,8 +23,7 @@ _NONE = 1e-6
 def units(mechanism: Mechanism) -> dict[str, str]:
     """Return the unit of each coordinate and velocity, by name; "" where it is unknown.
 
-    A generalized coordinate that is no joint's own has the unit of a joint coordinate that follows
-    it by a pure number, or rad where it stands in an angle's place.
+    A generalized coordinate that is no joint's own has the unit that the coordinate map asks for.
     """
     own: dict[str, str] = {}
     quasi: dict[str, str] = {}
@@ -29,9 +32,10 @@ def units(mechanism: Mechanism) -> dict[str, str]:
         if joint.quaternion:
             quasi |= dict.fromkeys(joint.linear_velocities, "m/s")
             quasi |= dict.fromkeys(joint.angular_velocities, "rad/s")
+    inferred = dimensions_of(mechanism).states
     for name in mechanism.coordinates:
         if name not in own:
-            own[name] = _infer_unit(mechanism, name, own)
+            own[name] = _infer_unit(mechanism, name, inferred)
     found = {name: own[name] for name in mechanism.coordinates}
     for name in mechanism.velocities:
         found[name] = quasi[name] if name in quasi else per_second(own[name[:-1]])
@@ -79,27 +83,9 @@ def add_unit(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if unit else name
 
 
-def _infer_unit(mechanism: Mechanism, name: str, own: dict[str, str]) -> str:
-    from sympy import Symbol
-
-    symbol = Symbol(name)
-    for follower, expression in mechanism.coordinates.driven.items():
-        if name not in symbols_in(expression):
-            continue
-        if not symbols_in(slope := expression.diff(symbol)) and slope.is_number:
-            return own[follower]
-        if any(_turns(part, symbol) for part in expression.atoms(*_angles())):
-            return "rad"
-    return ""
-
-
-def _angles() -> tuple[type, ...]:
-    from sympy import cos, sin, tan
-
-    return (sin, cos, tan)
-
-
-def _turns(part: Scalar, symbol: Scalar) -> bool:
-    """Whether a symbol stands in an angle's place by a pure number."""
-    slope = part.args[0].diff(symbol)
-    return bool(slope.is_number and slope != 0)
+def _infer_unit(mechanism: Mechanism, name: str, inferred: Mapping[str, Dimension]) -> str:
+    if name not in inferred:
+        return ""
+    if inferred[name] != PURE:
+        return say_unit(inferred[name])
+    return "rad"

@@ -146,7 +146,7 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
     yield f"{mechanism.name}, written by mecanique; SI units, angles in radians"
     for parameter in mechanism.parameters:
         meaning = f": {parameter.meaning}" if parameter.meaning else ""
-        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
         yield f"{parameter.symbol} = {number(parameter.value, parameter.symbol)}{unit}{meaning}"
     gravity = numbers(mechanism.evaluate_all(mechanism.gravity), "gravity")
     yield f"gravity along x, y, z: {gravity} m/s² (not part of URDF)"
@@ -162,7 +162,7 @@ def _preface(mechanism: Mechanism) -> Iterator[str]:
     yield from loads
     for signal in mechanism.inputs:
         given = "a function of t" if callable(signal.signal) else format_scalars(signal.signal)
-        unit = "" if signal.unit == "1" else f" [{signal.unit}]"
+        unit = "" if signal.unit in ("", "1") else f" [{signal.unit}]"
         meaning = f": {signal.meaning}" if signal.meaning else ""
         yield f"{signal.symbol} = {given}{unit}{meaning}"
 

@@ -15,6 +15,7 @@ from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbo
 from mecanique.model.forces import JointLoad
 from mecanique.model.joints import Planar, Prismatic, Revolute, Single
 from mecanique.model.mechanism.description import Description
+from mecanique.model.mechanism.homogeneity import find_mismatches
 from mecanique.model.velocity_constraints import is_integrable
 
 __all__ = ["faults", "inertia_fault"]
@@ -32,6 +33,7 @@ def faults(mechanism: Description) -> list[str]:
     found += [*_contacts(mechanism), *_velocity_constraints(mechanism), *_elements(mechanism)]
     # values can be judged only when every symbol is known
     return found or [
+        *find_mismatches(mechanism),
         *_bodies(mechanism),
         *_gravity(mechanism),
         *_constants(mechanism),

@@ -41,7 +41,7 @@ def build(
         bodies=(
             Body("ground"),
             # a disk of radius 0.2 m that has the moment of inertia J
-            Body("spindle", disk(50 * J, 0.2)),
+            Body("spindle", disk(50.0 * J, 0.2)),
             Body("arm1", bar(l), particle(m, (0, 0, -l))),
             Body("arm2", bar(l), particle(m, (0, 0, -l))),
             Body("sleeve", particle(M)),

@@ -1,0 +1,225 @@
+"""Units: every expression of a mechanism is in the unit that its place asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import final
+
+from mecanique.model.bodies.shapes import Shape
+from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
+from mecanique.model.contacts import Rolling
+from mecanique.model.dimensions import (
+    PURE,
+    Dimension,
+    Dimensions,
+    HomogeneityError,
+    divide,
+    read_unit,
+    say_unit,
+)
+from mecanique.model.elements import Cord, Gear, Rack
+from mecanique.model.expression import Scalar, symbols_in
+from mecanique.model.forces import JointLoad
+from mecanique.model.joints import UNITS, Single
+from mecanique.model.mechanism.description import Description
+from mecanique.model.placement import Placement
+
+__all__ = ["dimensions_of", "find_mismatches"]
+
+
+@final
+@dataclass(frozen=True)
+class _Place:
+    """Expressions of one kind, where they stand and the unit they are to have."""
+
+    where: str
+    scalars: tuple[Scalar, ...]
+    unit: str
+
+
+def find_mismatches(m: Description) -> list[str]:
+    """Return where a mechanism's expressions are not in the unit that their place asks for."""
+    dimensions = dimensions_of(m)
+    if not dimensions.declared:
+        return []
+    found = []
+    for place in _places(m, dimensions):
+        try:
+            for scalar in place.scalars:
+                if not isinstance(scalar, float):
+                    dimensions.refuse(scalar, place.unit)
+        except HomogeneityError as error:
+            found.append(f"{place.where}: {error}")
+    return [*found, *_sums(m, dimensions)]
+
+
+def dimensions_of(m: Description) -> Dimensions:
+    """Return the dimensions of a mechanism's letters: parameters, inputs, q, v and t.
+
+    A generalized coordinate that is no joint's own has that which the coordinate map asks for.
+    """
+    declared = {each.symbol: read_unit(each.unit) for each in m.parameters if each.unit}
+    declared |= {each.symbol: read_unit(each.unit) for each in m.inputs if each.unit}
+    states: dict[str, Dimension] = {"t": read_unit("s")}
+    for joint in m.joints:
+        for name, kind in zip(joint.coordinates, joint.kinds, strict=True):
+            states[name] = read_unit(UNITS[kind])
+        states |= dict.fromkeys(joint.linear_velocities, read_unit("m/s"))
+        states |= dict.fromkeys(joint.angular_velocities, read_unit("rad/s"))
+    for name in m.coordinates.names:
+        if name not in states:
+            its = _infer(m, name, Dimensions(declared, dict(states)))
+            if its is not None:
+                states[name] = its
+                states[f"{name}'"] = divide(its, read_unit("s"))
+    return Dimensions(declared, states)
+
+
+def _infer(m: Description, name: str, known: Dimensions) -> Dimension | None:
+    for follower, expression in m.coordinates.driven.items():
+        place = known.states.get(follower)
+        found = None if place is None else _solve(expression, place, name, known)
+        if found is not None:
+            return found
+    return None
+
+
+def _solve(scalar: Scalar, its: Dimension, name: str, known: Dimensions) -> Dimension | None:
+    """The dimension of a symbol by that of an expression it stands in, where this settles it."""
+    if scalar.is_Symbol:
+        return its
+    parts = [part for part in scalar.args if name in symbols_in(part)]
+    if scalar.is_Mul:
+        if len(parts) != 1:
+            return None
+        try:
+            rest = known.of(scalar / parts[0])
+        except HomogeneityError:
+            return None
+        return None if rest is None else _solve(parts[0], divide(its, rest), name, known)
+    if scalar.is_Pow and scalar.exp.is_Rational:
+        its = tuple(x / Fraction(int(scalar.exp.p), int(scalar.exp.q)) for x in its)
+    elif scalar.is_Function:
+        its = PURE
+    elif not scalar.is_Add:
+        return None
+    for part in parts:
+        found = _solve(part, its, name, known)
+        if found is not None:
+            return found
+    return None
+
+
+def _places(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
+    yield _Place("gravity", m.gravity, "m/s²")
+    for body in m.bodies:
+        for shape in body.shapes:
+            yield from _of_shape(f"body {body.name!r}", shape)
+    for joint in m.joints:
+        where = f"joint {joint.name!r}"
+        yield from _of_frame(f"{where}: its origin", joint.origin)
+        if isinstance(joint, Single):
+            unit = "kg·m²" if joint.turns else "kg"
+            yield _Place(f"{where}: its armature", (joint.armature,), unit)
+    yield from _of_coordinates(m, dimensions)
+    yield from _of_forces(m)
+    for loop in m.loops:
+        yield from _of_loop(f"loop {loop.name!r}", (loop.frame_a, loop.frame_b), loop.length)
+    for contact in m.contacts:
+        where = f"contact {contact.name!r}"
+        if isinstance(contact, Rolling):
+            yield _Place(f"{where}: its radius", (contact.radius,), "m")
+            yield _Place(f"{where}: its crown", (contact.crown,), "m")
+            yield _Place(f"{where}: its center", tuple(contact.center), "m")
+            yield from _of_frame(f"{where}: its plane", contact.plane)
+        else:
+            yield _Place(f"{where}: its point", tuple(contact.point), "m")
+    yield from _of_elements(m)
+
+
+def _of_shape(where: str, shape: Shape) -> Iterator[_Place]:
+    yield _Place(f"{where}: its mass", (shape.mass,), "kg")
+    yield _Place(f"{where}: its center of mass", shape.center, "m")
+    yield _Place(f"{where}: its inertia", shape.inertia, "kg·m²")
+    for visual in shape.visuals:
+        yield _Place(f"{where}: what is drawn of it", _edges(visual.geometry), "m")
+        yield from _of_frame(f"{where}: the place of what is drawn of it", visual.placement)
+
+
+def _edges(geometry: Geometry) -> tuple[Scalar, ...]:
+    if isinstance(geometry, Box):
+        return geometry.size
+    if isinstance(geometry, Cylinder):
+        return geometry.radius, geometry.length
+    return (geometry.radius,) if isinstance(geometry, Sphere) else ()
+
+
+def _of_frame(where: str, frame: Placement) -> Iterator[_Place]:
+    yield _Place(where, frame.xyz, "m")
+    yield _Place(f"{where}, its angles", frame.rpy, "rad")
+
+
+def _of_loop(where: str, frames: Iterable[Placement], length: Scalar) -> Iterator[_Place]:
+    for frame in frames:
+        yield from _of_frame(f"{where}: its frame", frame)
+    yield _Place(f"{where}: its length", (length,), "m")
+
+
+def _of_coordinates(m: Description, dimensions: Dimensions) -> Iterator[_Place]:
+    units = {
+        name: UNITS[kind]
+        for joint in m.joints
+        for name, kind in zip(joint.coordinates, joint.kinds, strict=True)
+    }
+    for name, expression in m.coordinates.driven.items():
+        yield _Place(f"the map of coordinate {name!r}", (expression,), units[name])
+    for name, limits in m.coordinates.intervals.items():
+        its = dimensions.states.get(name)
+        if its is not None:
+            yield _Place(f"the limits of coordinate {name!r}", limits, say_unit(its))
+    for signal in m.inputs:
+        if signal.unit and not callable(signal.signal):
+            yield _Place(f"input {signal.symbol!r}", (signal.signal,), signal.unit)
+
+
+def _of_forces(m: Description) -> Iterator[_Place]:
+    turns = {joint.name: isinstance(joint, Single) and joint.turns for joint in m.joints}
+    for force in m.forces:
+        about = isinstance(force, JointLoad) and turns[force.joint]
+        for stated in force.stated:
+            unit = stated.units[-1 if about else 0]
+            yield _Place(f"force {force.name!r}: its {stated.name}", stated.scalars, unit)
+
+
+def _of_elements(m: Description) -> Iterator[_Place]:
+    for element in m.elements:
+        where = f"element {element.name!r}"
+        if isinstance(element, Cord):
+            for stop in element.stops:
+                yield _Place(f"{where}: a point of it", tuple(stop.center), "m")
+                yield _Place(f"{where}: a radius of it", (stop.radius,), "m")
+        elif isinstance(element, (Gear, Rack)):
+            yield _Place(f"{where}: its radius", (element.radius,), "m")
+            yield _Place(f"{where}: its pressure angle", (element.pressure_angle,), "rad")
+            if isinstance(element, Gear):
+                yield _Place(f"{where}: its other radius", (element.other_radius,), "m")
+            else:
+                yield _Place(f"{where}: its point", tuple(element.point), "m")
+        else:
+            frames = (element.frame_a, element.frame_b)
+            yield from _of_loop(where, frames, element.length)
+
+
+def _sums(m: Description, dimensions: Dimensions) -> Iterator[str]:
+    """Σ A_i v_i = b of the velocity constraints: all terms in one unit."""
+    from sympy import Symbol
+
+    for constraint in m.velocity_constraints:
+        pairs = zip(m.velocities, constraint.along(m.velocities), strict=True)
+        total = sum(A * Symbol(name) for name, A in pairs) - constraint.rate
+        try:
+            dimensions.of(total)
+        except HomogeneityError as error:
+            yield f"velocity constraint {constraint.name!r}: {error}"
