@@ -55,6 +55,7 @@ def test_the_faulty_urdf_is_mended_step_by_step(
     assert "hinge" in read
 
 
+@pytest.mark.slow
 def test_the_ensemble_is_run_by_processes_of_dask(tmp_path: Path) -> None:
     """As a program of its own: Dask's processes read the file again."""
     pytest.importorskip("distributed")

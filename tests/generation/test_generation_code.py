@@ -18,6 +18,8 @@ from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 
 TREES = [name for name in mq.textbook.names() if not mq.textbook.load(name).constrained]
+QUICK = {"crane", "double_pendulum", "foucault_pendulum", "free_rigid_body", "two_blocks"}
+"""Compiled in every run; the others where slow tests run."""
 CLOSED = [name for name in mq.textbook.names() if mq.textbook.load(name).loops]
 OF_TREES = (
     "rhs",
@@ -36,15 +38,27 @@ def equations(name: str) -> mq.Equations:
     return mq.derive(mq.textbook.load(name))
 
 
+def assert_code_agrees(name: str, target: str) -> None:
+    verdict = mq.generate(equations(name), target, OF_TREES).verdict
+    assert verdict is not None
+    assert verdict.samples == 100
+    assert verdict.worst.keys() == set(OF_TREES)
+    for quantity, worst in verdict.worst.items():
+        assert worst <= max(1e-13, verdict.rounded[quantity])
+
+
 @pytest.mark.parametrize("name", TREES)
-def test_the_code_of_every_tree_gives_what_pinocchio_gives(name: str) -> None:
-    for target in ("c", "javascript", "python"):
-        verdict = mq.generate(equations(name), target, OF_TREES).verdict
-        assert verdict is not None
-        assert verdict.samples == 100
-        assert verdict.worst.keys() == set(OF_TREES)
-        for quantity, worst in verdict.worst.items():
-            assert worst <= max(1e-13, verdict.rounded[quantity])
+def test_the_python_code_of_every_tree_gives_what_pinocchio_gives(name: str) -> None:
+    assert_code_agrees(name, "python")
+
+
+COMPILED = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in TREES]
+
+
+@pytest.mark.parametrize("target", ["c", "javascript"])
+@pytest.mark.parametrize("name", COMPILED)
+def test_the_compiled_code_of_every_tree_gives_what_pinocchio_gives(name: str, target: str) -> None:
+    assert_code_agrees(name, target)
 
 
 def test_a_spring_in_a_screw_pulls_at_its_angle() -> None:
@@ -270,7 +284,7 @@ def test_python_text_runs_without_the_package(tmp_path: Path) -> None:
     assert done.stdout.startswith("rhs ")
 
 
-@pytest.mark.parametrize("target", ["jax", "casadi"])
+@pytest.mark.parametrize("target", [pytest.param("jax", marks=pytest.mark.slow), "casadi"])
 @pytest.mark.parametrize("name", ["double_pendulum", "two_blocks", "free_rigid_body", "crane"])
 def test_the_code_for_jax_and_casadi_gives_what_pinocchio_gives(target: str, name: str) -> None:
     pytest.importorskip(target)
@@ -279,6 +293,7 @@ def test_the_code_for_jax_and_casadi_gives_what_pinocchio_gives(target: str, nam
     assert max(verdict.worst.values()) < 2e-13
 
 
+@pytest.mark.slow
 def test_jax_and_casadi_differentiate_the_code(tmp_path: Path) -> None:
     casadi = pytest.importorskip("casadi")
     jax = pytest.importorskip("jax")

@@ -200,6 +200,7 @@ def test_an_audit_reads_as_a_table() -> None:
         audit["energi"]
 
 
+@pytest.mark.slow
 def test_a_chaotic_motion_is_trusted_only_so_far() -> None:
     motion = mq.simulate(
         mq.textbook.load("double_pendulum"), q=[2.0, 1.5], duration=12.0, rtol=1e-8

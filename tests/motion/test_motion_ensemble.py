@@ -192,6 +192,7 @@ def fatal(part: Part) -> Any:
     return run_part(part)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="no signals")
 def test_a_killed_worker_loses_nothing_that_is_done(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -300,6 +301,7 @@ def test_refusals(options: dict[str, Any], message: str) -> None:
         mq.simulate_many(mq.textbook.load("double_pendulum"), **options)
 
 
+@pytest.mark.slow
 def test_a_dask_cluster_with_a_killed_worker_completes_the_runs(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed")
     import dask

@@ -29,6 +29,7 @@ def test_the_lowest_stable_equilibrium_is_found_from_random_starts(
     assert {key: found[key] for key in place} == pytest.approx(place, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["four_bar_linkage", "governor"])
 def test_no_equilibrium_lies_lower(name: str) -> None:
     mechanism = mq.textbook.load(name)

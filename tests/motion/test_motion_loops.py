@@ -298,6 +298,7 @@ def stiff_slider_crank() -> Mechanism:
     )
 
 
+@pytest.mark.slow
 def test_stiff_loops_are_left_to_an_implicit_method() -> None:
     mechanism, start = stiff_slider_crank(), dict(textbook.entry("slider_crank").start)
     auto = simulate(mechanism, q=start, v={"theta": 3.0}, duration=0.05, rtol=1e-8)
@@ -316,6 +317,7 @@ def test_stiff_loops_are_left_to_an_implicit_method() -> None:
         np.testing.assert_allclose(motion.v[-1], tight.v[-1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_loop_that_is_not_stiff_is_left_to_the_explicit_method() -> None:
     motion = simulate(
         textbook.load("slider_crank"), q=dict(textbook.entry("slider_crank").start), duration=5.0

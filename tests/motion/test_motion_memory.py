@@ -27,6 +27,7 @@ def test_motion_after_motion_keeps_no_integrator_alive(method: str) -> None:
     assert tasks() <= before
 
 
+@pytest.mark.slow
 def test_a_restart_leaves_next_to_nothing_behind() -> None:
     """SciPy 1.17 never frees an integrator that it has run: one a motion, not one a restart."""
     mechanism = mq.textbook.load("four_bar_linkage")

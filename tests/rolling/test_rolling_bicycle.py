@@ -106,6 +106,7 @@ def test_the_linear_equations_of_the_benchmark(speed: float) -> None:
     assert found.stable == (4.3 < speed < 6)
 
 
+@pytest.mark.slow
 def test_weave_and_capsize_speed() -> None:
     """The bicycle is stable between 4.29238253634111 and 6.02426201538837 m/s (ibid., sect. 7)."""
     found = sweep_speeds(bicycle(), {"z": 0.3}, {"x": 1.0}, [4.0, 5.0, 6.5])

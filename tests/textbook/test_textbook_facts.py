@@ -35,7 +35,14 @@ def failures(rows: tuple[FactRow, ...]) -> list[str]:
     return [f"{row.statement}: {row.residual:.1e}" for row in rows if not row.holds]
 
 
-@pytest.mark.parametrize("name", names())
+HEAVY = {"bricard_linkage", "chained_four_bars"}
+"""Tested with other values in every run; with typical ones where slow tests run."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=pytest.mark.slow) if name in HEAVY else name for name in names()],
+)
 def test_facts_hold_for_typical_values(name: str) -> None:
     rows = check(name)
     assert len(rows) == len(entry(name).facts) >= 2
@@ -54,7 +61,7 @@ def test_facts_hold_for_other_values(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in names() if entry(name).options])
-@pytest.mark.parametrize("n", [1, 2, 7])
+@pytest.mark.parametrize("n", [1, 2, pytest.param(7, marks=pytest.mark.slow)])
 def test_facts_hold_for_any_number_of_links(name: str, n: int) -> None:
     assert not failures(check(name, {"n": n}, samples=5))
 

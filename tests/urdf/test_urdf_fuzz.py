@@ -90,7 +90,9 @@ def test_entity_bombs_and_external_entities_end_at_once() -> None:
     "text",
     [
         "<robot name='r'>" + "<a>" * 200_000,
-        "<robot name='r'>" + "<a/>" * (MOST_ELEMENTS + 1) + "</robot>",
+        pytest.param(
+            "<robot name='r'>" + "<a/>" * (MOST_ELEMENTS + 1) + "</robot>", marks=pytest.mark.slow
+        ),
         "<robot name='" + "r" * MOST_BYTES + "'/>",
     ],
     ids=["deep", "many", "large"],
@@ -100,6 +102,7 @@ def test_caps(text: str) -> None:
     assert finding.code == "M004"
 
 
+@pytest.mark.slow
 def test_large_faulty_files_end_soon() -> None:
     """Every fault at every joint of thousands: no step is quadratic."""
     count = 3000
@@ -125,6 +128,7 @@ def test_large_faulty_files_end_soon() -> None:
         assert _seconds(text) < 10
 
 
+@pytest.mark.slow
 def test_long_chains_end_soon() -> None:
     count = 5000
     start = time.process_time()

@@ -475,6 +475,7 @@ def test_numbers_need_no_sympy() -> None:
     assert not done.stdout.strip()
 
 
+@pytest.mark.slow
 def test_long_chains_and_long_mimic_chains() -> None:
     count = 5000
     mechanism = read_urdf(chain("".join(joint(k) for k in range(count)), count))

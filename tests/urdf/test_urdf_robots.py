@@ -55,6 +55,7 @@ def _readable() -> dict[str, mq.Mechanism]:
     return found
 
 
+@pytest.mark.slow
 def test_what_is_written_of_a_robot_is_read_again() -> None:
     """The first writing adds a world link; from then on reading and writing change nothing."""
     readable = _readable()

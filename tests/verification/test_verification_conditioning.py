@@ -36,6 +36,7 @@ def gimbal(tag: str, x: float, mass: float) -> tuple[list[mq.Body], list[mq.Revo
     return bodies, joints
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [11, 17])
 def test_a_rod_between_gimbals_agrees_next_to_gimbal_lock(seed: int) -> None:
     (first, its), (second, others) = gimbal("p", 0.0, 1.0), gimbal("q", 0.3, 2.0)

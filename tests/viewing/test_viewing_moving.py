@@ -81,6 +81,7 @@ def processor_time(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.mark.slow
 def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
     words = [sys.executable, "-m", "mecanique", "view", "panda", "--floating", "--no-browser"]
     run = subprocess.Popen(
