@@ -16,6 +16,7 @@ export class LiveClock {
     this.time = scene.first;
     this.scene = scene;
     this.row = null;
+    this.newest = null;
     this.connect();
   }
 
@@ -54,10 +55,8 @@ export class LiveClock {
       return;
     }
     if (this.leaving) return;
-    this.time = new Float64Array(buffer, 16, 1)[0];
-    this.row = new Float32Array(buffer, 24);
-    this.number = number;
-    this.fresh = true;
+    const [time] = new Float64Array(buffer, 16, 1);
+    this.newest = { time, row: new Float32Array(buffer, 24), number };
   }
 
   hear(state) {
@@ -107,11 +106,13 @@ export class LiveClock {
   }
 
   // Takes the newest frame, if one came since the last picture, and lets the server send another.
+  // Until then the time stays that of the picture.
   tick() {
-    if (!this.fresh) return false;
-    this.fresh = false;
-    this.history.add(this.time, this.row);
-    this.send({ do: "ack", value: this.number });
+    if (!this.newest) return false;
+    const { time, row, number } = this.newest;
+    Object.assign(this, { time, row, newest: null });
+    this.history.add(time, row);
+    this.send({ do: "ack", value: number });
     return true;
   }
 }
