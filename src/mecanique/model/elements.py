@@ -66,7 +66,7 @@ class Stop(NamedTuple):
 @final
 @dataclass(frozen=True)
 class Cord:
-    """A cord without mass that does not stretch, from a point over pulleys to another point.
+    """A massless, inextensible cord from a point over pulleys to another point.
 
     Its stretches are straight and lie in planes at right angles to its normal. A stretch pulls at
     both its ends with its tension; one that would have to push is slack, and the map does not hold.

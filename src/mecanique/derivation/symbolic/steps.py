@@ -133,7 +133,7 @@ def loop_stages(ties: Sequence[Tie], *, of_work: bool = False) -> list[Stage]:
         sentence = (
             "Where a body rolls, the point that touches has the velocity of the point it touches; "
             "a blade does not move sideways. Φ is the distance from the plane; ψ, linear in the "
-            "velocities, is in general the rate of nothing."
+            "velocities, is in general not integrable."
         )
         if not of_work:
             sentence += (

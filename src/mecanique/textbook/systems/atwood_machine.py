@@ -1,6 +1,6 @@
 """Atwood's machine.
 
-Weights m1 and m2 hang from the ends of a cord without mass that runs without slip over a
+Weights m1 and m2 hang from the ends of a massless cord that runs without slip over a
 homogeneous pulley of mass M and radius R on a fixed horizontal axle, under gravity g. The
 generalized coordinate x is the distance m1 has descended from where both weights hang a depth h
 below the axle; m2 has risen as far, and the pulley has turned by x / R.
@@ -76,7 +76,7 @@ def build(
 
 
 def inertia(s: Values) -> Number:
-    """Return the mass the weights' difference has to move."""
+    """Return the mass that the difference of the weights accelerates."""
     return s.m1 + s.m2 + s.M / 2
 
 

@@ -84,7 +84,7 @@ SYSTEM = System(
             lambda s: [0, sqrt((1 + s.m / s.M) * s.g / s.l)],
         ),
         Conserved(
-            "(M + m) x' + m l q' cos(q) + c x, the momentum and what the damping took",
+            "(M + m) x' + m l q' cos(q) + c x, the momentum plus the impulse of the damper",
             lambda s: (s.M + s.m) * s["x'"] + s.m * s.l * s["q'"] * cos(s.q) + s.c * s.x,
         ),
     ),

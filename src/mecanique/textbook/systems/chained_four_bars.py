@@ -3,9 +3,9 @@
 n + 1 uniform bars of length l and mass m stand on pins on the ground, a distance l apart, and the
 tops of neighbors are joined by n more of these bars; gravity is g. Every window is a parallelogram
 and may fold into an antiparallelogram when all bars lie on the ground line: there the mechanism is
-singular, and a solver must pass. The generalized coordinates are the angles theta0 … thetan of the
-standing bars from the horizontal, positive upwards, and phi1 … phin of the joining bars against the
-standing bar before them; n loops of two equations leave one of the 2 n + 1 free.
+singular, and a solver must pass through it. The generalized coordinates are the angles theta0 …
+thetan of the standing bars from the horizontal, positive upwards, and phi1 … phin of the joining
+bars against the standing bar before them; n loops of two equations leave one of the 2 n + 1 free.
 """
 
 import numpy as np

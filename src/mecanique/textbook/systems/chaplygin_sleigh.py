@@ -2,9 +2,9 @@
 
 A body of mass m on smooth level ground has a knife edge that does not move sideways; its center of
 mass lies at the distance a ahead of the edge, about which it has the moment of inertia I. The
-generalized coordinates are the place x, y of the edge and the angle theta of the body. The
-condition of the edge, x' sin(theta) = y' cos(theta), is the rate of nothing: three coordinates and
-two velocities are independent. Energy is kept, and yet every motion ends straight ahead.
+generalized coordinates are the position x, y of the edge and the angle theta of the body. The
+condition of the edge, x' sin(theta) = y' cos(theta), is not integrable: three coordinates but only
+two velocities are independent. Energy is conserved, and yet every motion ends straight ahead.
 """
 
 from numpy import cos, cosh, sin, sqrt, tanh

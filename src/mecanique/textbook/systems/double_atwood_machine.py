@@ -1,7 +1,7 @@
 """Double Atwood machine.
 
 A cord over a fixed pulley carries a weight m1 at one end and a second pulley at the other; a cord
-over that one carries weights m2 and m3. Cords and pulleys, of radius R, have no mass, and gravity g
+over that one carries weights m2 and m3. Cords and pulleys, of radius R, are massless, and gravity g
 acts. The generalized coordinates are the distance x that m1 has descended and the distance y that
 m2 has descended relative to the second pulley. At x = y = 0 all hang a depth h below the pulley
 that carries them.

@@ -14,7 +14,7 @@ from mecanique.textbook.system import System
 
 
 def build(m: Parameter, r: Parameter, h: Parameter, g: Parameter) -> Mechanism:
-    """Return the top, carried by two frames without mass."""
+    """Return the top, carried by two massless frames."""
     return Mechanism(
         name="heavy_top",
         bodies=(Body("ground"), Body("precessing"), Body("tilted"), Body("top", cone(m, r, h))),

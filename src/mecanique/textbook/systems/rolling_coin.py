@@ -1,10 +1,10 @@
 """Coin that rolls on level ground.
 
 A thin disk of mass m and radius r with a sharp edge rolls without slip under gravity g. The
-generalized coordinates are the place x, y, z of its center, the angle yaw of its heading, its lean
-to the right and the angle spin about its axis. One of its three conditions of rolling, z = r
-cos(lean), restricts positions; the others, on x' and y', are the rate of nothing: five coordinates
-and three velocities are independent. The chart ends where the coin lies flat.
+generalized coordinates are the position x, y, z of its center, the angle yaw of its heading, its
+lean to the right and the angle spin about its axis. One of its three conditions of rolling, z = r
+cos(lean), restricts positions; the others, on x' and y', are not integrable: five coordinates but
+only three velocities are independent. The chart ends where the coin lies flat.
 """
 
 from numpy import cos, pi, sin, tan

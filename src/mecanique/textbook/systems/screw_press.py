@@ -1,10 +1,10 @@
 """Screw press.
 
-A spindle of length l without mass carries a flywheel, a thin disk of mass m and radius R, at its
-upper end. It turns in the thread of a fixed nut and goes down p for each radian. At its lower end
-it pushes a ram of mass M, which guides keep from turning, by a bearing. A constant moment D drives
-the spindle; gravity g pulls at both. The generalized coordinate theta is the angle that the spindle
-has turned since its lower end was at the height H. Neither thread nor bearing nor guides rub.
+A massless spindle of length l carries a flywheel, a thin disk of mass m and radius R, at its upper
+end. It turns in the thread of a fixed nut and descends by p per radian. At its lower end it pushes
+a ram of mass M, which guides keep from turning, by a bearing. A constant moment D drives the
+spindle; gravity g acts on both. The generalized coordinate theta is the angle that the spindle has
+turned since its lower end was at the height H. All contacts are frictionless.
 """
 
 from mecanique.model import (
@@ -76,7 +76,7 @@ def build(
 
 
 def inertia(s: Values) -> Number:
-    """Return what the moment has to turn: the flywheel, and all that goes down with it."""
+    """Return the inertia the moment accelerates: the flywheel's, and that of all that descends."""
     return s.m * s.R**2 / 2 + (s.m + s.M) * s.p**2
 
 

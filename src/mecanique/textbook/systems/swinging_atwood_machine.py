@@ -1,6 +1,6 @@
 """Swinging Atwood machine.
 
-A cord without mass over two small pulleys at the distance d carries a counterweight M, which moves
+A massless cord over two small pulleys at the distance d carries a counterweight M, which moves
 up and down at the depth h − r below its pulley, and a particle m, which may also swing in the
 vertical plane, under gravity g. The generalized coordinates are the length r of cord on the
 particle's side, between 0 and h, and its angle theta from the downward vertical, positive

@@ -1,9 +1,9 @@
 """Two blocks and two springs.
 
 Two blocks m1 and m2 slide without friction along a horizontal line. A spring k1 of free length a
-ties the first to a wall, a like spring k2 ties the second to the first, and a force F(t) = F0 cos(W
-t) acts on the second. The generalized coordinates q1 and q2 are the displacements of the blocks
-from where both springs are free, positive away from the wall.
+ties the first to a wall, an equally long spring k2 ties the second to the first, and a force F(t) =
+F0 cos(W t) acts on the second. The generalized coordinates q1 and q2 are the displacements of the
+blocks from where both springs are free, positive away from the wall.
 """
 
 import numpy as np
