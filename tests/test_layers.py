@@ -24,6 +24,7 @@ ORDER: dict[str, list[str]] = {
         "textbook threads urdf derivation",
         "reference",
         "verification",
+        "checking",
         "generation",
         "motion",
         "textbook.register figure",
@@ -91,6 +92,9 @@ ORDER: dict[str, list[str]] = {
         "compare",
         "survey",
     ],
+    "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
+    "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
+    "checking.judgement": ["truth", "motion"],
     "generation": [
         "identifiers quantities",
         "program",

@@ -10,6 +10,7 @@ from mecanique.errors import (
     ClosureError,
     DerivationError,
     EngineError,
+    FormulaError,
     InputError,
     IntegrationError,
     MecaniqueError,
@@ -91,6 +92,8 @@ from mecanique.model import (
 )
 
 if TYPE_CHECKING:
+    from mecanique.checking.check import check
+    from mecanique.checking.verdict import Check
     from mecanique.derivation import derive
     from mecanique.derivation.equations import Equations
     from mecanique.generation import Code, generate
@@ -132,6 +135,7 @@ __all__ = [
     "Blade",
     "Body",
     "Box",
+    "Check",
     "ClosureError",
     "Code",
     "Coordinates",
@@ -147,6 +151,7 @@ __all__ = [
     "Floating",
     "FloatingState",
     "Force",
+    "FormulaError",
     "Freedom",
     "Gear",
     "Helical",
@@ -200,6 +205,7 @@ __all__ = [
     "ball",
     "bar",
     "box",
+    "check",
     "cloud",
     "cone",
     "coordinate",
@@ -248,6 +254,7 @@ __all__ = [
 
 _HOMES = {
     "Audit": "mecanique.motion",
+    "Check": "mecanique.checking.verdict",
     "Code": "mecanique.generation",
     "Equations": "mecanique.derivation.equations",
     "Equilibrium": "mecanique.motion",
@@ -263,6 +270,7 @@ _HOMES = {
     "Wrench": "mecanique.reference",
     "assemble": "mecanique.reference",
     "assembly_branches": "mecanique.reference",
+    "check": "mecanique.checking.check",
     "degrees_of_freedom": "mecanique.reference",
     "derive": "mecanique.derivation",
     "equilibria": "mecanique.motion",

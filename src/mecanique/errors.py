@@ -12,6 +12,7 @@ __all__ = [
     "ClosureError",
     "DerivationError",
     "EngineError",
+    "FormulaError",
     "InputError",
     "IntegrationError",
     "MecaniqueError",
@@ -19,6 +20,10 @@ __all__ = [
     "UnknownNameError",
     "UrdfError",
 ]
+
+
+_AROUND = 40
+"""Characters shown on either side of a fault in a formula."""
 
 
 class MecaniqueError(Exception):
@@ -54,6 +59,36 @@ class UnknownNameError(InputError):
             else f"known: {_list(self.known)}"
         )
         super().__init__(f"unknown {kind} {self.name!r}; {hint}")
+
+
+class FormulaError(InputError):
+    """A formula that cannot be read; the message shows the place and suggests a remedy.
+
+    Args:
+        message: what is wrong and what to do.
+        text: the formula.
+        position: where in the text it is, counted from 0.
+        unknown: the letters that are not known, if that is the fault.
+    """
+
+    def __init__(
+        self, message: str, text: str = "", position: int = 0, unknown: Iterable[str] = ()
+    ) -> None:
+        self.text = text
+        self.position = position
+        self.unknown = tuple(unknown)
+        before = text[:position]
+        self.line = before.count("\n") + 1
+        self.column = position - (before.rfind("\n") + 1) + 1
+        super().__init__(message + self._pointer() if text else message)
+
+    def _pointer(self) -> str:
+        """Return the part of the line around the place, with a caret below."""
+        whole = self.text.splitlines()[self.line - 1] if self.position < len(self.text) else ""
+        whole = whole or (self.text.splitlines() or [""])[-1]
+        first = max(0, self.column - 1 - _AROUND)
+        shown = whole[first : self.column - 1 + _AROUND].replace("\t", " ")
+        return f"\n  {shown}\n  {' ' * (self.column - 1 - first)}^"
 
 
 class MechanismError(MecaniqueError):

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import mecanique as mq
-from mecanique.cli import code, equations, motions, pictures
+from mecanique.cli import code, equations, formulas, motions, pictures
 from mecanique.cli.printing import say
 
 __all__ = ["app"]
@@ -44,5 +44,5 @@ def _mecanique(
     """
 
 
-for room in (equations, code, motions, pictures):
+for room in (equations, formulas, code, motions, pictures):
     app.add_typer(room.app)

@@ -1,0 +1,1 @@
+"""Judge submitted formulas: whether an equation is right, and if not, why not."""

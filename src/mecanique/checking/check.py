@@ -1,0 +1,154 @@
+"""Check a submitted formula against a mechanism."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import final
+
+import numpy as np
+
+from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.reader import Statement, define, read
+from mecanique.checking.judgement.motion import Residual, count_independent, residuals
+from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.verdict import Check, Line, Outcome
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.mechanism import Mechanism
+
+__all__ = ["Checker", "check"]
+
+QUESTIONS = ("equation of motion",)
+"""What may be asked for."""
+
+
+def check(
+    mechanism: Mechanism,
+    text: str,
+    ask: str = "equation of motion",
+    let: Sequence[str] | Mapping[str, str] = (),
+    seed: int = 0,
+) -> Check:
+    """Check whether a formula is right, and if not, look for what is wrong.
+
+    The text is read by a grammar and never executed. It is compared with the in-house derivation at
+    random states with random parameters; the order of equations, factors, combinations and
+    solving for accelerations do not matter.
+
+    Args:
+        mechanism: what the formula is about.
+        text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
+        ask: what it is meant to be, e.g. "equation of motion".
+        let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to
+            formula.
+        seed: of the random states.
+
+    Raises:
+        FormulaError: if the text cannot be read; the message shows where.
+        UnknownNameError: if there is no such question.
+        InputError: if a definition is none.
+    """
+    return _checker(mechanism, seed).check(text, ask, let)
+
+
+@lru_cache(maxsize=32)
+def _checker(mechanism: Mechanism, seed: int) -> Checker:
+    return Checker(mechanism, seed)
+
+
+@final
+class Checker:
+    """Checks many answers on one mechanism, whose equations are derived once.
+
+    Args:
+        mechanism: any mechanism.
+        seed: of the random states.
+    """
+
+    def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
+        self.mechanism = mechanism
+        self.truth = Truth(mechanism, seed)
+
+    def check(
+        self,
+        text: str,
+        ask: str = "equation of motion",
+        let: Sequence[str] | Mapping[str, str] = (),
+    ) -> Check:
+        """Return the verdict on a text.
+
+        Args:
+            text: the formula.
+            ask: what it is meant to be.
+            let: definitions of further letters.
+        """
+        if ask not in QUESTIONS:
+            raise UnknownNameError("question", ask, QUESTIONS)
+        letters = self._letters(let)
+        statements = read(text, letters)
+        return self._motion(statements, text)
+
+    def _letters(self, let: Sequence[str] | Mapping[str, str]) -> Letters:
+        if isinstance(let, str):
+            raise InputError(f"expected a list of definitions, got the text {let!r}")
+        if isinstance(let, Mapping):
+            let = [f"{name} = {formula}" for name, formula in let.items()]
+        letters = Letters.of(self.mechanism)
+        for definition in let:
+            _, _, letters = define(definition, letters)
+        return letters
+
+    def _motion(self, statements: Sequence[Statement], text: str) -> Check:
+        truth = self.truth
+        found = residuals(statements, truth, truth.sample, text)
+        numbers = False
+        if not all(one.holds for one in found) and truth.sample.varied:
+            own = residuals(statements, truth, truth.own, text)
+            if all(one.holds for one in own):
+                found, numbers = own, True
+        forms = ["right for these values of the parameters only"] if numbers else []
+        lines = [_line(one) for one in found]
+        wrong = [one for one in found if not one.holds]
+        outcome: Outcome = "wrong" if wrong else "right"
+        if not wrong:
+            nv = self.mechanism.nv
+            independent = count_independent(found)
+            if independent < nv:
+                outcome = "incomplete"
+                forms.append(f"{nv - independent} of {nv} equations missing")
+            forms += [form for line in lines for form in line.forms]
+            if outcome == "right" and forms:
+                outcome = "right except for form"
+        return Check(
+            mechanism=self.mechanism.name,
+            asked="equation of motion",
+            outcome=outcome,
+            lines=tuple(lines),
+            states=truth.sample.count,
+            varied=found[0].sample.varied,
+            forms=tuple(dict.fromkeys(forms)),
+            at=_state(max(wrong, key=lambda one: one.worst)) if wrong else None,
+        )
+
+
+def _line(one: Residual) -> Line:
+    forms = []
+    if one.holds:
+        if one.says_nothing:
+            forms.append("it holds whatever the motion is")
+        elif not one.is_affine:
+            forms.append("not linear in the accelerations")
+        elif one.has_factor_of_velocities:
+            forms.append("not divided by a common factor that depends on velocities")
+    outcome: Outcome = "wrong"
+    if one.holds:
+        outcome = "right except for form" if forms else "right"
+    return Line(one.statement.text, outcome, one.worst, tuple(forms))
+
+
+def _state(one: Residual) -> dict[str, float]:
+    """Return the state of the largest difference: the letters that occur, without accelerations."""
+    k = int(np.argmax(one.relative))
+    names = sorted(one.root.letters - set(one.truth.accelerations) - {"pi"})
+    values = {name: np.broadcast_to(one.sample.values[name], (one.sample.count,)) for name in names}
+    return {name: float(value[k]) for name, value in values.items()}

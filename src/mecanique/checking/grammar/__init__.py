@@ -1,0 +1,1 @@
+"""Formulas as people write them: plain text, LaTeX, SymPy's text and MathML; never executed."""

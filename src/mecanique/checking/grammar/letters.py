@@ -1,0 +1,160 @@
+"""The letters of a mechanism, and the ways people write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal, TypeAlias, final
+
+from mecanique.checking.grammar.tree import FUNCTIONS, Node, letter, number
+from mecanique.derivation.printing.letters import Letter
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import angles
+
+__all__ = ["SPELLINGS", "Kind", "Letters", "key_of"]
+
+Kind: TypeAlias = Literal[
+    "coordinate", "velocity", "acceleration", "parameter", "input", "time", "constant", "other"
+]
+"""What a letter stands for."""
+
+SPELLINGS = {
+    "arcsin": "asin",
+    "arccos": "acos",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "sgn": "sign",
+    "ln": "log",
+    "Abs": "abs",
+    "tg": "tan",
+    "Sin": "sin",
+    "Cos": "cos",
+    "Tan": "tan",
+    "Sqrt": "sqrt",
+}
+"""Other names of functions."""
+
+_VARIANTS = {
+    "vartheta": "theta",
+    "varphi": "phi",
+    "varepsilon": "epsilon",
+    "varrho": "rho",
+    "ell": "l",
+    "lamda": "lambda",
+}
+_DOTTED = re.compile(r"(?P<stem>.+?)_?(?P<dots>dotdot|ddot|dot|dd|d)")
+
+
+def key_of(name: str) -> str:
+    """Return the spelling by which names are compared: theta_1, θ₁ and theta1 are one letter."""
+    taken = Letter.of(name)
+    base = _VARIANTS.get(taken.base, taken.base)
+    subscript = re.sub(r"[_{},\s]", "", taken.subscript)
+    return f"{base}{subscript}" + "'" * taken.dots
+
+
+@final
+@dataclass(frozen=True)
+class Letters:
+    """What each letter of a formula may stand for.
+
+    Args:
+        kinds: kind of each letter, by its name in the mechanism's own equations.
+        rates: name of the rate of each letter that has one.
+        angles: the letters that are angles.
+        defined: letters defined by formulas in others, with their rates.
+    """
+
+    kinds: Mapping[str, Kind]
+    rates: Mapping[str, str]
+    angles: frozenset[str] = frozenset()
+    defined: Mapping[str, Node] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, others: Iterable[str] = ()) -> Letters:
+        """Return the letters of a mechanism.
+
+        Args:
+            mechanism: whose letters they are.
+            others: further letters, of what is asked for.
+        """
+        kinds: dict[str, Kind] = {"t": "time", "pi": "constant"}
+        kinds |= dict.fromkeys(others, "other")
+        rates: dict[str, str] = {}
+        for name in mechanism.coordinates:
+            kinds[name] = "coordinate"
+            if f"{name}'" in mechanism.velocities:
+                rates[name] = f"{name}'"
+        for name in mechanism.velocities:
+            kinds[name] = "velocity"
+            kinds[f"{name}'"] = "acceleration"
+            rates[name] = f"{name}'"
+        kinds |= {parameter.symbol: "parameter" for parameter in mechanism.parameters}
+        kinds |= {signal.symbol: "input" for signal in mechanism.inputs}
+        turning = angles(mechanism) & set(mechanism.coordinates)
+        turning |= {p.symbol for p in mechanism.parameters if p.unit in ("rad", "deg", "°")}
+        return cls(kinds, rates, frozenset(turning))
+
+    def define(self, name: str, formula: Node, rates: Mapping[str, Node]) -> Letters:
+        """Return these letters and one more that stands for a formula.
+
+        Args:
+            name: the letter.
+            formula: what it stands for.
+            rates: its rates by name, e.g. of "phi'" and "phi''"; none if it is constant.
+        """
+        moves = any(not rate.is_zero for rate in rates.values())
+        kinds: dict[str, Kind] = {**self.kinds, name: "coordinate" if moves else "parameter"}
+        chain = dict(self.rates)
+        previous = name
+        for rate in rates if moves else ():
+            kinds[rate] = "velocity" if rate.count("'") == 1 else "acceleration"
+            chain[previous] = rate
+            previous = rate
+        turning = self.angles | ({name} if formula.letters & self.angles else set())
+        defined = {**self.defined, name: formula, **rates}
+        return Letters(kinds, chain, turning, defined)
+
+    @cached_property
+    def by_key(self) -> dict[str, str]:
+        """Name of each letter by the spelling it is compared by."""
+        return {key_of(name): name for name in self.kinds}
+
+    @cached_property
+    def longest(self) -> int:
+        """Length of the longest word that may be part of letters written without a space."""
+        words = [*self.by_key, *FUNCTIONS, *SPELLINGS]
+        return max(map(len, words)) + len("dotdot")
+
+    def find(self, word: str) -> str | None:
+        """Return the name of the letter that a word stands for, if there is one.
+
+        Args:
+            word: as written, with dots as primes or as in qdd, q_ddot.
+        """
+        key = key_of(word)
+        if key in self.by_key:
+            return self.by_key[key]
+        dotted = _DOTTED.fullmatch(word)
+        if dotted:
+            stem = self.by_key.get(key_of(dotted["stem"]))
+            if stem is not None and self.kinds[stem] in ("coordinate", "velocity"):
+                primes = 2 if dotted["dots"] in ("dotdot", "ddot", "dd") else 1
+                return self.by_key.get(key_of(stem + "'" * primes))
+        return None
+
+    def node(self, name: str) -> Node:
+        """Return what a letter stands for in the mechanism's own letters."""
+        if name == "pi":
+            return letter("pi")
+        return self.defined.get(name, letter(name))
+
+    @property
+    def rate_nodes(self) -> dict[str, Node | None]:
+        """The rate of each of the mechanism's letters that changes; None if it is not known."""
+        rates: dict[str, Node | None] = {
+            name: None for name, kind in self.kinds.items() if kind in ("acceleration", "input")
+        }
+        return rates | {name: letter(rate) for name, rate in self.rates.items()} | {"t": number(1)}

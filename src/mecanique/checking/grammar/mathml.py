@@ -1,0 +1,97 @@
+"""Presentation MathML as text, which the grammar reads."""
+
+from __future__ import annotations
+
+import re
+from xml.etree.ElementTree import Element
+
+from mecanique.errors import FormulaError
+from mecanique.safe_xml import XmlRefusedError, tree_of
+
+__all__ = ["is_mathml", "text_of"]
+
+_MOST_CHARACTERS = 200_000
+_DOTS = {"˙": 1, "¨": 2, "⃛": 3, ".": 1, "..": 2, "\u0307": 1, "\u0308": 2}
+_START = re.compile(r"\s*<(?:\w+:)?(?:math|mrow|mtable|div|p)\b")
+
+
+def is_mathml(text: str) -> bool:
+    """Return whether a text is MathML, or a page's part that holds some."""
+    return bool(_START.match(text)) and "<" in text
+
+
+def text_of(markup: str) -> str:
+    """Return formulas in MathML as plain text, one a line.
+
+    Args:
+        markup: elements named math, one after another.
+
+    Raises:
+        FormulaError: if it is no well-formed MathML, or holds an element that is not known.
+    """
+    if len(markup) > _MOST_CHARACTERS:
+        raise FormulaError(f"expected at most {_MOST_CHARACTERS:,} characters of MathML")
+    try:
+        root = tree_of(f"<formulas>{markup}</formulas>")
+    except XmlRefusedError as error:
+        raise FormulaError(f"the MathML cannot be read, line {error.line}: {error}") from None
+    found = [element for element in root.iter() if element.tag == "math"] or [root]
+    return "\n".join(_written(element) for element in found)
+
+
+def _written(element: Element) -> str:
+    parts = list(element)
+    match element.tag:
+        case "mi" | "mn" | "mo" | "mtext":
+            return f" {(element.text or '').strip()} "
+        case "math" | "mrow" | "mstyle" | "formulas" | "mpadded" | "div" | "p" | "semantics":
+            inner = [_written(part) for part in parts if not part.tag.startswith("annotation")]
+            return "".join(inner)
+        case "mspace" | "mphantom":
+            return " "
+        case "mfrac" if len(parts) == 2:
+            return f" (({_written(parts[0])})/({_written(parts[1])})) "
+        case "msqrt":
+            return f" sqrt({''.join(map(_written, parts))}) "
+        case "msup" if len(parts) == 2:
+            return f"{_base(parts[0])}^({_written(parts[1])}) "
+        case "msub" if len(parts) == 2:
+            return _letter(element)
+        case "msubsup" if len(parts) == 3:
+            return f"{_letter(element)}^({_written(parts[2])}) "
+        case "mover" if len(parts) == 2:
+            return _letter(element)
+        case "mtable":
+            rows = "; ".join(map(_written, parts))
+            return f"[{rows}]"
+        case "mtr":
+            return ", ".join(_written(part) for part in parts)
+        case "mtd":
+            return "".join(map(_written, parts))
+    raise FormulaError(f"the element {element.tag!r} of MathML is not known in a formula")
+
+
+def _base(element: Element) -> str:
+    """What a power is taken of; of a sum only with its brackets."""
+    return _written(element).rstrip()
+
+
+def _letter(element: Element) -> str:
+    """A letter with dots and subscript as one word."""
+    word, subscript, dots = _taken(element)
+    return f" {word}{'_' + subscript if subscript else ''}{chr(39) * dots}"
+
+
+def _taken(element: Element) -> tuple[str, str, int]:
+    parts = list(element)
+    if element.tag in ("msub", "msubsup"):
+        word, _, dots = _taken(parts[0])
+        below = re.sub(r"\W", "", "".join(parts[1].itertext()))
+        return word, below, dots
+    if element.tag == "mover":
+        word, subscript, dots = _taken(parts[0])
+        sign = "".join(parts[1].itertext()).strip()
+        if sign not in _DOTS:
+            raise FormulaError(f"the accent {sign!r} of MathML is not known in a formula")
+        return word, subscript, dots + _DOTS[sign]
+    return "".join(element.itertext()).strip(), "", 0

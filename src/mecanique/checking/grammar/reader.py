@@ -1,0 +1,427 @@
+"""The grammar of formulas, and the reading of a text with it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache
+from typing import Any, final
+
+from lark import Lark, Transformer
+from lark import Token as LarkToken
+from lark.exceptions import UnexpectedInput, UnexpectedToken, VisitError
+from lark.lexer import Lexer
+
+from mecanique.checking.grammar import tree
+from mecanique.checking.grammar.letters import Letters, key_of
+from mecanique.checking.grammar.mathml import is_mathml, text_of
+from mecanique.checking.grammar.scanner import Token, scan
+from mecanique.checking.grammar.tree import FUNCTIONS, Node
+from mecanique.errors import FormulaError
+
+__all__ = ["Statement", "define", "read"]
+
+_GRAMMAR = """
+start: statement (_NEXT statement)*
+statement: sum (_EQUALS sum)*
+
+?sum: product
+    | PLUS product            -> positive
+    | MINUS product           -> negative
+    | sum PLUS product        -> plus
+    | sum MINUS product       -> minus
+
+?product: factor
+    | product TIMES signed    -> times
+    | product OVER signed     -> over
+    | product factor          -> juxtaposed
+
+?signed: factor
+    | MINUS signed            -> negative
+    | PLUS signed             -> positive
+
+?factor: atom
+    | atom POWER exponent     -> power
+    | RATE factor             -> time_derivative
+
+?exponent: factor
+    | MINUS exponent          -> negative
+    | PLUS exponent           -> positive
+
+?atom: NUMBER                 -> number
+    | NAME                    -> name
+    | LPAR sum RPAR           -> brackets
+    | LBRACE sum RBRACE       -> brackets
+    | LSQB rows RSQB          -> square
+    | atom PRIME              -> primed
+    | FRACTION LBRACE sum RBRACE LBRACE sum RBRACE -> fraction
+    | FUNCTION argument       -> function
+    | FUNCTION POWER raised argument -> raised_function
+    | SYMPY LPAR rows RPAR    -> sympy
+
+?raised: NUMBER               -> number
+    | NAME                    -> name
+    | MINUS NUMBER            -> negative_number
+    | LBRACE sum RBRACE       -> brackets
+    | LPAR sum RPAR           -> brackets
+
+argument: LPAR cells RPAR
+    | LBRACE cells RBRACE
+    | LSQB cells RSQB
+    | FRACTION LBRACE sum RBRACE LBRACE sum RBRACE -> argument_fraction
+
+rows: cells (_SEMICOLON cells)*
+cells: sum (_COMMA sum)*
+
+%declare NUMBER NAME PLUS MINUS TIMES OVER POWER LPAR RPAR LBRACE RBRACE LSQB RSQB PRIME
+%declare FRACTION FUNCTION SYMPY RATE _NEXT _EQUALS _SEMICOLON _COMMA
+"""
+
+_SILENT = {"NEXT", "EQUALS", "SEMICOLON", "COMMA"}
+_MOST_POWERS = 4
+_MOST_EXPONENT = 64
+_MOST_DIGITS = 40
+
+_EXPECTED = {
+    "RPAR": "a bracket ( is not closed",
+    "RBRACE": "a brace { is not closed",
+    "RSQB": "a bracket [ is not closed",
+}
+_SURPLUS = {"RPAR": "a bracket ) was not opened", "RBRACE": "a brace } was not opened"}
+
+
+@final
+@dataclass(frozen=True)
+class Statement:
+    """A formula, or an equation between several.
+
+    Args:
+        sides: what stands between the signs of equality.
+        text: as it was written.
+        start: where it begins in the whole text.
+    """
+
+    sides: tuple[Node, ...]
+    text: str
+    start: int
+
+    @property
+    def is_equation(self) -> bool:
+        """Whether it has a sign of equality."""
+        return len(self.sides) > 1
+
+
+def read(text: str, letters: Letters) -> tuple[Statement, ...]:
+    """Read a text of formulas; nothing of it is executed.
+
+    Args:
+        text: plain text, LaTeX, SymPy's text or MathML; one formula a line.
+        letters: what its letters may stand for.
+
+    Raises:
+        FormulaError: if it cannot be read; the message shows where and suggests a remedy.
+    """
+    if is_mathml(text):
+        text = text_of(text)
+    tokens = scan(text, letters)
+    if not tokens:
+        raise FormulaError("expected a formula, got an empty text")
+    try:
+        parsed: Any = _parser().parse(tokens)
+    except UnexpectedInput as error:
+        raise _explain(error, tokens, text) from None
+    builder = _Builder(letters, text)
+    try:
+        found = builder.transform(parsed)
+    except VisitError as error:
+        if isinstance(error.orig_exc, FormulaError):
+            raise error.orig_exc from None
+        raise
+    return tuple(_statements(found, text))
+
+
+def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
+    """Read a definition such as "J = m l^2/3" or "theta = q1 + q2"; return it and more letters.
+
+    Args:
+        text: the definition.
+        letters: the letters it may use.
+
+    Raises:
+        FormulaError: if it is no definition of a new letter.
+    """
+    left, sign, right = text.partition("=")
+    name = key_of(re.sub(r"[\\{}\s]|\(t\)", "", left))
+    if not sign or not re.fullmatch(r"[^\W\d]\w*", name):
+        raise FormulaError(f"expected LETTER = FORMULA, e.g. J = m l^2/3, got {text!r}")
+    if name in letters.kinds:
+        raise FormulaError(f"{name!r} is a letter of the system already; define another")
+    statements = read(right, letters)
+    if len(statements) != 1 or statements[0].is_equation:
+        raise FormulaError(f"expected one formula after {name} =, got {right.strip()!r}")
+    formula = statements[0].sides[0]
+    rates: dict[str, Node] = {}
+    moving = letters.rate_nodes
+    try:
+        first = tree.rate(formula, moving)
+        rates[f"{name}'"] = first
+        rates[f"{name}''"] = tree.rate(first, moving)
+    except FormulaError:
+        pass
+    return name, formula, letters.define(name, formula, rates)
+
+
+def _statements(sides: list[list[Node]], text: str) -> Iterator[Statement]:
+    for parts in sides:
+        if len(parts) == 1 and parts[0].kind == "call" and parts[0].name == "Eq":
+            parts = list(parts[0].parts)
+        start, end = min(p.start for p in parts), max(p.end for p in parts)
+        yield Statement(tuple(parts), " ".join(text[start:end].split()), start)
+
+
+@final
+class _Tokens(Lexer):
+    """Hands tokens that are there already to the parser."""
+
+    def __init__(self, _: Any) -> None:
+        pass
+
+    def lex(self, state: Any, parser_state: Any = None) -> Iterator[LarkToken]:
+        tokens: list[Token] = state.text if hasattr(state, "text") else state
+        for token in tokens:
+            kind = f"_{token.kind}" if token.kind in _SILENT else token.kind
+            yield LarkToken(kind, token.value, start_pos=token.start, end_pos=token.end)
+
+
+@cache
+def _parser() -> Lark:
+    return Lark(_GRAMMAR, parser="lalr", lexer=_Tokens, maybe_placeholders=False)
+
+
+def _explain(error: UnexpectedInput, tokens: list[Token], text: str) -> FormulaError:
+    if not isinstance(error, UnexpectedToken) or error.token.type == "$END":
+        missing = [word for kind, word in _EXPECTED.items() if kind in _kinds(error)]
+        what = missing[0] if missing else "the formula ends too early; expected a letter or number"
+        opened = _last_open(tokens) if missing else None
+        place = len(text.rstrip()) if opened is None else opened.start
+        return FormulaError(what, text, place)
+    token = error.token
+    place = token.start_pos or 0
+    kind = token.type.lstrip("_")
+    if kind in _SURPLUS:
+        return FormulaError(_SURPLUS[kind], text, place)
+    if kind == "NEXT":
+        return FormulaError("the line ends too early; expected a letter or number", text, place)
+    if kind in ("COMMA", "SEMICOLON"):
+        return FormulaError("a comma has no meaning within these brackets", text, place)
+    if kind == "EQUALS":
+        return FormulaError(
+            "a sign of equality within brackets or after an operator; write one equation a line",
+            text,
+            place,
+        )
+    return FormulaError(
+        f"{str(token)!r} is not expected here; expected a letter, a number or a bracket",
+        text,
+        place,
+    )
+
+
+def _kinds(error: UnexpectedInput) -> set[str]:
+    return set(getattr(error, "expected", ()) or getattr(error, "accepts", ()) or ())
+
+
+def _last_open(tokens: list[Token]) -> Token | None:
+    opened: list[Token] = []
+    for token in tokens:
+        if token.kind in ("LPAR", "LBRACE", "LSQB"):
+            opened.append(token)
+        elif token.kind in ("RPAR", "RBRACE", "RSQB") and opened:
+            opened.pop()
+    return opened[-1] if opened else None
+
+
+@final
+class _Builder(Transformer[Any, Any]):
+    """Builds the tree of a formula from its tokens."""
+
+    def __init__(self, letters: Letters, text: str) -> None:
+        super().__init__()
+        self._letters = letters
+        self._text = text
+
+    def start(self, statements: list[list[Node]]) -> list[list[Node]]:
+        return statements
+
+    def statement(self, sides: list[Node]) -> list[Node]:
+        return sides
+
+    def number(self, parts: list[LarkToken]) -> Node:
+        (token,) = parts
+        mantissa, _, exponent = token.lower().partition("e")
+        if len(mantissa) > _MOST_DIGITS or (exponent and abs(int(exponent)) > _MOST_EXPONENT):
+            raise FormulaError(
+                f"expected a number of at most {_MOST_DIGITS} digits",
+                self._text,
+                token.start_pos or 0,
+            )
+        return tree.number(Fraction(token)).at(token.start_pos or 0, token.end_pos or 0)
+
+    def negative_number(self, parts: list[LarkToken]) -> Node:
+        return tree.negate(self.number(parts[1:])).at(
+            parts[0].start_pos or 0, parts[1].end_pos or 0
+        )
+
+    def name(self, parts: list[LarkToken]) -> Node:
+        (token,) = parts
+        return self._letters.node(str(token)).at(token.start_pos or 0, token.end_pos or 0)
+
+    def positive(self, parts: list[Any]) -> Node:
+        return _place(parts[1], parts)
+
+    def negative(self, parts: list[Any]) -> Node:
+        return _place(tree.negate(parts[1]), parts)
+
+    def plus(self, parts: list[Any]) -> Node:
+        return _place(tree.add(parts[0], parts[2]), parts)
+
+    def minus(self, parts: list[Any]) -> Node:
+        term = tree.negate(parts[2])
+        term = term if term.is_zero else term.at(parts[1].start_pos, parts[2].end)
+        return _place(tree.add(parts[0], term), parts)
+
+    def times(self, parts: list[Any]) -> Node:
+        return _place(self._product(parts[0], parts[2]), parts)
+
+    def juxtaposed(self, parts: list[Any]) -> Node:
+        return _place(self._product(*parts), parts)
+
+    def _product(self, first: Node, second: Node) -> Node:
+        if first.kind == "product" and len(first.parts) >= _MOST_FACTORS:
+            raise FormulaError(
+                f"expected at most {_MOST_FACTORS} factors in a product", self._text, second.start
+            )
+        return tree.multiply(first, second)
+
+    def over(self, parts: list[Any]) -> Node:
+        return _place(tree.divide(parts[0], parts[2]), parts)
+
+    def fraction(self, parts: list[Any]) -> Node:
+        return _place(tree.divide(parts[2], parts[5]), parts)
+
+    def power(self, parts: list[Any]) -> Node:
+        return _place(self._power(parts[0], parts[2]), parts)
+
+    def _power(self, base: Node, exponent: Node) -> Node:
+        chain, top = 0, exponent
+        while top.kind == "power":
+            top, chain = top.parts[1], chain + 1
+        if chain >= _MOST_POWERS:
+            raise FormulaError("expected fewer powers of powers", self._text, exponent.start)
+        if exponent.kind == "number" and abs(exponent.value) > _MOST_EXPONENT:
+            raise FormulaError(
+                f"expected an exponent of at most {_MOST_EXPONENT}", self._text, exponent.start
+            )
+        return tree.raise_to(base, exponent)
+
+    def time_derivative(self, parts: list[Any]) -> Node:
+        return _place(self._rate(parts[1]), parts)
+
+    def primed(self, parts: list[Any]) -> Node:
+        return _place(self._rate(parts[0]), parts)
+
+    def _rate(self, node: Node) -> Node:
+        try:
+            return tree.rate(node, self._letters.rate_nodes)
+        except FormulaError as error:
+            raise FormulaError(str(error), self._text, node.start) from None
+
+    def brackets(self, parts: list[Any]) -> Node:
+        return _place(parts[1], parts)
+
+    def cells(self, parts: list[Node]) -> list[Node]:
+        return parts
+
+    def rows(self, parts: list[list[Node]]) -> list[list[Node]]:
+        return parts
+
+    def square(self, parts: list[Any]) -> Node:
+        rows: list[list[Node]] = parts[1]
+        if len(rows) == 1 and len(rows[0]) == 1 and rows[0][0].kind != "table":
+            return _place(rows[0][0], parts)
+        return _place(self._table(rows), parts)
+
+    def _table(self, rows: list[list[Node]]) -> Node:
+        if len(rows) == 1 and any(cell.kind == "table" for cell in rows[0]):
+            # the brackets of a row with one entry were taken for those of a sum
+            rows = [list(cell.parts) if cell.kind == "table" else [cell] for cell in rows[0]]
+        width = len(rows[0])
+        if any(len(row) != width for row in rows):
+            place = rows[0][0].start
+            raise FormulaError("expected rows of one length in a matrix", self._text, place)
+        entries = [cell for row in rows for cell in row]
+        if any(cell.kind == "table" for cell in entries):
+            raise FormulaError("a matrix within a matrix", self._text, entries[0].start)
+        return tree.compound("table", *entries, columns=width)
+
+    def argument(self, parts: list[Any]) -> list[Node]:
+        found: list[Node] = parts[1]
+        return found
+
+    def argument_fraction(self, parts: list[Any]) -> list[Node]:
+        return [self.fraction(parts)]
+
+    def function(self, parts: list[Any]) -> Node:
+        token, arguments = parts
+        return _place(self._call(token, arguments), parts)
+
+    def raised_function(self, parts: list[Any]) -> Node:
+        token, _, exponent, arguments = parts
+        inverse = exponent.kind == "negative" and exponent.parts[0].value == 1
+        if inverse and token in ("sin", "cos", "tan"):
+            return _place(self._call(token.update(value=f"a{token}"), arguments), parts)
+        return _place(self._power(self._call(token, arguments), exponent), parts)
+
+    def _call(self, token: LarkToken, arguments: list[Node]) -> Node:
+        wanted = FUNCTIONS[token]
+        if len(arguments) != wanted:
+            raise FormulaError(
+                f"expected {wanted} argument{'s' if wanted > 1 else ''} of {token}, got "
+                f"{len(arguments)}",
+                self._text,
+                token.start_pos or 0,
+            )
+        return tree.call(str(token), *arguments)
+
+    def sympy(self, parts: list[Any]) -> Node:
+        token, _, rows, _ = parts
+        arguments: list[Node] = [cell for row in rows for cell in row]
+        if token == "Matrix" and len(arguments) == 1 and arguments[0].kind == "table":
+            return _place(arguments[0], parts)
+        if token == "Matrix" and len(rows) == 1:
+            return _place(self._table([[cell] for cell in arguments]), parts)
+        if token == "Rational" and len(arguments) == 2:
+            return _place(tree.divide(*arguments), parts)
+        if token == "Eq" and len(arguments) == 2:
+            return _place(tree.compound("call", *arguments, name="Eq"), parts)
+        if token == "Derivative" and arguments[1:] and arguments[1].name == "t":
+            return _place(self._rate(arguments[0]), parts)
+        raise FormulaError(f"expected {token} as SymPy prints it", self._text, token.start_pos or 0)
+
+
+_MOST_FACTORS = 64
+
+
+def _place(node: Node, parts: list[Any]) -> Node:
+    first, last = parts[0], parts[-1]
+    start = first.start if isinstance(first, Node) else (first.start_pos or 0)
+    end = last.end_pos if isinstance(last, LarkToken) else _end(last)
+    return node.at(start, max(start, end or start))
+
+
+def _end(part: Node | list[Node]) -> int:
+    if isinstance(part, list):
+        return part[-1].end + 1
+    return part.end

@@ -1,0 +1,214 @@
+"""Formulas in numbers: every part at many states, and how the whole depends on each part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.checking.grammar.tree import Node
+
+__all__ = ["Tape", "Values"]
+
+_FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sin": np.sin,
+    "cos": np.cos,
+    "tan": np.tan,
+    "asin": np.arcsin,
+    "acos": np.arccos,
+    "atan": np.arctan,
+    "atan2": np.arctan2,
+    "sinh": np.sinh,
+    "cosh": np.cosh,
+    "tanh": np.tanh,
+    "exp": np.exp,
+    "log": np.log,
+    "sqrt": np.sqrt,
+    "abs": np.abs,
+    "sign": np.sign,
+}
+
+_SLOPES: dict[str, Callable[[Any], Any]] = {
+    "sin": np.cos,
+    "cos": lambda x: -np.sin(x),
+    "tan": lambda x: 1 / np.cos(x) ** 2,
+    "asin": lambda x: 1 / np.sqrt(1 - x * x),
+    "acos": lambda x: -1 / np.sqrt(1 - x * x),
+    "atan": lambda x: 1 / (1 + x * x),
+    "sinh": np.cosh,
+    "cosh": np.sinh,
+    "tanh": lambda x: 1 / np.cosh(x) ** 2,
+    "exp": np.exp,
+    "log": lambda x: 1 / x,
+    "sqrt": lambda x: 0.5 / np.sqrt(x),
+    "abs": np.sign,
+    "sign": np.zeros_like,
+}
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Values:
+    """The values of all parts of a formula at n states.
+
+    Args:
+        parts: value of each part, in the order of the tape; each shape (n,).
+        sizes: of each part the sum of the sizes of its terms, which rounding errors go by.
+    """
+
+    parts: list[Array]
+    sizes: list[Array]
+
+    @property
+    def whole(self) -> Array:
+        """The value of the formula, shape (n,)."""
+        return self.parts[-1]
+
+    @property
+    def size(self) -> Array:
+        """The size of its terms, shape (n,)."""
+        return self.sizes[-1]
+
+
+@final
+class Tape:
+    """A formula as a list of its parts, each after what it is made of.
+
+    Args:
+        root: the formula.
+    """
+
+    def __init__(self, root: Node) -> None:
+        self.nodes: list[Node] = []
+        self.parts: list[tuple[int, ...]] = []
+        self.parents: list[int] = []
+        self._append(root)
+        self.parents = [-1] * len(self.nodes)
+        for k, parts in enumerate(self.parts):
+            for part in parts:
+                self.parents[part] = k
+
+    def _append(self, node: Node) -> int:
+        places = tuple([self._append(part) for part in node.parts])
+        self.nodes.append(node)
+        self.parts.append(places)
+        return len(self.nodes) - 1
+
+    def evaluate(self, letters: Mapping[str, Array], count: int) -> Values:
+        """Return the values of all parts.
+
+        Args:
+            letters: value of each letter, shape (n,) or ().
+            count: number of states n.
+        """
+        found: list[Array] = []
+        sizes: list[Array] = []
+        with np.errstate(all="ignore"):
+            for node, places in zip(self.nodes, self.parts, strict=True):
+                below = [found[k] for k in places]
+                value = _value(node, below, letters)
+                size = _size(node, value, below, [sizes[k] for k in places])
+                found.append(np.broadcast_to(value, (count,)))
+                sizes.append(np.broadcast_to(size, (count,)))
+        return Values(found, sizes)
+
+    def slopes(self, values: Values) -> list[Array]:
+        """Return the derivative of the whole with respect to each part, each shape (n,)."""
+        slopes: list[Array] = [np.zeros_like(values.whole) for _ in self.nodes]
+        slopes[-1] = np.ones_like(values.whole)
+        with np.errstate(all="ignore"):
+            for k in range(len(self.nodes) - 1, -1, -1):
+                places = self.parts[k]
+                below = [values.parts[j] for j in places]
+                for place, slope in zip(places, _partials(self.nodes[k], below), strict=True):
+                    slopes[place] = slopes[place] + slopes[k] * slope
+        return slopes
+
+    def along(self, slopes: list[Array], name: str) -> Array:
+        """Return the derivative of the whole with respect to a letter, shape (n,)."""
+        total = np.zeros_like(slopes[-1])
+        for node, slope in zip(self.nodes, slopes, strict=True):
+            if node.kind == "letter" and node.name == name:
+                total = total + slope
+        return total
+
+
+def _value(node: Node, below: list[Array], letters: Mapping[str, Array]) -> Any:
+    match node.kind:
+        case "number":
+            return np.float64(node.value)
+        case "letter":
+            return letters[node.name]
+        case "sum":
+            return sum(below[1:], below[0])
+        case "product":
+            product = below[0]
+            for factor in below[1:]:
+                product = product * factor
+            return product
+        case "quotient":
+            return below[0] / below[1]
+        case "power":
+            return _power(below[0], node.parts[1], below[1])
+        case "negative":
+            return -below[0]
+    return _FUNCTIONS[node.name](*below)
+
+
+def _power(base: Array, exponent: Node, value: Array) -> Array:
+    if exponent.kind == "number" and exponent.value == 2:
+        return base * base
+    return np.asarray(np.power(base, value))
+
+
+def _size(node: Node, value: Any, below: list[Array], sizes: list[Array]) -> Any:
+    match node.kind:
+        case "sum":
+            return sum(sizes[1:], sizes[0])
+        case "product":
+            product = sizes[0]
+            for factor in sizes[1:]:
+                product = product * factor
+            return product
+        case "quotient":
+            # what cancels below makes the quotient as uncertain as it makes the divisor
+            return sizes[0] / np.abs(below[1]) * (sizes[1] / np.abs(below[1]))
+        case "power":
+            worse = sizes[0] / np.abs(below[0])
+            return np.abs(value) * np.maximum(1.0, np.abs(below[1]) * worse)
+        case "negative":
+            return sizes[0]
+        case "call":
+            # an argument of terms of size s is known to s ε, as are sine and cosine of it
+            return np.abs(value) + (sizes[0] if node.name in ("sin", "cos") else 0.0)
+    return np.abs(value)
+
+
+def _partials(node: Node, below: list[Array]) -> list[Any]:
+    match node.kind:
+        case "sum":
+            return [1.0] * len(below)
+        case "negative":
+            return [-1.0]
+        case "product":
+            partials = []
+            for k in range(len(below)):
+                rest: Any = 1.0
+                for j, factor in enumerate(below):
+                    rest = rest * factor if j != k else rest
+                partials.append(rest)
+            return partials
+        case "quotient":
+            return [1 / below[1], -below[0] / below[1] ** 2]
+        case "power":
+            base, exponent = below
+            return [exponent * np.power(base, exponent - 1), 0.0]
+    if node.kind == "call" and node.name in _SLOPES:
+        return [_SLOPES[node.name](below[0])]
+    if node.name == "atan2":
+        square = below[0] ** 2 + below[1] ** 2
+        return [below[1] / square, -below[0] / square]
+    return [0.0] * len(below)

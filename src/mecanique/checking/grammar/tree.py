@@ -1,0 +1,270 @@
+"""A formula as a tree of plain data: numbers, letters, sums, products, powers and functions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Literal, TypeAlias, final
+
+from mecanique.errors import FormulaError
+
+__all__ = [
+    "FUNCTIONS",
+    "Kind",
+    "Node",
+    "add",
+    "call",
+    "divide",
+    "letter",
+    "multiply",
+    "negate",
+    "number",
+    "raise_to",
+    "rate",
+    "substitute",
+]
+
+Kind: TypeAlias = Literal[
+    "number", "letter", "sum", "product", "quotient", "power", "negative", "call", "table"
+]
+
+FUNCTIONS = {
+    "sin": 1,
+    "cos": 1,
+    "tan": 1,
+    "asin": 1,
+    "acos": 1,
+    "atan": 1,
+    "atan2": 2,
+    "sinh": 1,
+    "cosh": 1,
+    "tanh": 1,
+    "exp": 1,
+    "log": 1,
+    "sqrt": 1,
+    "abs": 1,
+    "sign": 1,
+}
+"""The functions of formulas, and how many arguments each takes."""
+
+MOST_DEPTH = 120
+"""Deepest nesting of a formula; a printed one stays below 20."""
+
+
+@final
+@dataclass(frozen=True)
+class Node:
+    """A part of a formula.
+
+    Args:
+        kind: what it is.
+        parts: what it is made of; a quotient's are what stands above and below, a power's base and
+            exponent, a table's its entries row by row.
+        name: of a letter or a function.
+        value: of a number.
+        start: where it begins in the text.
+        end: where it ends in the text.
+        depth: of its nesting.
+        columns: of a table.
+    """
+
+    kind: Kind
+    parts: tuple[Node, ...] = ()
+    name: str = ""
+    value: Fraction = Fraction(0)
+    start: int = 0
+    end: int = 0
+    depth: int = 1
+    columns: int = 0
+
+    def at(self, start: int, end: int) -> Node:
+        """Return the same part at another place of the text."""
+        return replace(self, start=start, end=end)
+
+    def walk(self) -> Iterator[Node]:
+        """Yield this and all parts below it."""
+        yield self
+        for part in self.parts:
+            yield from part.walk()
+
+    @property
+    def letters(self) -> set[str]:
+        """The names of all letters in it."""
+        return {node.name for node in self.walk() if node.kind == "letter"}
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is the number zero."""
+        return self.kind == "number" and not self.value
+
+
+def number(value: Fraction | int) -> Node:
+    """Return a number."""
+    return Node("number", value=Fraction(value))
+
+
+def letter(name: str) -> Node:
+    """Return a letter."""
+    return Node("letter", name=name)
+
+
+def compound(kind: Kind, *parts: Node, name: str = "", columns: int = 0) -> Node:
+    """Return a part made of others, at their place.
+
+    Raises:
+        FormulaError: if it is nested too deeply.
+    """
+    depth = 1 + max(part.depth for part in parts)
+    if depth > MOST_DEPTH:
+        raise FormulaError(f"the formula is nested more than {MOST_DEPTH} deep; write it as a sum")
+    start, end = min(part.start for part in parts), max(part.end for part in parts)
+    return Node(kind, parts, name, start=start, end=end, depth=depth, columns=columns)
+
+
+def _flatten(kind: Kind, parts: tuple[Node, ...]) -> Iterator[Node]:
+    for part in parts:
+        if part.kind == kind:
+            yield from part.parts
+        else:
+            yield part
+
+
+def add(*parts: Node) -> Node:
+    """Return the sum of parts, without zeros."""
+    terms = [part for part in _flatten("sum", parts) if not part.is_zero]
+    if not terms:
+        return number(0)
+    return terms[0] if len(terms) == 1 else compound("sum", *terms)
+
+
+def multiply(*parts: Node) -> Node:
+    """Return the product of parts."""
+    factors = list(_flatten("product", parts))
+    if any(part.is_zero for part in factors):
+        return number(0)
+    factors = [part for part in factors if not (part.kind == "number" and part.value == 1)]
+    if not factors:
+        return number(1)
+    return factors[0] if len(factors) == 1 else compound("product", *factors)
+
+
+def negate(part: Node) -> Node:
+    """Return a part with the other sign."""
+    if part.kind == "negative":
+        return part.parts[0]
+    return part if part.is_zero else compound("negative", part)
+
+
+def divide(above: Node, below: Node) -> Node:
+    """Return a quotient."""
+    return compound("quotient", above, below)
+
+
+def raise_to(base: Node, exponent: Node) -> Node:
+    """Return a power."""
+    return compound("power", base, exponent)
+
+
+def call(name: str, *arguments: Node) -> Node:
+    """Return a function of its arguments."""
+    return compound("call", *arguments, name=name)
+
+
+def substitute(node: Node, letters: Mapping[str, Node]) -> Node:
+    """Return a formula with letters replaced by formulas; places stay those of the letters."""
+    if node.kind == "letter":
+        found = letters.get(node.name)
+        return node if found is None else found.at(node.start, node.end)
+    if not node.parts:
+        return node
+    parts = tuple(substitute(part, letters) for part in node.parts)
+    if parts == node.parts:
+        return node
+    return replace(node, parts=parts, depth=1 + max(part.depth for part in parts))
+
+
+_SLOPES: dict[str, Callable[[Node], Node]] = {
+    "sin": lambda x: call("cos", x),
+    "cos": lambda x: negate(call("sin", x)),
+    "tan": lambda x: divide(number(1), raise_to(call("cos", x), number(2))),
+    "asin": lambda x: divide(number(1), call("sqrt", add(number(1), negate(_square(x))))),
+    "acos": lambda x: negate(_SLOPES["asin"](x)),
+    "atan": lambda x: divide(number(1), add(number(1), _square(x))),
+    "sinh": lambda x: call("cosh", x),
+    "cosh": lambda x: call("sinh", x),
+    "tanh": lambda x: divide(number(1), _square(call("cosh", x))),
+    "exp": lambda x: call("exp", x),
+    "log": lambda x: divide(number(1), x),
+    "sqrt": lambda x: divide(number(1), multiply(number(2), call("sqrt", x))),
+}
+"""The derivatives of functions of one argument."""
+
+
+def _square(part: Node) -> Node:
+    return raise_to(part, number(2))
+
+
+def rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
+    """Return the time derivative of a formula.
+
+    Args:
+        node: the formula.
+        rates: the rate of every letter that changes, None if it is not known; the others are
+            constant.
+
+    Raises:
+        FormulaError: if a function has no derivative here, or an acceleration would be needed.
+    """
+    return _rate(node, rates).at(node.start, node.end)
+
+
+def _rate(node: Node, rates: Mapping[str, Node | None]) -> Node:
+    match node.kind:
+        case "number":
+            return number(0)
+        case "letter":
+            found = rates.get(node.name, number(0))
+            if found is None:
+                raise FormulaError(f"the time derivative of {node.name} is not known here")
+            return found
+        case "sum":
+            return add(*(_rate(part, rates) for part in node.parts))
+        case "negative":
+            return negate(_rate(node.parts[0], rates))
+        case "product":
+            terms = []
+            for k, part in enumerate(node.parts):
+                terms.append(multiply(*node.parts[:k], _rate(part, rates), *node.parts[k + 1 :]))
+            return add(*terms)
+        case "quotient":
+            above, below = node.parts
+            slope = _rate(below, rates)
+            first = _rate(above, rates)
+            terms = [] if first.is_zero else [divide(first, below)]
+            if not slope.is_zero:
+                terms.append(negate(divide(multiply(above, slope), _square(below))))
+            return add(*terms) if terms else number(0)
+        case "power":
+            return _rate_of_power(node.parts[0], node.parts[1], rates)
+    if node.kind == "call":
+        inner = _rate(node.parts[0], rates)
+        if inner.is_zero and all(_rate(part, rates).is_zero for part in node.parts[1:]):
+            return number(0)
+        if node.name in _SLOPES:
+            return multiply(_SLOPES[node.name](node.parts[0]), inner)
+    raise FormulaError(f"the time derivative of {node.name or 'a table'} is not known here")
+
+
+def _rate_of_power(base: Node, exponent: Node, rates: Mapping[str, Node | None]) -> Node:
+    inner = _rate(base, rates)
+    if not _rate(exponent, rates).is_zero:
+        raise FormulaError("the time derivative of a power with a changing exponent is not known")
+    if inner.is_zero:
+        return inner
+    less = (
+        number(exponent.value - 1)
+        if exponent.kind == "number"
+        else add(exponent, negate(number(1)))
+    )
+    return multiply(exponent, raise_to(base, less), inner)

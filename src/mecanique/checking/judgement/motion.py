@@ -1,0 +1,184 @@
+"""Judge equations of motion: whether they hold at the true accelerations, and determine them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.arrays import Array
+from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.tape import Tape, Values
+from mecanique.checking.grammar.tree import Node, add, negate
+from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.errors import FormulaError
+
+__all__ = ["TOLERANCE", "Residual", "count_independent", "difference", "residuals"]
+
+TOLERANCE = 1e-8
+"""A difference below this part of the formula's own terms is rounding."""
+
+_FEWEST = 6
+"""A formula must be finite at this many states at least."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Residual:
+    """An equation, left minus right, at the true accelerations of many states.
+
+    Args:
+        statement: the line it was written in.
+        root: left minus right.
+        tape: the same as a list.
+        values: of all its parts.
+        truth: what it is compared with.
+        sample: the states.
+    """
+
+    statement: Statement
+    root: Node
+    tape: Tape
+    values: Values
+    truth: Truth
+    sample: Sample
+
+    @cached_property
+    def finite(self) -> npt.NDArray[np.bool_]:
+        """At which states it has a value."""
+        return np.isfinite(self.values.whole) & np.isfinite(self.values.size)
+
+    @cached_property
+    def relative(self) -> Array:
+        """Its size relative to that of its terms, shape (n,); zero where it has no value."""
+        with np.errstate(all="ignore"):
+            found = np.abs(self.values.whole) / self.values.size
+        return np.where(self.finite & (self.values.size > 0), found, 0.0)
+
+    @property
+    def worst(self) -> float:
+        """The largest relative difference."""
+        return float(self.relative.max())
+
+    @property
+    def holds(self) -> bool:
+        """Whether it holds at every state."""
+        return self.worst <= TOLERANCE
+
+    @cached_property
+    def slopes(self) -> list[Array]:
+        """How it depends on each of its parts."""
+        return self.tape.slopes(self.values)
+
+    @cached_property
+    def by_acceleration(self) -> Array:
+        """Its derivatives by the accelerations, shape (n, nv)."""
+        columns = [self.tape.along(self.slopes, name) for name in self.truth.accelerations]
+        return np.stack(columns, axis=-1)
+
+    @cached_property
+    def says_nothing(self) -> bool:
+        """Whether it holds whatever the motion is, as 0 = 0 does."""
+        if not self.holds:
+            return False
+        moved = {
+            name: self.sample.values[name] + 1.0 + np.abs(self.sample.values[name])
+            for name in self.truth.accelerations
+        }
+        values = self.tape.evaluate({**self.sample.values, **moved}, self.sample.count)
+        with np.errstate(all="ignore"):
+            changed = np.abs(values.whole - self.values.whole) / values.size
+        return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= TOLERANCE)
+
+    @cached_property
+    def is_affine(self) -> bool:
+        """Whether it is linear in the accelerations."""
+        before = self.sample.values
+        steps = []
+        for factor in (1.0, 2.0):
+            moved = {
+                name: before[name] + factor * (1.0 + np.abs(before[name]))
+                for name in self.truth.accelerations
+            }
+            steps.append(self.tape.evaluate({**before, **moved}, self.sample.count))
+        first, second = steps
+        bend = np.abs(second.whole - 2 * first.whole + self.values.whole)
+        with np.errstate(all="ignore"):
+            found = bend / second.size
+        return bool(np.nanmax(np.where(np.isfinite(found), found, 0.0)) <= TOLERANCE)
+
+    @cached_property
+    def has_factor_of_velocities(self) -> bool:
+        """Whether it is multiplied by something that depends on velocities, and may vanish."""
+        before = self.sample.values
+        changed = {name: -1.7 * before[name] for name in self.truth.velocities}
+        values = self.tape.evaluate({**before, **changed}, self.sample.count)
+        slopes = self.tape.slopes(values)
+        columns = [self.tape.along(slopes, name) for name in self.truth.accelerations]
+        after = np.stack(columns, axis=-1)
+        scale = np.abs(after) + np.abs(self.by_acceleration)
+        with np.errstate(all="ignore"):
+            found = np.abs(after - self.by_acceleration) / scale
+        known = np.isfinite(found) & (scale > 0)
+        return bool((found[known] > 1e-6).any())
+
+
+def difference(statement: Statement) -> list[Node]:
+    """Return left minus right of each equation in a line; a formula alone is meant to be zero."""
+    sides = statement.sides
+    if len(sides) == 1:
+        return [sides[0]]
+    return [add(left, _negated(right)) for left, right in pairwise(sides)]
+
+
+def _negated(node: Node) -> Node:
+    return negate(node).at(node.start, node.end)
+
+
+def residuals(
+    statements: Sequence[Statement], truth: Truth, sample: Sample, text: str
+) -> list[Residual]:
+    """Return every equation of some lines at the true accelerations.
+
+    Raises:
+        FormulaError: if an equation is a matrix, or has a value at too few states.
+    """
+    found = []
+    for statement in statements:
+        for root in difference(statement):
+            if any(node.kind == "table" for node in root.walk()):
+                raise FormulaError("expected an equation, got a matrix", text, root.start)
+            tape = Tape(root)
+            values = tape.evaluate(sample.values, sample.count)
+            one = Residual(statement, root, tape, values, truth, sample)
+            if one.finite.sum() < min(_FEWEST, sample.count):
+                raise FormulaError(
+                    f"the formula has a value at {int(one.finite.sum())} of {sample.count} states; "
+                    "look for a division by zero or the root of a negative number",
+                    text,
+                    root.start,
+                )
+            found.append(one)
+    return found
+
+
+def count_independent(found: Sequence[Residual]) -> int:
+    """Return how many accelerations some equations determine."""
+    if not found:
+        return 0
+    rows = np.stack([one.by_acceleration for one in found], axis=1)
+    sample = found[0].sample
+    rows = rows[np.isfinite(rows).all((1, 2))]
+    if not len(rows):
+        return 0
+    # in the unit of each acceleration's own inertia
+    scale = np.sqrt(np.abs(np.diagonal(sample.M, axis1=1, axis2=2))).mean(0)
+    rows = rows / np.where(scale > 0, scale, 1.0)
+    size = np.linalg.norm(rows, axis=2, keepdims=True)
+    rows = rows / np.where(size > 0, size, 1.0)
+    return int(np.linalg.matrix_rank(rows, tol=1e-7).max())

@@ -1,0 +1,198 @@
+"""The true equations of motion at many states, whose parameters are random as well.
+
+Parameters vary from state to state, so that two masses which happen to be equal in the catalogue
+are not taken for one another. Where the equations have no closed form the parameters keep their own
+values.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.arrays import Array
+from mecanique.derivation import derive
+from mecanique.derivation.equations import Equations
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.errors import DerivationError, InputError
+from mecanique.model.expression import evaluate
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
+from mecanique.verification.states.random import random_states
+
+__all__ = ["Sample", "Truth"]
+
+STATES = 24
+"""States at which a formula is compared."""
+
+_CANDIDATES = 64
+"""States that are drawn; those without a meaning or nearly singular are left out."""
+
+_SPREAD = 0.5
+"""Parameters vary by the factor e to the power of ± this."""
+
+_SINGULAR = 1e4
+"""A mass matrix conditioned worse than this is left out, as it magnifies rounding errors."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """States with everything that formulas may name.
+
+    Args:
+        values: value of each letter, shape (n,) or ().
+        M: mass matrix, shape (n, nv, nv).
+        bias: M a + bias = forces, shape (n, nv).
+        forces: generalized forces, shape (n, nv).
+        slopes: of the constraints, shape (n, m, nv); m = 0 where there are none.
+        a: the true accelerations, shape (n, nv).
+        count: number of states n.
+        varied: whether parameters differ from state to state.
+    """
+
+    values: Mapping[str, Array]
+    M: Array
+    bias: Array
+    forces: Array
+    slopes: Array
+    a: Array
+    count: int
+    varied: bool
+
+
+@final
+class Truth:
+    """A mechanism's own equations, to compare with.
+
+    Args:
+        mechanism: any mechanism.
+        seed: of the random states.
+    """
+
+    def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
+        self.mechanism = mechanism
+        self.seed = seed
+        self.velocities = mechanism.velocities
+        self.accelerations = tuple(f"{name}'" for name in mechanism.velocities)
+
+    @cached_property
+    def equations(self) -> Equations:
+        """The equations by Lagrange's method."""
+        return derive(self.mechanism)
+
+    @cached_property
+    def derivation(self) -> Derivation | None:
+        """The closed form, if there is one."""
+        try:
+            return self.equations.derivation
+        except DerivationError:
+            return None
+
+    @cached_property
+    def sample(self) -> Sample:
+        """States with random parameters where the equations are written in letters."""
+        if self.derivation is None or self.mechanism.constrained:
+            return self.own
+        return self._draw(varied=True)
+
+    @cached_property
+    def own(self) -> Sample:
+        """States with the parameters' own values."""
+        if self.derivation is None or self.mechanism.constrained:
+            return self._computed()
+        return self._draw(varied=False)
+
+    def _draw(self, *, varied: bool) -> Sample:
+        """Return states whose numbers come from the closed form."""
+        derivation = self.derivation
+        assert derivation is not None
+        mechanism = self.mechanism
+        states = random_states(mechanism, _CANDIDATES, self.seed, derivation.assumptions)
+        random = np.random.default_rng(self.seed + 1)
+        values = self._letters(states, random, varied=varied)
+        evaluated = Evaluation(derivation.algebra.ring, values)
+        n = len(states)
+        with np.errstate(all="ignore"):
+            M = self._stack([entry for row in derivation.M for entry in row], evaluated, n)
+            M = M.reshape(n, mechanism.nv, mechanism.nv)
+            bias = self._stack(derivation.h, evaluated, n)
+            forces = self._stack(derivation.Q, evaluated, n)
+            known = np.concatenate([M.reshape(n, -1), bias - forces], axis=1)
+            possible = np.asarray(np.isfinite(known).all(axis=1))
+            for assumption in derivation.assumptions:
+                possible &= np.broadcast_to(evaluated(assumption.positive) > 0, (n,))
+            possible[possible] &= _are_regular(M[possible])
+        at = np.flatnonzero(possible)[:STATES]
+        if not len(at):
+            raise InputError(
+                f"the equations of {mechanism.name!r} have a meaning at none of {n} random states"
+            )
+        values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
+        a = np.asarray(np.linalg.solve(M[at], (forces - bias)[at, :, None])[..., 0], dtype=float)
+        values |= dict(zip(self.accelerations, a.T, strict=True))
+        slopes = np.zeros((len(at), 0, mechanism.nv))
+        return Sample(values, M[at], bias[at], forces[at], slopes, a, len(at), varied)
+
+    def _letters(
+        self, states: States, random: np.random.Generator, *, varied: bool
+    ) -> dict[str, Any]:
+        """Return the value of each letter; a signal that is a number or a record is any number."""
+        mechanism, n = self.mechanism, len(states)
+        values: dict[str, Any] = {"t": states.t, "pi": np.float64(math.pi)}
+        for parameter in mechanism.parameters:
+            factor = np.exp(random.uniform(-_SPREAD, _SPREAD, n)) if varied else np.ones(n)
+            values[parameter.symbol] = factor * (parameter.value or float(varied))
+        for signal in mechanism.inputs:
+            if callable(signal.signal) or isinstance(signal.signal, float):
+                values[signal.symbol] = random.uniform(-2.0, 2.0, n) * self._force_scale
+            else:
+                values[signal.symbol] = np.broadcast_to(evaluate(signal.signal, values), (n,))
+        values |= dict(zip(mechanism.coordinates, states.q.T, strict=True))
+        values |= dict(zip(mechanism.velocities, states.v.T, strict=True))
+        return values
+
+    @cached_property
+    def _force_scale(self) -> float:
+        """A weight of the mechanism, which unknown forces are drawn by."""
+        masses = [p.value for p in self.mechanism.parameters if p.unit == "kg" and p.value]
+        return float(np.median(masses)) * 9.81 if masses else 1.0
+
+    def _stack(self, series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
+        return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
+
+    def _computed(self) -> Sample:
+        """Return states whose numbers are computed; loops are closed, and λ is there by name."""
+        mechanism, equations = self.mechanism, self.equations
+        states = random_states(mechanism, STATES, self.seed)
+        n = len(states)
+        values = dict(states.values) | {"pi": np.float64(math.pi)}
+        arguments = (states.q, states.v, states.t)
+        a = equations.acceleration(*arguments)
+        values |= dict(zip(self.accelerations, a.T, strict=True))
+        slopes = np.zeros((n, 0, mechanism.nv))
+        if mechanism.constrained:
+            found = equations.multipliers(*arguments)
+            values |= {f"lambda_{name}": row for name, row in found.items()}
+        values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
+        M = equations.mass_matrix(states.q, states.t)
+        bias, forces = equations.bias(*arguments), equations.forces(*arguments)
+        return Sample(values, M, bias, forces, slopes, a, n, False)
+
+
+def _are_regular(M: Array) -> npt.NDArray[np.bool_]:
+    diagonal = np.sqrt(np.abs(np.diagonal(M, axis1=1, axis2=2)))
+    with np.errstate(all="ignore"):
+        scaled = M / (diagonal[:, :, None] * diagonal[:, None, :])
+    finite = np.isfinite(scaled).all((1, 2))
+    condition = np.full(len(M), np.inf)
+    condition[finite] = np.linalg.cond(scaled[finite])
+    return np.asarray(condition < _SINGULAR)

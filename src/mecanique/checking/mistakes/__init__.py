@@ -1,0 +1,1 @@
+"""Mistakes that explain a wrong formula, the likeliest first."""

@@ -1,0 +1,171 @@
+"""The outcome of a check: right or not, how far off, where, and why."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias, final
+
+from mecanique.wording import say_count
+
+__all__ = ["Cause", "Check", "Line", "Outcome"]
+
+Outcome: TypeAlias = Literal["right", "right except for form", "incomplete", "wrong"]
+"""What a check finds."""
+
+_SHOWN = 3
+"""Causes printed for a line."""
+
+
+@final
+@dataclass(frozen=True)
+class Cause:
+    """A mistake that explains a wrong formula.
+
+    Args:
+        kind: of the mistake, e.g. "sign".
+        text: what is wrong, in words.
+        part: the part of the formula, as it was written; empty if it is missing.
+        equation: number of the equation, from 1; 0 if it concerns all.
+    """
+
+    kind: str
+    text: str
+    part: str = ""
+    equation: int = 0
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data."""
+        return {
+            "kind": self.kind,
+            "text": self.text,
+            "part": self.part,
+            "equation": self.equation,
+        }
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@final
+@dataclass(frozen=True)
+class Line:
+    """One equation or formula of what was submitted.
+
+    Args:
+        text: as it was written.
+        outcome: whether it is right.
+        worst: the largest difference relative to the size of its terms.
+        forms: what keeps a right one from the form that was asked for.
+        causes: what explains a wrong one, the likeliest first; none can be told apart from the
+            first that explain as much.
+    """
+
+    text: str
+    outcome: Outcome
+    worst: float
+    forms: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data."""
+        return {
+            "text": self.text,
+            "outcome": self.outcome,
+            "worst": self.worst if math.isfinite(self.worst) else None,
+            "forms": list(self.forms),
+            "causes": [cause.to_dict() for cause in self.causes],
+        }
+
+
+@final
+@dataclass(frozen=True)
+class Check:
+    """Whether a submitted formula is right, and if not, why not.
+
+    Args:
+        mechanism: name of the mechanism.
+        asked: what was asked for, e.g. "equation of motion".
+        outcome: the verdict on the whole.
+        lines: the verdict on each equation.
+        states: number of random states at which it was compared.
+        varied: whether the parameters differed from state to state.
+        exact: whether equality was proven by algebra as well.
+        forms: what keeps a right answer from the form that was asked for.
+        causes: what explains a wrong answer, the likeliest first.
+        at: the state with the largest difference, by letter.
+    """
+
+    mechanism: str
+    asked: str
+    outcome: Outcome
+    lines: tuple[Line, ...]
+    states: int
+    varied: bool = True
+    exact: bool = False
+    forms: tuple[str, ...] = ()
+    causes: tuple[Cause, ...] = ()
+    at: Mapping[str, float] | None = None
+
+    @property
+    def right(self) -> bool:
+        """Whether it is right and in the form that was asked for."""
+        return self.outcome == "right"
+
+    @property
+    def form(self) -> str:
+        """What keeps a right answer from the form that was asked for; empty if nothing does."""
+        return "; ".join(self.forms)
+
+    @property
+    def worst(self) -> float:
+        """The largest difference relative to the size of the terms."""
+        return max((line.worst for line in self.lines), default=0.0)
+
+    def to_json(self) -> str:
+        """Return everything as JSON text."""
+        return json.dumps(self.to_dict(), ensure_ascii=False, allow_nan=False, indent=2)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain data, ready for JSON."""
+        return {
+            "mechanism": self.mechanism,
+            "asked": self.asked,
+            "outcome": self.outcome,
+            "right": self.right,
+            "worst": self.worst if math.isfinite(self.worst) else None,
+            "states": self.states,
+            "varied": self.varied,
+            "exact": self.exact,
+            "forms": list(self.forms),
+            "causes": [cause.to_dict() for cause in self.causes],
+            "lines": [line.to_dict() for line in self.lines],
+            "at": dict(self.at) if self.at else None,
+        }
+
+    @property
+    def summary(self) -> str:
+        """The verdict in one sentence."""
+        where = say_count(self.states, "random state")
+        if self.varied:
+            where += " with random parameters"
+        proof = "; proven by algebra" if self.exact else ""
+        size = f"worst relative difference {self.worst:.1e}"
+        return f"{self.mechanism}, {self.asked}: {self.outcome.upper()} ({where}, {size}{proof})"
+
+    def __str__(self) -> str:
+        out = [self.summary]
+        several = len(self.lines) > 1
+        for number, line in enumerate(self.lines, 1):
+            if several:
+                out.append(f"  {number}. {line.outcome}: {line.text}")
+        out += [f"  form: {form}" for form in self.forms]
+        shown = self.causes[:_SHOWN]
+        for number, cause in enumerate(shown):
+            out.append(f"  {'likely cause' if not number else 'or'}: {cause}")
+        if self.at:
+            state = ", ".join(f"{name} = {value:.4g}" for name, value in self.at.items())
+            out.append(f"  largest difference at {state}")
+        return "\n".join(out)
