@@ -20,6 +20,7 @@ HEAVY = (
     "meshcat",
     "rich",
     "typer",
+    "lark",
     "matplotlib",
     "example_robot_data",
 )
@@ -103,6 +104,7 @@ def test_every_error_is_a_mecanique_error_and_survives_pickling() -> None:
         mq.ClosureError("a"),
         mq.DerivationError("a"),
         mq.EngineError("a"),
+        mq.FormulaError("a", "q + ", 4, ("k",)),
         mq.InputError("a"),
         mq.IntegrationError("a"),
         mq.MechanismError("m", ["a", "b"]),
