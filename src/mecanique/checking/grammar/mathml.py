@@ -36,60 +36,60 @@ def text_of(markup: str) -> str:
     except XmlRefusedError as error:
         raise FormulaError(f"the MathML cannot be read, line {error.line}: {error}") from None
     found = [element for element in root.iter() if element.tag == "math"] or [root]
-    return "\n".join(_written(element) for element in found)
+    return "\n".join(_write(element) for element in found)
 
 
-def _written(element: Element) -> str:
+def _write(element: Element) -> str:
     parts = list(element)
     match element.tag:
         case "mi" | "mn" | "mo" | "mtext":
             return f" {(element.text or '').strip()} "
         case "math" | "mrow" | "mstyle" | "formulas" | "mpadded" | "div" | "p" | "semantics":
-            inner = [_written(part) for part in parts if not part.tag.startswith("annotation")]
+            inner = [_write(part) for part in parts if not part.tag.startswith("annotation")]
             return "".join(inner)
         case "mspace" | "mphantom":
             return " "
         case "mfrac" if len(parts) == 2:
-            return f" (({_written(parts[0])})/({_written(parts[1])})) "
+            return f" (({_write(parts[0])})/({_write(parts[1])})) "
         case "msqrt":
-            return f" sqrt({''.join(map(_written, parts))}) "
+            return f" sqrt({''.join(map(_write, parts))}) "
         case "msup" if len(parts) == 2:
-            return f"{_base(parts[0])}^({_written(parts[1])}) "
+            return f"{_base(parts[0])}^({_write(parts[1])}) "
         case "msub" if len(parts) == 2:
             return _letter(element)
         case "msubsup" if len(parts) == 3:
-            return f"{_letter(element)}^({_written(parts[2])}) "
+            return f"{_letter(element)}^({_write(parts[2])}) "
         case "mover" if len(parts) == 2:
             return _letter(element)
         case "mtable":
-            rows = "; ".join(map(_written, parts))
+            rows = "; ".join(map(_write, parts))
             return f"[{rows}]"
         case "mtr":
-            return ", ".join(_written(part) for part in parts)
+            return ", ".join(_write(part) for part in parts)
         case "mtd":
-            return "".join(map(_written, parts))
+            return "".join(map(_write, parts))
     raise FormulaError(f"the element {element.tag!r} of MathML is not known in a formula")
 
 
 def _base(element: Element) -> str:
     """What a power is taken of; of a sum only with its brackets."""
-    return _written(element).rstrip()
+    return _write(element).rstrip()
 
 
 def _letter(element: Element) -> str:
     """A letter with dots and subscript as one word."""
-    word, subscript, dots = _taken(element)
+    word, subscript, dots = _take_apart(element)
     return f" {word}{'_' + subscript if subscript else ''}{chr(39) * dots}"
 
 
-def _taken(element: Element) -> tuple[str, str, int]:
+def _take_apart(element: Element) -> tuple[str, str, int]:
     parts = list(element)
     if element.tag in ("msub", "msubsup"):
-        word, _, dots = _taken(parts[0])
+        word, _, dots = _take_apart(parts[0])
         below = re.sub(r"\W", "", "".join(parts[1].itertext()))
         return word, below, dots
     if element.tag == "mover":
-        word, subscript, dots = _taken(parts[0])
+        word, subscript, dots = _take_apart(parts[0])
         sign = "".join(parts[1].itertext()).strip()
         if sign not in _DOTS:
             raise FormulaError(f"the accent {sign!r} of MathML is not known in a formula")

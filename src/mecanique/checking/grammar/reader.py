@@ -36,7 +36,7 @@ statement: sum (_EQUALS sum)*
 ?product: factor
     | product TIMES signed    -> times
     | product OVER signed     -> over
-    | product factor          -> juxtaposed
+    | product factor          -> juxtaposition
 
 ?signed: factor
     | MINUS signed            -> negative
@@ -55,7 +55,7 @@ statement: sum (_EQUALS sum)*
     | LPAR sum RPAR           -> brackets
     | LBRACE sum RBRACE       -> brackets
     | LSQB rows RSQB          -> square
-    | atom PRIME              -> primed
+    | atom PRIME              -> prime
     | FRACTION LBRACE sum RBRACE LBRACE sum RBRACE -> fraction
     | FUNCTION argument       -> function
     | FUNCTION POWER raised argument -> raised_function
@@ -295,7 +295,7 @@ class _Builder(Transformer[Any, Any]):
     def times(self, parts: list[Any]) -> Node:
         return _place(self._product(parts[0], parts[2]), parts)
 
-    def juxtaposed(self, parts: list[Any]) -> Node:
+    def juxtaposition(self, parts: list[Any]) -> Node:
         return _place(self._product(*parts), parts)
 
     def _product(self, first: Node, second: Node) -> Node:
@@ -329,7 +329,7 @@ class _Builder(Transformer[Any, Any]):
     def time_derivative(self, parts: list[Any]) -> Node:
         return _place(self._rate(parts[1]), parts)
 
-    def primed(self, parts: list[Any]) -> Node:
+    def prime(self, parts: list[Any]) -> Node:
         return _place(self._rate(parts[0]), parts)
 
     def _rate(self, node: Node) -> Node:

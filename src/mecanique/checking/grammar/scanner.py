@@ -253,9 +253,9 @@ class Scanner:
         found = _WORD.match(text, at)
         assert found is not None
         word, end = found[0].replace("{", "").replace("}", ""), found.end()
-        return self._named(word, at, end)
+        return self._name(word, at, end)
 
-    def _named(self, word: str, at: int, end: int) -> int:
+    def _name(self, word: str, at: int, end: int) -> int:
         """Read a word, with the primes after it, as a letter, a function or several of them."""
         text = self._plain
         primes = _PRIMES.match(text, end)
@@ -271,7 +271,7 @@ class Scanner:
                 end = of_time.end()
                 if (after := _PRIMES.match(text, end)) and _count(after):
                     self._found.pop()
-                    return self._named(word + "'" * _count(after), at, after.end())
+                    return self._name(word + "'" * _count(after), at, after.end())
             return end
         if not dots and word in ("Eq", "Matrix", "Rational", "Derivative"):
             return self._put("SYMPY", word, at, end)
@@ -327,7 +327,7 @@ class Scanner:
         return name is not None and name in self._letters.rates
 
     def _derivative(self, word: str, order: int, found: re.Match[str]) -> int:
-        return self._named(_bare(word) + "'" * order, found.start(), found.end())
+        return self._name(_bare(word) + "'" * order, found.start(), found.end())
 
     def _method(self, found: re.Match[str]) -> int:
         """Read q(t).diff(t)."""
@@ -353,7 +353,7 @@ class Scanner:
         if found := _FRACTION.match(text, at):
             return self._fraction_of_time(found)
         if found := _DOT.match(text, at):
-            return self._dotted(found)
+            return self._read_dots(found)
         if found := _ENVIRONMENT.match(text, at):
             return self._environment(found)
         if found := _IGNORED.match(text, at):
@@ -363,7 +363,7 @@ class Scanner:
             return found.end()
         if found := _FONT.match(text, at):
             word = found["word"] + self._subscript(found.end())[0]
-            return self._named(word, at, self._subscript(found.end())[1])
+            return self._name(word, at, self._subscript(found.end())[1])
         found = _COMMAND.match(text, at)
         if found is None:
             raise self._error("a backslash at the end has no meaning", at)
@@ -391,7 +391,7 @@ class Scanner:
         if not name.isalpha():
             raise self._error(f"the command \\{name} has no meaning in a formula", at)
         subscript, end = self._subscript(end)
-        return self._named(name + subscript, at, end)
+        return self._name(name + subscript, at, end)
 
     def _subscript(self, at: int) -> tuple[str, int]:
         """Return the subscript at a place, and where to go on."""
@@ -408,7 +408,7 @@ class Scanner:
         if at >= len(text) or text[at] == "{":
             if at >= len(text):
                 raise self._error("expected two arguments in braces after \\frac", at - 1)
-            return self._braced(at)
+            return self._read_braces(at)
         if text[at].isdigit():
             self._put("LBRACE", "{", at, at + 1)
             self._put("NUMBER", text[at], at, at + 1)
@@ -416,12 +416,12 @@ class Scanner:
             return at + 1
         if text[at].isalpha() or text[at] == "\\":
             self._put("LBRACE", "{", at, at + 1)
-            end = self._command(at) if text[at] == "\\" else self._named(text[at], at, at + 1)
+            end = self._command(at) if text[at] == "\\" else self._name(text[at], at, at + 1)
             self._put("RBRACE", "}", end - 1, end)
             return end
         raise self._error("expected an argument in braces after \\frac", at)
 
-    def _braced(self, at: int) -> int:
+    def _read_braces(self, at: int) -> int:
         """Read an argument in braces to its end."""
         depth = self._depth
         at = self._next(at)
@@ -437,13 +437,13 @@ class Scanner:
             if not self._is_moving(found["word"]):
                 self._put("FRACTION", "frac", found.start(), found.start() + 5)
                 at = self._plain.index("{", found.start())
-                return self._braced(self._plain.index("{", self._braced(at)))
+                return self._read_braces(self._plain.index("{", self._read_braces(at)))
             return self._derivative(found["word"], order, found)
         for _ in range(order):
             self._put("RATE", "d/dt", found.start(), found.end())
         return found.end()
 
-    def _dotted(self, found: re.Match[str]) -> int:
+    def _read_dots(self, found: re.Match[str]) -> int:
         inner = (found["inner"] or found["word"] or "").strip()
         word = _bare(inner) + re.sub(r"[\\\s_{},]", "", found["subscript"] or "")
         if not word.isalnum():
@@ -452,7 +452,7 @@ class Scanner:
                 "before brackets",
                 found.start(),
             )
-        return self._named(word + "'" * len(found["dots"]), found.start(), found.end())
+        return self._name(word + "'" * len(found["dots"]), found.start(), found.end())
 
     def _environment(self, found: re.Match[str]) -> int:
         if found["name"] in _TABLES:

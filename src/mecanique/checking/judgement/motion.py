@@ -133,10 +133,10 @@ def difference(statement: Statement) -> list[Node]:
     sides = statement.sides
     if len(sides) == 1:
         return [sides[0]]
-    return [add(left, _negated(right)) for left, right in pairwise(sides)]
+    return [add(left, _negate(right)) for left, right in pairwise(sides)]
 
 
-def _negated(node: Node) -> Node:
+def _negate(node: Node) -> Node:
     return negate(node).at(node.start, node.end)
 
 

@@ -108,7 +108,7 @@ class Truth:
     def own(self) -> Sample:
         """States with the parameters' own values."""
         if self.derivation is None or self.mechanism.constrained:
-            return self._computed()
+            return self._compute()
         return self._draw(varied=False)
 
     def _draw(self, *, varied: bool) -> Sample:
@@ -169,7 +169,7 @@ class Truth:
     def _stack(self, series: Sequence[Series], evaluated: Evaluation, n: int) -> Array:
         return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
 
-    def _computed(self) -> Sample:
+    def _compute(self) -> Sample:
         """Return states whose numbers are computed; loops are closed, and λ is there by name."""
         mechanism, equations = self.mechanism, self.equations
         states = random_states(mechanism, STATES, self.seed)
