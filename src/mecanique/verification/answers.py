@@ -124,8 +124,11 @@ def ask(
             found[name]["contact forces"] = touching
     if reactions and not (mechanism.loops or mechanism.velocity_constraints):
         balances = derivations.balances(ours)
+        shared = derivations.shared_reactions(engine, states) if mechanism.contacts else None
         for source, values in ((balances, found["Newton-Euler"]), (engine, theirs)):
             parts = [derivations.reactions(source, mechanism, states)]
+            if shared is not None:
+                parts[0][:, : shared.shape[1]][shared] = 0.0
             # reactions are judged against the contact forces that they balance
             parts += [values["contact forces"]] if mechanism.contacts else []
             values["reactions"] = np.concatenate(parts, axis=1)

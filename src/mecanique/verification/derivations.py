@@ -33,6 +33,7 @@ __all__ = [
     "independent_accelerations",
     "is_light",
     "reactions",
+    "shared_reactions",
 ]
 
 _BUDGET = 3_600
@@ -92,8 +93,7 @@ def reactions(source: Equations | Reference, mechanism: Mechanism, states: State
     """Return the reactions of all joints as one vector, shape (n, 6 · joints).
 
     It is the total of each joint, with what guides across it; forces of elements follow. Moments
-    are
-    divided by the characteristic length; those of a joint that the source does not know are not
+    are divided by the characteristic length; those of a joint that the source does not know are not
     numbers.
     """
     wrenches = source.totals(states.q, states.v, states.t)
@@ -109,6 +109,22 @@ def reactions(source: Equations | Reference, mechanism: Mechanism, states: State
         forces = source.guide_forces(states.q, states.v, states.t)
         parts += [np.nan_to_num(np.asarray(force))[:, None] for force in forces.values()]
     return np.concatenate(parts, axis=1)
+
+
+def shared_reactions(engine: Reference, states: States) -> Array:
+    """Return which components redundant contacts leave undetermined, shape (n, 6 · joints).
+
+    Args:
+        engine: the mechanism inside the engine.
+        states: n states.
+    """
+    closed, count = engine.closed, len(engine.mechanism.joints)
+    assert closed is not None, "the mechanism has contacts"
+    found = [
+        closed.undetermined(q, t)[:count].reshape(-1)
+        for q, t in zip(states.q, states.t.tolist(), strict=True)
+    ]
+    return np.array(found)
 
 
 def contact_forces(source: Dynamics, engine: Reference, states: States) -> Array:

@@ -82,6 +82,11 @@ class Cut:
     weight_moment: Vector
     applied: tuple[Applied, ...]
 
+    @property
+    def inert(self) -> bool:
+        """Whether it has mass, or moments of inertia alone, as what turns may be described."""
+        return bool(self.mass) or any(self.turning)
+
     def loads(self) -> Wrench:
         """Return the resultant of the applied forces, about the origin of the body's frame."""
         nothing = zero(self.mass.ring)

@@ -167,7 +167,7 @@ class VirtualWork:
 
     def _body(self, cut: Cut) -> Iterator[Stage]:
         """Inertia forces of a body, its equilibrium with them, and the work of all forces on it."""
-        if cut.mass:
+        if cut.inert:
             yield self._inertia_forces(cut)
         yield self._equilibrium(cut)
         ledger = self._ledger(cut)
@@ -236,7 +236,7 @@ class VirtualWork:
         lines: list[Result] = []
         zero, body = self.algebra.ring.number(0), cut.body
         rotation, at_center = self._vary(cut.spin), self._vary(cut.center_velocity)
-        if cut.mass:
+        if cut.inert:
             if any(cut.weight):
                 work = self._force(lines, f"weight_{body}", cut, cut.weight, at_center)
                 self._weights.append(work)
@@ -259,7 +259,7 @@ class VirtualWork:
 
     def _where(self, cut: Cut) -> str:
         """Where weight and inertia forces act."""
-        if not cut.mass:
+        if not cut.inert:
             return ""
         if self._seat_of_inertia(cut)[0] is not None:
             weight = "The weight acts at the center of mass, t" if any(cut.weight) else "T"

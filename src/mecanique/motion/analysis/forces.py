@@ -73,6 +73,12 @@ class Actions:
             for body in mechanism.bodies
             if body.name != mechanism.ground and mechanism.evaluate(body.mass)
         ]
+        self._inert = [
+            body
+            for body in mechanism.bodies
+            if body in self._heavy
+            or (body.name != mechanism.ground and any(mechanism.evaluate_all(body.inertia)))
+        ]
 
     def applied(self, t: np.ndarray, q: np.ndarray, v: np.ndarray) -> Iterator[Action]:
         """Yield weights, springs, dampers, drives and loads."""
@@ -166,7 +172,7 @@ class Actions:
             v: shape (n, nv).
             a: shape (n, nv).
         """
-        for body in self._heavy:
+        for body in self._inert:
             center = self._numbers(body.center)
             middle = self._reference.point(body.name, center, q, v, a, t)
             tips = [
