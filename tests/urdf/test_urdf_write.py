@@ -444,7 +444,7 @@ HOSTILE = [
 
 @pytest.mark.parametrize("name", HOSTILE)
 def test_hostile_names_stay_names(name: str) -> None:
-    parameter = Parameter("k", 3.0, unit=name, meaning=f"{name}\n\x00--{name}")
+    parameter = Parameter("k", 3.0, meaning=f"{name}\n\x00--{name}")
     system = Mechanism(
         name,
         bodies=(Body("ground"), Body(name, ball(1, 0.1))),
