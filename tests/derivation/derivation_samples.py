@@ -74,9 +74,9 @@ def everything(map_: dict[str, object] | None = None, names: tuple[str, ...] = (
     def place() -> Placement:
         return Placement(three(), three())
 
-    A, W = Parameter("A", 0.3, "m"), Parameter("W", 2.0, "rad/s")
-    u = Input("u", A * sin(W * time()), "m")
-    F = Input("F", lambda t: float(np.sin(3 * t)) + 1, "N")
+    A, W = Parameter("A", 0.3), Parameter("W", 2.0)
+    u = Input("u", A * sin(W * time()))
+    F = Input("F", lambda t: float(np.sin(3 * t)) + 1)
     return Mechanism(
         name="everything",
         bodies=(Body("ground"), *(Body(f"b{k}", shape(), shape()) for k in range(8))),
@@ -173,7 +173,7 @@ def planar() -> Mechanism:
             ("g", 9.81, "m/s²"),
         )
     )
-    F = Input("F", 1.5, "N")
+    F = Input("F", 1.5)
     return Mechanism(
         name="planar",
         bodies=(Body("ground"), Body("plate", Shape(m, inertia=(J, J, J, 0, 0, 0)))),
@@ -223,8 +223,8 @@ def three_dimensional() -> Mechanism:
 
 def functions() -> Mechanism:
     """Return a bead on a curve, driven through arcs and roots, with non-polynomial loads."""
-    m, R = Parameter("m", 0.5, "kg"), Parameter("R", 6.0, "m")
-    s, u = coordinate("s"), Input("u", 0.3 * sin(2 * time()), "m")
+    m, R = Parameter("m", 0.5), Parameter("R", 6.0)
+    s, u = coordinate("s"), Input("u", 0.3 * sin(2 * time()))
     return Mechanism(
         name="functions",
         bodies=(Body("ground"), Body("slider", Shape(m)), Body("arm", Shape(2 * m).at((R, 0, 0)))),
