@@ -149,6 +149,17 @@ def test_importing_loads_nothing_heavy(module: str) -> None:
     """)
 
 
+@pytest.mark.parametrize("heavy", ["numpy", "rich", "mecanique.model"])
+def test_help_and_the_bare_import_load_neither_arrays_nor_the_model(heavy: str) -> None:
+    run(f"""
+        import sys
+        import mecanique
+        assert {heavy!r} not in sys.modules
+        from mecanique.cli.commands import app
+        assert {heavy!r} not in sys.modules
+    """)
+
+
 def test_looking_at_the_names_loads_nothing_heavy() -> None:
     run(f"""
         import sys

@@ -55,7 +55,7 @@ def code(
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Write the equations of motion as code, after it was run and compared with Pinocchio.
+    """Write the equations of motion as code, checked by running it.
 
     The test that compares it comes along.
     """

@@ -32,7 +32,7 @@ def list_(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the textbook systems: name, title, degrees of freedom N, tags."""
+    """List the textbook systems with their degrees of freedom N."""
     entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
     known = sorted(set().union(*(entry.tags for entry in entries.values())))
     for word in tag or ():
@@ -82,7 +82,7 @@ def derive(
 @app.command(epilog="Example: mecanique book --json")
 @report_errors
 def book(as_json: AsJson = False) -> None:
-    """Check every equation of the chapter the catalogue started from.
+    """Check every equation of the catalogue's first chapter.
 
     The exit code is 1 if an equation is in error and its right form is not proven.
     """
@@ -139,7 +139,7 @@ def verify(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Compare the derived equations with Pinocchio, and check the facts of a textbook system.
+    """Compare the derived equations with Pinocchio; check facts.
 
     The exit code is 1 if they disagree or a fact does not hold.
     """

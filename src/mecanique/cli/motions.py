@@ -10,7 +10,6 @@ from typing import Annotated, Literal
 import typer
 
 import mecanique as mq
-from mecanique.cli.linear import figures, inertial_figures, response_table, small_motions
 from mecanique.cli.printing import say, working
 from mecanique.cli.words import (
     AsJson,
@@ -50,7 +49,7 @@ def simulate(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Simulate a motion; print its final state and its energy balance.
+    """Simulate a motion; print its final state and energy balance.
 
     Exit code 2 where nothing can be set in motion: a mechanism without coordinates, or locked.
     """
@@ -106,11 +105,13 @@ def linearize(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Linearize about an equilibrium: M, C, K, natural frequencies, damping ratios, modes.
+    """Linearize about an equilibrium: M, C, K, frequencies, modes.
 
     Without --at, one that is found from the neutral position or, failing that, from random ones; it
     is named. Exit code 2 where there is none; where nothing can move, a sentence and code 0.
     """
+    from mecanique.cli.linear import figures, response_table, small_motions
+
     mechanism = choose(system, parameters).mechanism
     linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
     if force:
@@ -144,7 +145,12 @@ def inertial(
     duration: Duration = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check whether the ground may be taken as inertial, by simulating on the turning earth."""
+    """Check whether the ground may be taken as inertial.
+
+    The motion is repeated on the turning earth and compared.
+    """
+    from mecanique.cli.linear import inertial_figures
+
     motion = simulate_motion(choose(system, parameters), q, v, duration, 1e-10)
     with working("Repeating the motion on the turning earth"):
         check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)

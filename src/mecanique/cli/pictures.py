@@ -99,7 +99,7 @@ def export(
     rtol: Tolerance = 1e-10,
     floating: IsFloating = False,
 ) -> None:
-    """Write a motion as one offline page, with its equations and verdict."""
+    """Write a motion as one offline page with its verdict."""
     chosen = choose(system, parameters, "floating" if floating else "fixed")
     motion = simulate_motion(chosen, q, v, duration, rtol)
     path = output or Path(f"{chosen.mechanism.name}.html")
@@ -138,7 +138,7 @@ def view(
         ),
     ] = True,
 ) -> None:
-    """Simulate a system live in a browser on this machine, until Ctrl-C."""
+    """Simulate a system live in a browser, until Ctrl-C."""
     chosen = choose(system, parameters, "floating" if floating else "fixed")
     start, velocity = start_of(chosen, q, v)
     if speed is None:
@@ -180,7 +180,7 @@ def picture(
     v: Velocities = None,
     rtol: Tolerance = 1e-10,
 ) -> None:
-    """Draw a system as a textbook figure, or one of its bodies cut free."""
+    """Draw a system as a textbook figure, or one body cut free."""
     chosen = choose(system, parameters)
     path = output or Path(f"{chosen.mechanism.name}.svg")
     if time is None and free_body is None and not q and not v:
@@ -208,7 +208,7 @@ def gallery(
         bool, typer.Option("--pictures", help="Write only the pictures, as SVG files.")
     ] = False,
 ) -> None:
-    """Write an offline page for every textbook system, with an illustrated index."""
+    """Write an offline page for every textbook system, and an index."""
     from mecanique.viewing.gallery import gallery as write
     from mecanique.viewing.gallery import pictures
 
