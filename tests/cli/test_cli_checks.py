@@ -167,3 +167,20 @@ def test_a_tolerance_acts_on_one_system_and_is_refused_with_all() -> None:
     every = runner.invoke(app, ["verify", "--all", "--tolerance", "1e-3"])
     assert every.exit_code == 2
     assert "expected a SYSTEM with --tolerance" in every.output
+
+
+def test_lint_balances_inertias_and_says_what_changed() -> None:
+    result = call("lint", "bad.urdf", "--fix", "--balance", "-o", "balanced.urdf")
+    assert "nearest inertia of a real body, line 1: link 'b': " in result.stderr
+    assert "M203" not in call("lint", "balanced.urdf").stdout
+    alone = call("lint", "bad.urdf", "--balance")
+    assert (alone.exit_code, "expected --fix with --balance" in alone.stderr) == (2, True)
+
+
+def test_a_flawed_file_is_verified_unless_strict() -> None:
+    result = call("verify", "bad.urdf", "--samples", "3", "--floating", "--json")
+    verdict = json.loads(result.stdout)
+    assert (result.exit_code, verdict["agrees"]) == (0, True)
+    assert [flaw["code"] for flaw in verdict["flaws"]] == ["M203"]
+    strict = call("verify", "bad.urdf", "--strict")
+    assert (strict.exit_code, "triangle inequality" in strict.stderr) == (2, True)

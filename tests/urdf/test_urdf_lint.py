@@ -156,6 +156,8 @@ CASES: dict[str, tuple[str, int, str]] = {
              "ignored; did you mean 'origin'?"),
     "M114": (swap('joint name="wrist"', 'joint name="universe"'), 31,
              "Pinocchio has a joint of this name"),
+    "M116": (swap('value="1"', 'value="1\n"'), 8,
+             r"value of <mass> is '1\n': Pinocchio and ROS drop the whole <inertial> in silence"),
     "M201": (swap('value="1"', 'value="-1"'), 8, "its mass is -1 kg"),
     "M202": (swap(_INERTIA, 'ixx="-0.1" iyy="1" izz="1"'), 9, "negative principal moment"),
     "M203": (swap(_INERTIA, 'ixx="0.1" iyy="0.2" izz="0.4"'), 9,
@@ -272,13 +274,19 @@ def test_errors_are_what_the_reader_refuses(code: str) -> None:
     errors = [finding for finding in lint(text) if finding.severity == "error"]
     if errors:
         with pytest.raises(mq.UrdfError) as caught:
+            read_urdf(text, strict=True)
+        assert all(finding.message in str(caught.value) for finding in errors)
+    if any(finding.stops for finding in errors):
+        with pytest.raises(mq.UrdfError) as caught:
             read_urdf(text)
         assert all(finding.message in str(caught.value) for finding in errors)
     else:
-        assert read_urdf(text).name == "clean"
+        origin = read_urdf(text).origin
+        assert origin is not None
+        assert list(origin.flaws) == errors
     if RULES[code].severity == "error":
         with pytest.raises(mq.UrdfError, match=f"(?s){line}: .*{re.escape(words)}"):
-            read_urdf(text)
+            read_urdf(text, strict=True)
 
 
 def test_what_only_the_model_refuses_is_told_too(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -345,6 +353,7 @@ MENDED = {
     ),
     "M303": (_WRIST_AXIS, '<axis xyz = "0 0 3" />'),
     "M304": (_WRIST_AXIS, ""),
+    "M116": ('xyz="0 0 0.2"', 'xyz="0\t0 0.2 "'),
     "M607": (' xmlns:drake="http://drake.mit.edu"', ""),
 }
 
@@ -410,6 +419,7 @@ def test_json_output() -> None:
         "message",
         "why",
         "remedy",
+        "stops",
     }
 
 

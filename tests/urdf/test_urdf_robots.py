@@ -45,22 +45,13 @@ def test_data_not_installed(monkeypatch: pytest.MonkeyPatch) -> None:
         assert robot("panda").is_file()
 
 
-def _readable() -> dict[str, mq.Mechanism]:
-    found = {}
-    for name in robots():
-        try:
-            found[name] = read_urdf(robot(name))
-        except mq.UrdfError:
-            continue
-    return found
-
-
 @pytest.mark.slow
 def test_what_is_written_of_a_robot_is_read_again() -> None:
     """The first writing adds a world link; from then on reading and writing change nothing."""
-    readable = _readable()
-    assert len(readable) == 52
-    for name, first in readable.items():
+    for name in robots():
+        if name in ("alex_psyonic_hands", "ur3"):  # refused
+            continue
+        first = read_urdf(robot(name))
         text = write_urdf(first)
         second = read_urdf(text)
         assert write_urdf(second) == write_urdf(read_urdf(write_urdf(second))), name

@@ -21,17 +21,18 @@ def test_robots_agree_or_are_refused_with_the_reason() -> None:
     assert [(e.name, e.root, e.velocities) for e in found.entries if not e.refused] == [
         ("TwoDofs", "fixed", 2),
         ("TwoDofs", "floating", 8),
+        ("allegro_left_hand", "fixed", 16),
+        ("allegro_left_hand", "floating", 22),
         ("solo", "fixed", 8),
         ("solo", "floating", 14),
     ]
     assert found.agrees
     assert reported == [k / 8 for k in range(1, 9)]
     text = str(found)
-    assert "line 6: the robot has no name" in text
-    assert "triangle inequality" in text
+    assert "line 6: the robot has no name (and 1 more)" in text
     assert "site-packages" not in text
-    assert "4 of 4 agree at 5 random states (seed 0)" in text
-    assert "2 refused" in text
+    assert "6 of 6 agree at 5 random states (seed 0)" in text
+    assert "1 refused" in text
 
 
 def test_two_processes_find_the_same() -> None:

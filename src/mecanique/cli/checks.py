@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, final
 import typer
 
 import mecanique as mq
-from mecanique.cli.printing import progress, say
+from mecanique.cli.printing import inform, progress, say
 from mecanique.cli.words import numbers
 
 if TYPE_CHECKING:
@@ -68,7 +68,9 @@ def textbook_facts(system: str, parameters: Sequence[str] | None, seed: int) -> 
     return check(system, numbers(parameters, "-p"), seed=seed)
 
 
-def lint_file(file: str, form: str, *, fix: bool, output: Path | None) -> int:
+def lint_file(
+    file: str, form: str, *, fix: bool, output: Path | None, balance: bool = False
+) -> int:
     """Report what is wrong in a URDF file, or repair it; return the exit code.
 
     Args:
@@ -76,15 +78,21 @@ def lint_file(file: str, form: str, *, fix: bool, output: Path | None) -> int:
         form: "text", "json" or "sarif".
         fix: whether to repair what has one safe remedy.
         output: where to write the repaired text; it is printed by default.
+        balance: whether to repair also inertias that no real body has.
     """
-    from mecanique.urdf.lint import as_json, as_sarif, as_text, lint, mend
+    from mecanique.urdf.lint import as_json, as_sarif, as_text, lint, mend, rebalanced
 
     if output is not None and not fix:
         raise mq.InputError("expected --fix with --output: only a repaired copy goes to a file")
+    if balance and not fix:
+        raise mq.InputError("expected --fix with --balance: it repairs a copy")
     path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
     findings = lint(path)
     if fix and not any(_unreadable(finding.code) for finding in findings):
-        text = mend(path.read_text(encoding="utf-8-sig"), name=path.stem)
+        given = path.read_text(encoding="utf-8-sig")
+        text = mend(given, name=path.stem, balance=balance)
+        for change in rebalanced(given) if balance else ():
+            inform(f"nearest inertia of a real body, {change}")
         if output is None:
             typer.echo(text, nl=False)
             return _code(lint(text))

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import typer
 
 import mecanique as mq
 from mecanique.cli.printing import say, working
+from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
 
 __all__ = ["app"]
@@ -19,6 +20,7 @@ app = typer.Typer()
 
 @app.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
 @report_errors
+@reads_files
 def code(
     system: SystemName,
     target: Annotated[
@@ -45,21 +47,19 @@ def code(
         str | None,
         typer.Option(metavar="NAME", help="What functions and files are called after."),
     ] = None,
-    root: Annotated[
-        Literal["fixed", "floating"],
-        typer.Option("--root", help="Whether the root link of a URDF is fixed or free."),
-    ] = "fixed",
     samples: Annotated[
         int, typer.Option(metavar="NUMBER", help="Number of states to compare at.")
     ] = 100,
     seed: Seed = 0,
     as_json: AsJson = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Write the equations of motion as code, checked by running it.
 
     The test that compares it comes along.
     """
-    chosen = choose(system, parameters, root)
+    chosen = choose(system, parameters, reading)
     with working(f"Writing and running {target}"):
         made = mq.generate(
             mq.derive(chosen.mechanism),

@@ -12,6 +12,7 @@ import mecanique as mq
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
 from mecanique.cli.derivations import derivation, derivations
 from mecanique.cli.printing import say, working
+from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
 from mecanique.wording import say_count
 
@@ -51,6 +52,7 @@ def list_(
 
 @app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
 @report_errors
+@reads_files
 def derive(
     system: SystemName,
     method: Annotated[
@@ -67,9 +69,11 @@ def derive(
         bool, typer.Option("--steps", help="Show every step of the derivation.")
     ] = False,
     parameters: Parameters = None,
+    *,
+    reading: Reading,
 ) -> None:
     """Print the equations of motion."""
-    chosen = choose(system, parameters)
+    chosen = choose(system, parameters, reading)
     with working("Deriving the equations of motion"):
         text = (
             derivations(chosen.mechanism, form)
@@ -98,6 +102,7 @@ def book(as_json: AsJson = False) -> None:
 
 @app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
 @report_errors
+@reads_files
 def verify(
     system: Annotated[
         str | None,
@@ -115,10 +120,6 @@ def verify(
     ] = None,
     seed: Seed = 0,
     parameters: Parameters = None,
-    root: Annotated[
-        Literal["fixed", "floating"],
-        typer.Option("--root", help="Whether the root link of a URDF is fixed or free."),
-    ] = "fixed",
     against: Annotated[
         str | None,
         typer.Option(
@@ -138,6 +139,8 @@ def verify(
         bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")
     ] = False,
     as_json: AsJson = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Compare the derived equations with Pinocchio; check facts.
 
@@ -156,8 +159,8 @@ def verify(
         surveyed = survey(number, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))
         raise typer.Exit(0 if surveyed.agrees else 1)
-    chosen = choose(system, parameters, root)
-    other = None if against is None else source(against, root)
+    chosen = choose(system, parameters, reading)
+    other = None if against is None else source(against, reading)
     with working(f"Comparing with {against or 'Pinocchio'} at {say_count(number, 'state')}"):
         verdict = mq.verify(chosen.mechanism, number, seed, against=other, **allowed)
         facts = () if against is not None else textbook_facts(system, parameters, seed)
@@ -180,6 +183,14 @@ def lint(
     fix: Annotated[
         bool, typer.Option("--fix", help="Write a copy with every safe repair made.")
     ] = False,
+    balance: Annotated[
+        bool,
+        typer.Option(
+            "--balance",
+            help="With --fix: give each inertia that no real body has the nearest one that a body "
+            "can have, and say what changed.",
+        ),
+    ] = False,
     output: Annotated[
         Path | None,
         typer.Option(
@@ -194,20 +205,23 @@ def lint(
     form = "text"
     if as_json or as_sarif:
         form = "json" if as_json else "sarif"
-    raise typer.Exit(lint_file(file, form, fix=fix, output=output))
+    raise typer.Exit(lint_file(file, form, fix=fix, output=output, balance=balance))
 
 
 @app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
 @report_errors
+@reads_files
 def urdf(
     system: SystemName,
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Write to this file instead of printing.")
     ] = None,
     parameters: Parameters = None,
+    *,
+    reading: Reading,
 ) -> None:
     """Write a system as URDF."""
-    mechanism = choose(system, parameters).mechanism
+    mechanism = choose(system, parameters, reading).mechanism
     if output is None:
         typer.echo(mq.write_urdf(mechanism), nl=False)
     else:

@@ -11,6 +11,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.printing import say, working
+from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import (
     AsJson,
     Coordinates,
@@ -34,6 +35,7 @@ app = typer.Typer()
     epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv"
 )
 @report_errors
+@reads_files
 def simulate(
     system: SystemName,
     parameters: Parameters = None,
@@ -48,12 +50,14 @@ def simulate(
         Path | None, typer.Option(metavar="FILE", help="Save the motion for Motion.load in Python.")
     ] = None,
     as_json: AsJson = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Simulate a motion; print its final state and energy balance.
 
     Exit code 2 where nothing can be set in motion: a mechanism without coordinates, or locked.
     """
-    motion = simulate_motion(choose(system, parameters), q, v, duration, rtol)
+    motion = simulate_motion(choose(system, parameters, reading), q, v, duration, rtol)
     if csv is not None:
         motion.to_csv(csv)
     if npz is not None:
@@ -67,6 +71,7 @@ def simulate(
 
 @app.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
 @report_errors
+@reads_files
 def linearize(
     system: SystemName,
     parameters: Parameters = None,
@@ -104,6 +109,8 @@ def linearize(
         ),
     ] = None,
     as_json: AsJson = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Linearize about an equilibrium: M, C, K, frequencies, modes.
 
@@ -112,7 +119,7 @@ def linearize(
     """
     from mecanique.cli.linear import figures, response_table, small_motions
 
-    mechanism = choose(system, parameters).mechanism
+    mechanism = choose(system, parameters, reading).mechanism
     linearization = mq.linearize(mechanism, near=numbers(at, "--at") or None)
     if force:
         say(response_table(linearization.response(numbers(force, "--force"))))
@@ -130,6 +137,7 @@ def linearize(
 
 @app.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
 @report_errors
+@reads_files
 def inertial(
     system: SystemName,
     latitude: Annotated[
@@ -144,6 +152,8 @@ def inertial(
     v: Velocities = None,
     duration: Duration = None,
     as_json: AsJson = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Check whether the ground may be taken as inertial.
 
@@ -151,7 +161,7 @@ def inertial(
     """
     from mecanique.cli.linear import inertial_figures
 
-    motion = simulate_motion(choose(system, parameters), q, v, duration, 1e-10)
+    motion = simulate_motion(choose(system, parameters, reading), q, v, duration, 1e-10)
     with working("Repeating the motion on the turning earth"):
         check = mq.inertial_check(motion.mechanism, motion, math.radians(latitude), facing=facing)
     say(inertial_figures(check) if as_json else str(check))

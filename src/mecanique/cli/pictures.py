@@ -17,6 +17,7 @@ from mecanique.cli.printing import (
     verdict_table,
     working,
 )
+from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import (
     Coordinates,
     Duration,
@@ -33,9 +34,6 @@ from mecanique.cli.words import (
 )
 from mecanique.wording import say_count
 
-IsFloating = Annotated[
-    bool, typer.Option("--floating", help="Leave the root link of a URDF or robot free to move.")
-]
 Page = Annotated[
     Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")
 ]
@@ -47,6 +45,7 @@ app = typer.Typer()
 
 @app.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
 @report_errors
+@reads_files
 def run(
     system: SystemName,
     parameters: Parameters = None,
@@ -57,9 +56,11 @@ def run(
     seed: Seed = 0,
     rtol: Tolerance = 1e-10,
     output: Page = None,
+    *,
+    reading: Reading,
 ) -> None:
     """Derive, verify, simulate, and write an offline page."""
-    chosen = choose(system, parameters)
+    chosen = choose(system, parameters, reading)
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
         equations = mq.derive(mechanism)
@@ -89,6 +90,7 @@ def run(
 
 @app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
 @report_errors
+@reads_files
 def export(
     system: SystemName,
     output: Page = None,
@@ -97,10 +99,11 @@ def export(
     v: Velocities = None,
     duration: Duration = None,
     rtol: Tolerance = 1e-10,
-    floating: IsFloating = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Write a motion as one offline page with its verdict."""
-    chosen = choose(system, parameters, "floating" if floating else "fixed")
+    chosen = choose(system, parameters, reading)
     motion = simulate_motion(chosen, q, v, duration, rtol)
     path = output or Path(f"{chosen.mechanism.name}.html")
     with working(f"Writing {path}"):
@@ -110,6 +113,7 @@ def export(
 
 @app.command(epilog="Example: mecanique view panda --floating")
 @report_errors
+@reads_files
 def view(
     system: SystemName,
     parameters: Parameters = None,
@@ -120,7 +124,6 @@ def view(
         typer.Option(metavar="SECONDS", help="How long to simulate; forever by default."),
     ] = None,
     rtol: Tolerance = 1e-10,
-    floating: IsFloating = False,
     speed: Annotated[
         float | None,
         typer.Option(
@@ -137,9 +140,11 @@ def view(
             "--browser/--no-browser", help="Open the page in a browser, or only print its address."
         ),
     ] = True,
+    *,
+    reading: Reading,
 ) -> None:
     """Simulate a system live in a browser, until Ctrl-C."""
-    chosen = choose(system, parameters, "floating" if floating else "fixed")
+    chosen = choose(system, parameters, reading)
     start, velocity = start_of(chosen, q, v)
     if speed is None:
         speed = 1.0 if chosen.duration > 0.5 else chosen.duration / 10
@@ -157,6 +162,7 @@ def view(
 
 @app.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
 @report_errors
+@reads_files
 def picture(
     system: SystemName,
     output: Annotated[
@@ -179,9 +185,11 @@ def picture(
     q: Coordinates = None,
     v: Velocities = None,
     rtol: Tolerance = 1e-10,
+    *,
+    reading: Reading,
 ) -> None:
     """Draw a system as a textbook figure, or one body cut free."""
-    chosen = choose(system, parameters)
+    chosen = choose(system, parameters, reading)
     path = output or Path(f"{chosen.mechanism.name}.svg")
     if time is None and free_body is None and not q and not v:
         from mecanique.figure.posture import posture

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 __all__ = [
     "complain",
     "heading",
+    "inform",
     "named_progress",
     "progress",
     "say",
@@ -47,6 +48,11 @@ def show(table: Table) -> None:
 def complain(text: str) -> None:
     """Print an error to standard error."""
     typer.secho("error: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
+    typer.echo(text, err=True)
+
+
+def inform(text: str) -> None:
+    """Print a remark to standard error."""
     typer.echo(text, err=True)
 
 

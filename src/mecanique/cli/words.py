@@ -14,6 +14,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.printing import complain, progress
+from mecanique.cli.reading import Reading
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
@@ -80,6 +81,8 @@ Samples: TypeAlias = Annotated[
 Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
 
+_PLAINLY = Reading()
+
 
 @final
 @dataclass(frozen=True)
@@ -99,17 +102,17 @@ class Chosen:
     duration: float = 10.0
 
 
-def choose(system: str, parameters: Sequence[str] | None, root: str = "fixed") -> Chosen:
+def choose(system: str, parameters: Sequence[str] | None, reading: Reading = _PLAINLY) -> Chosen:
     """Return the mechanism that a word names: a textbook system, else a file, else a robot.
 
     Args:
         system: name of a textbook system, path to a URDF file, or name of a robot.
         parameters: words like "l=2".
-        root: "fixed" or "floating", how a URDF's root link is held.
+        reading: how a file is read.
     """
     values = numbers(parameters, "-p")
     if system in mq.textbook.names():
-        if root == "floating":
+        if reading.root == "floating":
             raise mq.InputError(
                 f"expected a URDF file or a robot for --root floating, got the system {system!r}"
             )
@@ -117,7 +120,7 @@ def choose(system: str, parameters: Sequence[str] | None, root: str = "fixed") -
         return Chosen(
             mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration
         )
-    mechanism = mq.read_urdf(_file(system), root="floating" if root == "floating" else "fixed")
+    mechanism = reading.read(_file(system))
     return Chosen(mechanism.replace(**values) if values else mechanism)
 
 
@@ -140,18 +143,18 @@ def _file(system: str) -> Path:
         raise mq.UnknownNameError("system", system, (*mq.textbook.names(), *robots)) from None
 
 
-def source(word: str, root: str) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
+def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Path | mq.Mechanism:
     """Return the source to compare a mechanism with.
 
     Args:
         word: a CSV file, a Python file with functions, or what `choose` takes.
-        root: "fixed" or "floating", how a URDF's root link is held.
+        reading: how a file is read.
     """
     path = Path(word)
     if path.suffix == ".csv":
         return path
     if path.suffix != ".py":
-        return choose(word, None, "fixed" if word in mq.textbook.names() else root).mechanism
+        return choose(word, None, _PLAINLY if word in mq.textbook.names() else reading).mechanism
     if not path.is_file():
         raise mq.InputError(f"expected a Python file, but there is no file {word!r}")
     try:

@@ -3,52 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 from mecanique.errors import UrdfError
+from mecanique.model.origin import Finding
 from mecanique.urdf.element import Element
-from mecanique.urdf.rules import RULES, Severity
+from mecanique.urdf.rules import RULES
 
 __all__ = ["Finding", "Report"]
 
 _MOST_LISTED = 40
 
-
-@final
-@dataclass(frozen=True)
-class Finding:
-    """One finding about a URDF text.
-
-    Args:
-        code: which rule found it, e.g. "M204".
-        severity: "error" is what `read_urdf` refuses, "warning" is likely a mistake or leaves
-            something out, "info" is read differently by others.
-        file: name of the file; "<text>" if there is none.
-        line: the line, counted from 1.
-        where: the link, joint or other element, e.g. "joint 'knee'".
-        message: what is found.
-        why: why it matters.
-        remedy: how to mend it.
-    """
-
-    code: str
-    severity: Severity
-    file: str
-    line: int
-    where: str
-    message: str
-    why: str
-    remedy: str
-
-    @property
-    def name(self) -> str:
-        """The rule's name in words, e.g. "triangle-inequality"."""
-        return RULES[self.code].name
-
-    def __str__(self) -> str:
-        place = f"{self.where}: " if self.where else ""
-        return f"{self.file}:{self.line}: {self.severity} {self.code} {place}{self.message}"
+_ALWAYS = {"M006"}
+"""Errors that stop the reader wherever they stand: a macro may stand for anything."""
 
 
 @final
@@ -62,6 +30,14 @@ class Report:
     def __init__(self, file: str | None) -> None:
         self.file = file
         self.findings: list[Finding] = []
+        self._stops = True
+
+    @cached_property
+    def aside(self) -> Report:
+        """The same report for what no equation of motion uses: its errors stop nobody."""
+        aside = Report(self.file)
+        aside.findings, aside._stops = self.findings, False
+        return aside
 
     def add(
         self, code: str, at: Element | int, where: str, message: str, remedy: str | None = None
@@ -86,6 +62,8 @@ class Report:
             message,
             rule.why,
             remedy or rule.remedy,
+            rule.name,
+            rule.severity == "error" and (self._stops or code in _ALWAYS),
         )
         self.findings.append(finding)
 
@@ -111,19 +89,33 @@ class Report:
 
     @property
     def errors(self) -> list[Finding]:
-        """The findings that make the text unreadable."""
+        """The findings that a strict reader refuses."""
         return [finding for finding in self.findings if finding.severity == "error"]
 
-    def refuse(self) -> None:
-        """Raise one error for all errors found, if any.
+    @property
+    def flaws(self) -> tuple[Finding, ...]:
+        """The errors that the equations of motion do without, in order of the text."""
+        past = [finding for finding in self.errors if not finding.stops]
+        return tuple(sorted(past, key=lambda finding: finding.line))
+
+    @property
+    def stopped(self) -> bool:
+        """Whether there is an error that no reader gets past."""
+        return any(finding.stops for finding in self.findings)
+
+    def refuse(self, *, strict: bool = True) -> None:
+        """Raise one error for all errors found, if any of them stops the reader.
+
+        Args:
+            strict: whether every error does.
 
         Raises:
             UrdfError: that lists every error with its file and line.
         """
         errors = sorted(self.errors, key=lambda finding: finding.line)
-        if not errors:
+        if not (errors if strict else self.stopped):
             return
-        sentences = [f"{e.where}: {e.message}" if e.where else e.message for e in errors]
+        sentences = [error.sentence for error in errors]
         if len(errors) == 1:
             raise UrdfError(
                 f"{sentences[0]}. {errors[0].remedy}", file=self.file, line=errors[0].line

@@ -10,6 +10,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from typing import Literal
 
 from mecanique.errors import InputError, MechanismError
@@ -19,6 +20,7 @@ from mecanique.model.expression import Scalar, Vector, coordinate
 from mecanique.model.forces import AnyForce, JointDamper
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.origin import Origin
 from mecanique.model.placement import vector
 from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
@@ -42,6 +44,7 @@ def read_urdf(
     damping: bool = True,
     armature: float | Mapping[str, float] | None = None,
     parameters: str | Collection[str] = (),
+    strict: bool = False,
 ) -> Mechanism:
     """Return the mechanism that a URDF describes.
 
@@ -65,6 +68,10 @@ def read_urdf(
     `root_joint_vx`, `_vy`, `_vz` of the root's origin and `root_joint_wx`, `_wy`, `_wz`, angular,
     both in the root's own axes; `mecanique.floating` gives them from other conventions.
 
+    The equations of motion hold for any numbers: faults of pictures and limits, and inertias that
+    no real body has, do not keep a text from being read; they are listed in
+    `mechanism.origin.flaws`.
+
     Joint damping, springs and dampers of the drake: dialect, its ball and distance constraints,
     mimic joints and rotor inertias are read; dry friction and collisions do not enter the
     equations. `mecanique.lint` says what is not used and what other programs read differently.
@@ -80,6 +87,8 @@ def read_urdf(
             for all joints with one coordinate, or by name of the joint [kg·m² or kg].
         parameters: what gets letters: "masses", "lengths" or "inertias", or a collection of these
             and of letters, e.g. ("masses", "z_elbow").
+        strict: whether to refuse a text with any error, also with those that its equations of
+            motion do without (`mechanism.origin.flaws`).
 
     Raises:
         UrdfError: with every error found, each with its line.
@@ -92,14 +101,16 @@ def read_urdf(
     if root not in ("fixed", "floating"):
         raise InputError(f"expected 'fixed' or 'floating' for the root, got {root!r}")
     document, report = read_document(path_or_text, package_path)
-    if not isinstance(damping, bool):
-        raise InputError(f"expected True or False for damping, got {damping!r}")
+    for name, value in (("damping", damping), ("strict", strict)):
+        if not isinstance(value, bool):
+            raise InputError(f"expected True or False for {name}, got {value!r}")
     mechanism = None
     if document is not None:
         mechanism = mechanism_of(document, report, gravity, root, damping=damping)
-    report.refuse()
-    if mechanism is None:
+    report.refuse(strict=strict)
+    if mechanism is None or document is None:
         raise InputError(f"expected a URDF, got {path_or_text!r}")
+    mechanism = replace(mechanism, origin=Origin(report.file, document.text, report.flaws))
     return with_letters(with_armature(mechanism, armature), parameters)
 
 
@@ -120,10 +131,10 @@ def mechanism_of(
         root: "fixed" or "floating".
         damping: whether that of joints counts.
     """
-    if report.errors or document.root is None:
+    if report.stopped or document.root is None:
         return None
     joints, between = _joints(document, report)
-    if report.errors:
+    if report.stopped:
         return None
     bodies = [link.body() for link in document.links if link.name not in between]
     ground = document.root

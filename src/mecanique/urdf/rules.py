@@ -1,6 +1,7 @@
 """The rules of the linter in one table: what each code means, why it matters and how to mend it.
 
-An "error" is what `read_urdf` refuses. A "warning" is likely a mistake, or says that something
+An "error" is what `read_urdf(strict=True)` refuses; without strict, those errors are read past
+that no equation of motion needs. A "warning" is likely a mistake, or says that something
 which moves the mechanism is left out. An "info" says that other programs read the same text
 differently, or what is not used.
 """
@@ -8,13 +9,12 @@ differently, or what is not used.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, final
+from typing import final
 
+from mecanique.model.origin import Severity
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 
-__all__ = ["RULES", "Rule", "Severity"]
-
-Severity: TypeAlias = Literal["error", "warning", "info"]
+__all__ = ["RULES", "Rule"]
 
 
 @final
@@ -165,6 +165,14 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "The equations of motion would be meaningless.",
         "See the message.",
     ),
+    (
+        "M116",
+        "blank-in-number",
+        "warning",
+        "urdfdom, the parser of Pinocchio and ROS, reads no number with a blank behind it, and no "
+        "vector with tabs or line breaks; others do.",
+        "Separate numbers by single blanks, with none around them (--fix does).",
+    ),
     # masses
     (
         "M201",
@@ -177,22 +185,25 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "M202",
         "negative-inertia",
         "error",
-        "Kinetic energy would be negative.",
-        "Compute the inertia again.",
+        "Kinetic energy may be negative; MuJoCo refuses, Drake warns and puts in a ball of water "
+        "of the same mass.",
+        "Compute the inertia again (--fix --balance writes the nearest one of a real body).",
     ),
     (
         "M203",
         "triangle-inequality",
         "error",
-        "No distribution of mass has these principal moments; Pinocchio takes them silently, "
-        "Drake refuses.",
-        "Compute the inertia about the center of mass again, with enough digits.",
+        "No distribution of mass has these principal moments; Pinocchio takes them in silence, "
+        "MuJoCo refuses, Drake warns and puts in a ball of water of the same mass.",
+        "Compute the inertia about the center of mass again, with enough digits (--fix --balance "
+        "writes the nearest one of a real body).",
     ),
     (
         "M204",
         "inertia-without-mass",
         "warning",
-        "A body that resists turning has mass; Drake and MuJoCo refuse it.",
+        "A body that resists turning has mass; MuJoCo refuses it, Drake warns and puts in a ball "
+        "of water of 1 kg.",
         "Give the mass, with enough digits.",
     ),
     (

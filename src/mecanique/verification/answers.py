@@ -9,12 +9,14 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation.numeric.independent import REGULAR
+from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification import derivations
 from mecanique.verification.conditioning import rounding
 from mecanique.verification.derivations import InHouse
+from mecanique.verification.difference import scales
 from mecanique.verification.rows import TOLERANCE, evaluate, rows_of
 from mecanique.verification.verdict import Row
 from mecanique.wording import say_count
@@ -23,6 +25,12 @@ __all__ = ["Answers", "ask"]
 
 _ENGINE = "Pinocchio"
 _INDEPENDENT = "independent coordinates"
+
+_IDLE = 1e-13
+"""Eigenvalues of the scaled mass matrix below this belong to motions without mass."""
+
+_PART = 1e-6
+"""Components of a motion below this part of its largest are rounding errors."""
 
 
 @final
@@ -101,7 +109,14 @@ def ask(
         reactions: whether those in the joints of a tree are asked for as well.
         budget: whether an expensive form is evaluated at the first states only.
     """
-    theirs, notes = evaluate(engine, states), ours.notes
+    idle = None if mechanism.constrained else engine.massless
+    notes, moves = ours.notes, idle is None
+    if idle is not None:
+        idle_ones = _idle(engine, states)
+        remark = "left out: accelerations and reactions, which nothing determines"
+        verb = "moves" if len(idle_ones) == 1 else "move"
+        notes = (*notes, f"{remark}: {', '.join(idle_ones)} {verb} no mass")
+    theirs = evaluate(engine, states, accelerations=moves)
     found: dict[str, dict[str, Array]] = {}
     for name, form in ours.forms.items():
         some = derivations.affordable(name, states) if budget else states
@@ -113,7 +128,7 @@ def ask(
                 f"{name}: at the first {say_count(len(some), 'state')} only{without}, "
                 "their cost grows with the cube of the size",
             )
-        found[name] = evaluate(form, some, light=light)
+        found[name] = evaluate(form, some, light=light, accelerations=moves)
     if mechanism.loops and not mechanism.rolls:
         found[_INDEPENDENT], remarks = derivations.independent_accelerations(mechanism, states)
         notes = (*notes, *remarks)
@@ -122,7 +137,7 @@ def ask(
         for name in ("recursion", "Newton-Euler"):
             touching = derivations.contact_forces(ours.forms[name], engine, states)
             found[name]["contact forces"] = touching
-    if reactions and not (mechanism.loops or mechanism.velocity_constraints):
+    if reactions and moves and not (mechanism.loops or mechanism.velocity_constraints):
         balances = derivations.balances(ours)
         shared = derivations.shared_reactions(engine, states) if mechanism.contacts else None
         for source, values in ((balances, found["Newton-Euler"]), (engine, theirs)):
@@ -133,3 +148,18 @@ def ask(
             parts += [values["contact forces"]] if mechanism.contacts else []
             values["reactions"] = np.concatenate(parts, axis=1)
     return Answers(theirs, found, notes)
+
+
+def _idle(engine: Reference, states: States) -> list[str]:
+    """Return the velocities that take part in motions without mass; refuse if all motions are."""
+    mass = np.mean(engine.mass_matrix(states.q, states.t), axis=0)
+    if not mass.any():
+        raise EngineError(
+            f"mechanism {engine.mechanism.name!r}: nothing that moves has mass, so it has geometry "
+            "but no equations of motion; give its bodies mass and inertia"
+        )
+    size = scales(mass[None])[0]
+    values, vectors = np.linalg.eigh(mass / np.outer(size, size))
+    parts = np.abs(vectors[:, np.abs(values) < _IDLE]).max(axis=1, initial=0.0)
+    velocities = engine.mechanism.velocities
+    return [name for name, part in zip(velocities, parts, strict=True) if part > _PART]

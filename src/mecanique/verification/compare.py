@@ -120,6 +120,7 @@ def judge(
         mechanism.velocities,
         versions(),
         answers.notes,
+        flaws=mechanism.origin.flaws if mechanism.origin else (),
     )
 
 

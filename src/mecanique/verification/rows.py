@@ -80,13 +80,16 @@ class Whole(Dynamics, Protocol):
         """Momentum, angular momentum about the origin, the same about the center of mass."""
 
 
-def evaluate(source: Dynamics, states: States, *, light: bool = False) -> dict[str, Array]:
+def evaluate(
+    source: Dynamics, states: States, *, light: bool = False, accelerations: bool = True
+) -> dict[str, Array]:
     """Evaluate a source at all states.
 
     Args:
         source: the equations of motion.
         states: n states.
         light: whether to leave out the mass matrix, and the accelerations that follow from it.
+        accelerations: whether they are determined.
     """
     q, v, t = states.q, states.v, states.t
     kinetic, *potential = source.energy(q, v, t)
@@ -98,6 +101,7 @@ def evaluate(source: Dynamics, states: States, *, light: bool = False) -> dict[s
     }
     if not light:
         values["mass matrix"] = source.mass_matrix(q, t)
+    if accelerations and not light:
         values["acceleration"] = source.acceleration(q, v, t)
     if isinstance(source, Whole):
         momentum, _, about_center = source.momentum(q, v, t)

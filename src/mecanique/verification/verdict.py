@@ -6,16 +6,20 @@ import json
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
 
+from mecanique.model.origin import Finding
 from mecanique.verification.causes.cause import Cause
 from mecanique.wording import say_count
 
 __all__ = ["Row", "Verdict", "versions"]
+
+_MOST_FLAWS = 10
+"""As many flaws of a description stand in the text of a verdict; JSON has all of them."""
 
 _UNEXPLAINED = "no single change among those tried removes the difference"
 
@@ -71,6 +75,7 @@ class Verdict:
         notes: what was left out of the comparison, and why.
         causes: likely causes of a disagreement, the likeliest first.
         given: where the states are from, if they are not random.
+        flaws: errors in the description that its equations do without.
     """
 
     mechanism: str
@@ -84,6 +89,7 @@ class Verdict:
     notes: tuple[str, ...] = ()
     causes: tuple[Cause, ...] = ()
     given: str = ""
+    flaws: tuple[Finding, ...] = ()
 
     def with_causes(self, causes: tuple[Cause, ...]) -> Verdict:
         """Return this verdict with likely causes of its differences; a note if there are none."""
@@ -122,13 +128,14 @@ class Verdict:
         where = (
             f"{say_count(self.samples, 'state')} of {self.given}" if self.given else self._random
         )
+        flawed = f"; {say_count(len(self.flaws), 'flaw')} in its description" if self.flaws else ""
         if self.agrees:
-            return (
-                f"{self.mechanism}: agrees at {where}, worst relative difference {self.worst:.1e}"
-            )
+            agreed = f"{self.mechanism}: agrees at {where}"
+            return f"{agreed}, worst relative difference {self.worst:.1e}{flawed}"
         bad = [row for row in self.rows if not self.accepts(row)]
         names = ", ".join(dict.fromkeys(row.quantity for row in bad)) or "nothing was compared"
-        return f"{self.mechanism}: DISAGREES at {where}: {names} (tolerance {self.tolerance:.0e})"
+        said = f"{self.mechanism}: DISAGREES at {where}: {names} "
+        return f"{said}(tolerance {self.tolerance:.0e}){flawed}"
 
     @property
     def _random(self) -> str:
@@ -163,6 +170,7 @@ class Verdict:
             ],
             "notes": list(self.notes),
             "causes": [cause.to_dict() for cause in self.causes],
+            "flaws": [asdict(flaw) for flaw in self.flaws],
             "versions": dict(self.versions),
         }
 
@@ -208,7 +216,15 @@ class Verdict:
         known = self.causes[0].alike if self.causes else ()
         causes = [cause for cause in self.causes if cause not in known]
         told += [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
-        return (*told, *self.notes)
+        return (*told, *self.notes, *self._flaws)
+
+    @property
+    def _flaws(self) -> tuple[str, ...]:
+        listed = [f"flaw in line {f.line}: {f.sentence}. {f.remedy}" for f in self.flaws]
+        if len(listed) > _MOST_FLAWS:
+            rest = len(listed) - _MOST_FLAWS
+            listed[_MOST_FLAWS:] = [f"… and {say_count(rest, 'flaw')} more; mecanique lint has all"]
+        return tuple(listed)
 
     def __str__(self) -> str:
         widths = [max(map(len, column)) for column in zip(*self.table, strict=True)]

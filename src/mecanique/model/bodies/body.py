@@ -24,17 +24,20 @@ class Body:
     Args:
         name: its name, as link name in URDF.
         shapes: its pieces; none makes a massless body that is not drawn.
+        as_given: whether its inertia is taken as it is, even if no real body has it: equations of
+            motion hold for any numbers.
 
     Raises:
         InputError: if a piece is not a shape.
     """
 
-    def __init__(self, name: str, *shapes: Shape) -> None:
+    def __init__(self, name: str, *shapes: Shape, as_given: bool = False) -> None:
         for shape in shapes:
             if not isinstance(shape, Shape):
                 raise InputError(f"expected shapes for body {name!r}, got {shape!r}")
         self.name = name
         self.shapes = shapes
+        self.as_given = as_given
 
     @cached_property
     def _whole(self) -> Shape:
@@ -88,6 +91,7 @@ class Body:
                 whole.inertia if inertia is None else tuple(inertia),
                 whole.visuals,
             ),
+            as_given=self.as_given,
         )
 
     def __eq__(self, other: object) -> bool:
@@ -97,4 +101,5 @@ class Body:
         return hash((self.name, self.shapes))
 
     def __repr__(self) -> str:
-        return f"Body({', '.join(map(repr, (self.name, *self.shapes)))})"
+        given = ["as_given=True"] if self.as_given else []
+        return f"Body({', '.join([*map(repr, (self.name, *self.shapes)), *given])})"

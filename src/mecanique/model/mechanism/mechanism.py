@@ -37,6 +37,7 @@ class Mechanism(StateSpace, Variants):
         contacts: wheels, disks and balls that roll, and blades.
         elements: cords and other elements that hold bodies on the coordinate map, with their
             forces; a `Loop` among them is one that the map closes.
+        origin: the text it was read from, if it was; equality does not depend on it.
 
     Raises:
         MechanismError: with every fault found.

@@ -41,18 +41,21 @@ def faults(mechanism: Description) -> list[str]:
     ]
 
 
-def inertia_fault(mass: float, inertia: Iterable[float]) -> str | None:
+def inertia_fault(mass: float, inertia: Iterable[float], *, real: bool = True) -> str | None:
     """Return what is physically wrong with a mass and an inertia about its center, or None.
 
     Args:
         mass: [kg].
         inertia: ixx, iyy, izz, ixy, ixz, iyz [kg·m²].
+        real: whether the inertia has to be that of a real body.
     """
     ixx, iyy, izz, ixy, ixz, iyz = inertia
     if not all(map(math.isfinite, (mass, ixx, iyy, izz, ixy, ixz, iyz))):
         return "its mass or inertia is not finite"
     if mass < 0:
         return f"its mass is negative ({mass:g} kg)"
+    if not real:
+        return None
     principal = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
     # relative rounding, and moments of a body a ten-millionth of a meter wide
     slack = 1e-9 * max(abs(principal)) + 1e-14 * mass
@@ -314,6 +317,7 @@ def _bodies(m: Description) -> Iterator[str]:
             fault = inertia_fault(
                 float(evaluate(body.mass, m.values)),
                 [float(evaluate(i, m.values)) for i in body.inertia],
+                real=not body.as_given,
             )
             center = [float(evaluate(c, m.values)) for c in body.center]
         except (MecaniqueError, ArithmeticError, TypeError) as error:

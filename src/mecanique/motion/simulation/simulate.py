@@ -25,6 +25,7 @@ from mecanique.motion.simulation.choice import (
     first_choice,
     next_choice,
 )
+from mecanique.motion.simulation.definite import refuse_indefinite
 from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.limits import limit_events, refuse_limit, report_end
@@ -98,7 +99,8 @@ def simulate(
         ClosureError: if the loops cannot be closed at the start.
         DerivationError: if the method asked for needs a closed form and there is none.
         IntegrationError: if the integration stops before its end, also by Ctrl-C; it carries the
-            motion until then.
+            motion until then. If an inertia that no real body has makes the mass matrix indefinite
+            somewhere on the way, it names the bodies.
     """
     begin = perf_counter()
     refuse_still(mechanism)
@@ -117,6 +119,7 @@ def simulate(
 
         reference = Reference.of(mechanism)
     loops, remark = None, ""
+    refuse_indefinite(reference, np.array([t0]), start[None, : mechanism.nq])
     if mechanism.constrained:
         reference, start, remark = begin_on_loops(reference, q, v, t0)
         loops = ClosedLoops(reference, rtol)
@@ -165,6 +168,7 @@ def simulate(
     )
     if not integration.outcome.complete:
         raise failure(problem, integration, motion, q)
+    refuse_indefinite(reference, motion.t, motion.q)
     refuse_limit(motion)
     report_end(progress, motion)
     return motion

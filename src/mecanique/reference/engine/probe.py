@@ -35,7 +35,8 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
         mass: mass matrix, shape (nv, nv).
         reach: what each diagonal entry would be if nothing canceled, shape (nv,).
     """
-    diagonal = np.diag(mass)
+    # negative only with inertias that no real body has; these do move something
+    diagonal = np.abs(np.diag(mass))
     for at in np.flatnonzero(~(diagonal > _SINGULAR * reach)):
         mode: Array = np.zeros(len(mass))
         mode[at] = 1.0
@@ -44,9 +45,10 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
         return None
     scale = 1 / np.sqrt(diagonal)
     values, vectors = np.linalg.eigh(mass * np.outer(scale, scale))
-    if values[0] > _SINGULAR:
+    least = int(np.argmin(np.abs(values)))
+    if abs(values[least]) > _SINGULAR:
         return None
-    mode = vectors[:, 0] * scale
+    mode = vectors[:, least] * scale
     return np.asarray(mode / mode[np.argmax(np.abs(mode))])
 
 

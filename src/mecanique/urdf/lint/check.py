@@ -6,7 +6,7 @@ import os
 
 from mecanique.errors import InputError
 from mecanique.urdf.findings import Finding
-from mecanique.urdf.lint import engines, masses, spelling, units
+from mecanique.urdf.lint import blanks, engines, masses, spelling, units
 from mecanique.urdf.read import mechanism_of
 from mecanique.urdf.reading.document import Source, read_document
 from mecanique.urdf.reading.meshes import PackagePath
@@ -17,7 +17,8 @@ __all__ = ["lint"]
 def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tuple[Finding, ...]:
     """Return what is wrong in a URDF and what other programs read differently, line by line.
 
-    The findings include errors if and only if `read_urdf` refuses the text.
+    The findings include errors if and only if `read_urdf` refuses the text
+    when it is strict.
 
     Args:
         path_or_text: the path of a URDF file, or its text.
@@ -32,6 +33,6 @@ def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tu
     document, report = read_document(path_or_text, package_path)
     if document is not None:
         mechanism_of(document, report)
-        for rules in (spelling, masses, units, engines):
+        for rules in (spelling, blanks, masses, units, engines):
             rules.check(document, report)
     return tuple(sorted(report.findings, key=lambda finding: (finding.line, finding.code)))

@@ -38,5 +38,5 @@ def as_json(findings: Sequence[Finding]) -> str:
     Args:
         findings: from `lint`.
     """
-    rows = [{**asdict(finding), "name": finding.name} for finding in findings]
+    rows = [asdict(finding) for finding in findings]
     return json.dumps({"findings": rows}, indent=2, ensure_ascii=False)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import final
 from xml.sax.saxutils import quoteattr
@@ -12,13 +12,16 @@ from xml.sax.saxutils import quoteattr
 from mecanique.urdf.dialect import DRAKE_NAMESPACE
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
+from mecanique.urdf.lint.balance import Balance, balances
+from mecanique.urdf.lint.blanks import blanks, start_tag
 from mecanique.urdf.reading.fields import numbers
 from mecanique.urdf.reading.joints import SINGLE
+from mecanique.urdf.reading.links import ENTRIES
 from mecanique.urdf.xml.parse import parse
 
-__all__ = ["mend"]
+__all__ = ["mend", "rebalanced"]
 
-_START_TAG = re.compile(rb"<[^\s/>]+(?:[^>\"']|\"[^\"]*\"|'[^']*')*>")
+_PARSED = "an element that was parsed has a start tag"
 
 
 @final
@@ -31,27 +34,51 @@ class _Edit:
     text: str
 
 
-def mend(text: str, *, name: str = "robot") -> str:
+def mend(text: str, *, name: str = "robot", balance: bool = False) -> str:
     """Return a URDF text with every fault repaired that has exactly one safe remedy.
 
     A robot without a name gets one, axes get length one, a missing axis is written as URDF implies
-    it (x), missing products of inertia are written as zero, and the prefix drake: is declared
-    where it is used. Comments, order and everything else stay.
+    it (x), missing products of inertia are written as zero, numbers are separated by single blanks,
+    with none around them, and the prefix drake: is declared where it is used. Comments, order and
+    everything else stay.
 
     Args:
         text: the URDF text.
         name: for a robot without one.
+        balance: whether an inertia that no real body has becomes the nearest one that a body can
+            have (`mecanique.urdf.lint.balance`); `rebalanced` lists what that changes.
 
     Returns:
         The repaired text; the text itself if there is nothing to repair or it is not XML.
     """
+    text = _apply(text, lambda robot, raw: _edits(robot, raw, name))
+    return _apply(text, _balanced) if balance else text
+
+
+def rebalanced(text: str) -> tuple[Balance, ...]:
+    """Return what `mend` with `balance` changes, inertia by inertia.
+
+    Args:
+        text: the URDF text before.
+    """
+    robot = parse(mend(text), Report(None))
+    return () if robot is None or robot.tag != "robot" else tuple(balances(robot))
+
+
+def _apply(text: str, edits: Callable[[Element, bytes], Iterable[_Edit]]) -> str:
     robot = parse(text, Report(None))
     if robot is None or robot.tag != "robot":
         return text
     raw = text.encode()
-    for edit in sorted(_edits(robot, raw, name), key=lambda edit: edit.start, reverse=True):
+    for edit in sorted(edits(robot, raw), key=lambda edit: edit.start, reverse=True):
         raw = raw[: edit.start] + edit.text.encode() + raw[edit.end :]
     return raw.decode()
+
+
+def _balanced(robot: Element, raw: bytes) -> Iterator[_Edit]:
+    for balance in balances(robot):
+        for name, value in zip(ENTRIES, balance.after, strict=True):
+            yield from _attribute(balance.element, raw, name, f"{value:.12g}")
 
 
 def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
@@ -63,6 +90,9 @@ def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
         new += f' xmlns:drake="{DRAKE_NAMESPACE}"'
     if new:
         yield _insert(robot, new)
+    for blank in blanks(robot, raw):
+        tidy = " ".join(blank.value.split())
+        yield from _attribute(blank.element, raw, blank.attribute, tidy)
     for element in robot.walk():
         if element.tag == "inertia":
             missing = [entry for entry in ("ixy", "ixz", "iyz") if entry not in element.attributes]
@@ -73,8 +103,9 @@ def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
             continue
         axes = joint.all("axis")
         if not axes and joint.children:
-            end = _start_tag(joint, raw).end()
-            yield _Edit(end, end, '\n    <axis xyz="1 0 0"/>')
+            tag = start_tag(joint, raw)
+            assert tag is not None, _PARSED
+            yield _Edit(tag.end(), tag.end(), '\n    <axis xyz="1 0 0"/>')
         elif len(axes) == 1:
             yield from _unit(axes[0], raw)
 
@@ -84,23 +115,24 @@ def _unit(axis: Element, raw: bytes) -> Iterator[_Edit]:
     length = math.hypot(*values) if values else 0.0
     if values is None or length < 1e-8 or abs(length - 1) <= 1e-3:
         return
-    tag = _start_tag(axis, raw)
-    found = re.search(rb"\sxyz\s*=\s*(\"[^\"]*\"|'[^']*')", tag.group())
+    shown = " ".join(repr(value / length + 0.0).removesuffix(".0") for value in values)
+    yield from _attribute(axis, raw, "xyz", shown)
+
+
+def _attribute(element: Element, raw: bytes, name: str, value: str) -> Iterator[_Edit]:
+    """Replace the value of an attribute."""
+    tag = start_tag(element, raw)
+    assert tag is not None, _PARSED
+    pattern = rb"\s%s\s*=\s*(\"[^\"]*\"|'[^']*')" % name.encode()
+    found = re.search(pattern, tag.group())
     if found:
-        shown = " ".join(repr(value / length + 0.0).removesuffix(".0") for value in values)
-        yield _Edit(tag.start() + found.start(1), tag.start() + found.end(1), f'"{shown}"')
+        yield _Edit(tag.start() + found.start(1), tag.start() + found.end(1), f'"{value}"')
 
 
 def _insert(element: Element, text: str) -> _Edit:
     """Insert attributes right after the tag's name."""
     place = element.offset + 1 + len(element.tag.encode())
     return _Edit(place, place, text)
-
-
-def _start_tag(element: Element, raw: bytes) -> re.Match[bytes]:
-    match = _START_TAG.match(raw, element.offset)
-    assert match is not None, "an element that was parsed has a start tag"
-    return match
 
 
 def _has_drake(element: Element) -> bool:

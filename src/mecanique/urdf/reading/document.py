@@ -9,12 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import final
 
+from mecanique.urdf.dialect import DRAKE_JOINT
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.extensions import Extensions, read_extensions, with_rotors
 from mecanique.urdf.reading.fields import name_of
 from mecanique.urdf.reading.joints import JointText, read_joints
-from mecanique.urdf.reading.links import Link, read_links
+from mecanique.urdf.reading.links import Link, implied_world, read_links
 from mecanique.urdf.reading.meshes import MeshSearch, PackagePath
 from mecanique.urdf.reading.mimic import Follower, followers
 from mecanique.urdf.reading.pictures import Pictures
@@ -33,6 +34,7 @@ class Document:
     """The contents of a URDF text.
 
     Args:
+        text: the text itself.
         name: the robot's name.
         element: the root element.
         links: all links.
@@ -44,6 +46,7 @@ class Document:
         lost: the meshes that were not found, and their links.
     """
 
+    text: bytes
     name: str
     element: Element
     links: tuple[Link, ...]
@@ -68,7 +71,7 @@ def read_document(
     report = Report(None if file is None else str(source))
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
     robot = None if data is None else parse(data, report)
-    if robot is None:
+    if data is None or robot is None:
         return None, report
     if robot.tag != "robot":
         report.add(
@@ -85,22 +88,24 @@ def read_document(
         )
         return None, report
     if "name" not in robot.attributes:
-        report.add("M101", robot, "", "the robot has no name")
-    name = (name_of(robot, report) if "name" in robot.attributes else None) or "robot"
-    pictures = Pictures(report, MeshSearch(file, package_path))
+        report.aside.add("M101", robot, "", "the robot has no name")
+    name = (name_of(robot, report.aside) if "name" in robot.attributes else None) or "robot"
+    pictures = Pictures(report.aside, MeshSearch(file, package_path))
     pictures.declare(robot)
     links = read_links(robot, report, pictures)
     joints = read_joints(robot, report)
+    links += implied_world(links, joints, report)
     joints, rotors = with_rotors(robot, joints, report)
     tags = [element.tag for element in robot.children]
-    complete = len(links) == tags.count("link") and len(joints) == tags.count("joint") + tags.count(
-        "drake:joint"
-    )
+    written = sum(link.element.tag == "link" for link in links)
+    complete = written == tags.count("link")
+    complete = complete and len(joints) == tags.count("joint") + tags.count(DRAKE_JOINT)
     root = root_of(links, joints, report, complete)
     mimics = followers(joints, report)
     extensions = read_extensions(robot, _names(links), joints, report)
     return (
         Document(
+            data.encode() if isinstance(data, str) else data,
             name,
             robot,
             tuple(links),

@@ -248,8 +248,9 @@ def _end(element: Element, role: str, report: Report, where: str) -> str | None:
 def _axis(
     element: Element, kind: str | None, report: Report, where: str
 ) -> tuple[float, float, float] | None:
+    used = kind is None or kind in (*SINGLE, "planar")
+    report = report if used else report.aside
     axis = single(element, "axis", report, where)
-    used = kind in (*SINGLE, "planar")
     if axis is None:
         if used and element.tag == "joint":
             message = "it has no <axis>, which means 1 0 0"
@@ -261,8 +262,10 @@ def _axis(
             )
         return _Z if element.tag == DRAKE_JOINT else _X
     values = numbers(axis, "xyz", 3, report, where)
-    if values is None or not used:
-        return None if values is None else _X
+    if not used:
+        return _X
+    if values is None:
+        return None
     length = math.hypot(*values)
     if length < 1e-8:
         report.add("M302", axis, where, f"its axis {axis.attributes['xyz']!r} has no length")
@@ -275,7 +278,7 @@ def _axis(
 
 
 def _limits(element: Element, kind: str | None, report: Report, where: str) -> Limits | None:
-    limit = single(element, "limit", report, where)
+    limit = single(element, "limit", report.aside, where)
     bounded = kind in ("revolute", "prismatic")
     if limit is None:
         if bounded:
@@ -299,13 +302,9 @@ def _limits(element: Element, kind: str | None, report: Report, where: str) -> L
                 f"<limit> has no {' and no '.join(missing)}; it is read as unbounded",
             )
         if lower > upper:
-            report.add(
-                "M306",
-                limit,
-                where,
-                f"its lower limit {lower:g} is above its upper limit {upper:g}",
-            )
-            return None
+            message = f"its lower limit {lower:g} is above its upper limit {upper:g}"
+            report.aside.add("M306", limit, where, message)
+            lower, upper = -math.inf, math.inf
         if lower == upper == 0 and not {"lower", "upper"} <= set(limit.attributes):
             report.add(
                 "M308", limit, where, "<limit> without lower and upper lets it move from 0 to 0"
@@ -316,8 +315,9 @@ def _limits(element: Element, kind: str | None, report: Report, where: str) -> L
         lower, upper = -math.inf, math.inf
     for name, value in (("effort", effort), ("velocity", velocity)):
         if value < 0:
-            report.add("M306", limit, where, f"its limit of {name} is negative ({value:g})")
-            return None
+            message = f"its limit of {name} is negative ({value:g})"
+            report.aside.add("M306", limit, where, message)
+    effort, velocity = (value if value >= 0 else math.inf for value in (effort, velocity))
     bounds = lower, upper, effort, velocity
     return Limits(
         *(math.copysign(math.inf, bound) if abs(bound) >= UNBOUNDED else bound for bound in bounds)

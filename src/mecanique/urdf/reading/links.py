@@ -10,14 +10,17 @@ from mecanique.model.bodies.shapes import Inertia, Shape
 from mecanique.model.bodies.visuals import Visual
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement
+from mecanique.urdf.dialect import WORLD
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.fields import name_of, number, placement, single
+from mecanique.urdf.reading.joints import JointText
 from mecanique.urdf.reading.pictures import Pictures
 
-__all__ = ["Link", "read_links"]
+__all__ = ["ENTRIES", "Link", "implied_world", "read_links"]
 
-_ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+"""Attributes of <inertia>, in the order of the model."""
 
 
 @final
@@ -33,6 +36,7 @@ class Link:
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the center, in the axes of `frame` [kg·m²].
         visuals: what is drawn.
         collisions: what would collide.
+        real: whether a real body can have this inertia.
     """
 
     name: str
@@ -42,6 +46,7 @@ class Link:
     inertia: Inertia
     visuals: tuple[Visual, ...]
     collisions: tuple[Visual, ...]
+    real: bool = True
 
     @property
     def where(self) -> str:
@@ -62,7 +67,8 @@ class Link:
                 else Body(self.name)
             )
         shape = Shape(self.mass, inertia=self.inertia).at(self.frame.xyz, self.frame.rpy)
-        return Body(self.name, replace(shape, visuals=self.visuals))
+        whole = replace(shape, visuals=self.visuals)
+        return Body(self.name, whole, as_given=not self.real)
 
 
 def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]:
@@ -71,7 +77,7 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]
     for element in robot.all("link"):
         name = name_of(element, report)
         where = f"link {name!r}" if name else "a link"
-        mass, frame, inertia = _inertial(element, report, where)
+        mass, frame, inertia, real = _inertial(element, report, where)
         visuals = pictures.visuals(element, "visual", where)
         collisions = pictures.visuals(element, "collision", where)
         if name is None:
@@ -81,14 +87,28 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]
                 "M106", element, where, f"it is there already at line {links[name].element.line}"
             )
             continue
-        links[name] = Link(name, element, mass, frame, inertia, visuals, collisions)
-    if not links and not report.errors:
+        links[name] = Link(name, element, mass, frame, inertia, visuals, collisions, real)
+    if not links and not report.stopped:
         report.add("M102", robot, "", "the robot has no link")
     return list(links.values())
 
 
-def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placement, Inertia]:
-    nothing = 0.0, Placement(), (0.0,) * 6
+def implied_world(links: list[Link], joints: list[JointText], report: Report) -> list[Link]:
+    """Return the link `world` if joints hang on it that is written nowhere, as Drake reads them."""
+    if any(link.name == WORLD for link in links):
+        return []
+    for joint in joints:
+        if joint.parent == WORLD:
+            message = f"its parent {WORLD!r} is no link; it is read as the inertial frame"
+            remedy = f'Add <link name="{WORLD}"/>; Pinocchio refuses the file without it.'
+            report.aside.add("M107", joint.element, joint.where, message, remedy)
+            nothing = 0.0, Placement(), (0.0,) * 6
+            return [Link(WORLD, joint.element, *nothing, (), ())]
+    return []
+
+
+def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placement, Inertia, bool]:
+    nothing = 0.0, Placement(), (0.0,) * 6, True
     element = single(link, "inertial", report, where)
     if element is None:
         return nothing
@@ -102,14 +122,14 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
     entries = (
         []
         if inertia_element is None
-        else [number(inertia_element, name, report, where) for name in _ENTRIES]
+        else [number(inertia_element, name, report, where) for name in ENTRIES]
     )
     inertia = tuple(entry for entry in entries if entry is not None)
     if (
         mass is None
         or mass_element is None
         or inertia_element is None
-        or len(inertia) < len(_ENTRIES)
+        or len(inertia) < len(ENTRIES)
     ):
         return nothing
     if mass < 0:
@@ -117,7 +137,8 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
         return nothing
     fault = inertia_fault(mass, inertia)
     if fault:
-        report.add("M203" if "triangle" in fault else "M202", inertia_element, where, fault)
-        return nothing
+        # Lagrange's equations hold for any numbers
+        code = "M203" if "triangle" in fault else "M202"
+        report.aside.add(code, inertia_element, where, fault)
     ixx, iyy, izz, ixy, ixz, iyz = inertia
-    return mass, frame, (ixx, iyy, izz, ixy, ixz, iyz)
+    return mass, frame, (ixx, iyy, izz, ixy, ixz, iyz), not fault

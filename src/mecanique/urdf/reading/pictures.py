@@ -99,13 +99,13 @@ class Pictures:
         if not uri:
             self.report.add("M103", shape, where, "<mesh> has no filename=…")
             return None
+        path = None
         try:
             path = self.search.find(uri)
+            if path is None:
+                self.lost.append((shape, where))
         except OutsideError:
             self.report.add("M502", shape, where, f"the mesh {uri!r} lies outside its package")
-            return None
-        if path is None:
-            self.lost.append((shape, where))
         return None if scale is None else Mesh(uri, path, (scale[0], scale[1], scale[2]))
 
     def _color(self, element: Element, where: str) -> Rgba | None:

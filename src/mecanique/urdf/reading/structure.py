@@ -58,7 +58,7 @@ def root_of(
     for link in roots[1:]:
         message = f"it is no joint's child, and neither is link {roots[0].name!r}"
         report.add("M111", link.element, link.where, message)
-    return roots[0].name if len(roots) == 1 and not report.errors else None
+    return roots[0].name if len(roots) == 1 and not report.stopped else None
 
 
 def _reach(start: list[str], children: dict[str, list[str]], reached: set[str]) -> None:

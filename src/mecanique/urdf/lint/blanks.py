@@ -1,0 +1,118 @@
+"""Blanks that make urdfdom, the parser of Pinocchio and ROS, stumble over a number.
+
+It reads a number up to the end of the attribute, so that no blank may follow; a vector it splits at
+blanks only, not at tabs or line breaks. XML readers that follow the standard turn both into blanks
+before anybody sees them, and read the same number as without: hence the raw text is looked at.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from html import unescape
+from typing import final
+
+from mecanique.urdf.dialect import DRAKE_JOINT
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.reading.document import Document
+
+__all__ = ["Blank", "blanks", "check", "raw_attribute", "start_tag"]
+
+_VECTORS = {("origin", "xyz"), ("origin", "rpy"), ("axis", "xyz")}
+_NUMBERS = {
+    "mass": ("value",),
+    "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+    "origin": ("xyz", "rpy"),
+    "axis": ("xyz",),
+    "limit": ("lower", "upper", "effort", "velocity"),
+    "dynamics": ("damping", "friction"),
+    "mimic": ("multiplier", "offset"),
+}
+_START_TAG = re.compile(rb"<[^\s/>]+(?:[^>\"']|\"[^\"]*\"|'[^']*')*>")
+
+
+@final
+@dataclass(frozen=True)
+class Blank:
+    """An attribute that urdfdom cannot read.
+
+    Args:
+        element: the element.
+        attribute: name of the attribute.
+        value: as written, with its blanks.
+        drops: whether a whole <inertial> is dropped in silence; else the file is refused.
+    """
+
+    element: Element
+    attribute: str
+    value: str
+    drops: bool
+
+
+def check(document: Document, report: Report) -> None:
+    """Note the numbers over which urdfdom stumbles."""
+    for holder in document.element.children:
+        where = f"{holder.tag} {holder.attributes.get('name', '')!r}"
+        for blank in _within(holder, document.text):
+            what = f"{blank.attribute} of <{blank.element.tag}> is {blank.value!r}"
+            result = "drop the whole <inertial> in silence" if blank.drops else "refuse the file"
+            report.add("M116", blank.element, where, f"{what}: Pinocchio and ROS {result}")
+
+
+def blanks(robot: Element, raw: bytes) -> Iterator[Blank]:
+    """Yield the attributes of a robot that urdfdom cannot read because of blanks.
+
+    Args:
+        robot: the <robot> element.
+        raw: the text that it was parsed from.
+    """
+    for holder in robot.children:
+        yield from _within(holder, raw)
+
+
+def _within(holder: Element, raw: bytes) -> Iterator[Blank]:
+    inertial = holder.child("inertial") if holder.tag == "link" else None
+    if inertial is not None:
+        holder = inertial
+    elif holder.tag not in ("joint", DRAKE_JOINT):
+        return
+    for element in holder.children:
+        for attribute in _NUMBERS.get(element.tag, ()):
+            value = raw_attribute(element, raw, attribute)
+            if value is None:
+                continue
+            vector = (element.tag, attribute) in _VECTORS
+            words = value.split(" ") if vector else [value]
+            # leading blanks are skipped, also by urdfdom
+            if any(re.search(r"\S\s", word) for word in words):
+                yield Blank(element, attribute, value, inertial is not None)
+
+
+def raw_attribute(element: Element, raw: bytes, name: str) -> str | None:
+    """Return an attribute as written, its blanks untouched; None if it is not there.
+
+    Args:
+        element: the element.
+        raw: the text.
+        name: of the attribute.
+    """
+    tag = start_tag(element, raw)
+    found = tag and re.search(
+        rb"\s%s\s*=\s*(?:\"([^\"]*)\"|'([^']*)')" % name.encode(), tag.group()
+    )
+    if not found:
+        return None
+    double, single = found.groups()
+    return unescape((single if double is None else double).decode("utf-8", "replace"))
+
+
+def start_tag(element: Element, raw: bytes) -> re.Match[bytes] | None:
+    """Return the start tag of an element in the text; None if that is in another encoding.
+
+    Args:
+        element: the element.
+        raw: the text.
+    """
+    return _START_TAG.match(raw, element.offset)
