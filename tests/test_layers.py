@@ -35,7 +35,7 @@ ORDER: dict[str, list[str]] = {
     "model": [
         "expression",
         "dimensions",
-        "coordinates origin parameters placement quaternions values velocity_constraints",
+        "coordinates parameters placement quaternions values velocity_constraints",
         "bodies contacts forces joints loops",
         "elements",
         "mechanism",

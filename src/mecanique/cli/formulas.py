@@ -10,6 +10,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.printing import say
+from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
 
 __all__ = ["app"]
@@ -19,6 +20,7 @@ app = typer.Typer()
 
 @app.command(epilog="Example: mecanique check rigid_bar_pendulum \"q'' + 3 g/(2 l) sin q = 0\"")
 @report_errors
+@reads_files
 def check(
     system: SystemName,
     formulas: Annotated[
@@ -39,12 +41,14 @@ def check(
     parameters: Parameters = None,
     seed: Seed = 0,
     as_json: AsJson = False,
+    *,
+    reading: Reading,
 ) -> None:
     """Check whether an equation is right, and if not, why not.
 
     The exit code is 1 unless it is right.
     """
-    mechanism = choose(system, parameters).mechanism
+    mechanism = choose(system, parameters, reading).mechanism
     text = "\n".join(map(_read, formulas))
     found = mq.check(mechanism, text, ask, let or (), seed)
     say(found.to_json() if as_json else str(found))

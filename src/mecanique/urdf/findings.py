@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import final
 
 from mecanique.errors import UrdfError
-from mecanique.model.origin import Finding
+from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.element import Element
 from mecanique.urdf.rules import RULES
 

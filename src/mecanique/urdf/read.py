@@ -20,7 +20,7 @@ from mecanique.model.expression import Scalar, Vector, coordinate
 from mecanique.model.forces import AnyForce, JointDamper
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.origin import Origin
+from mecanique.model.mechanism.origin import Origin
 from mecanique.model.placement import vector
 from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.model.origin import Severity
+from mecanique.model.mechanism.origin import Severity
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 
 __all__ = ["RULES", "Rule"]

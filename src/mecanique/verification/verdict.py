@@ -12,7 +12,7 @@ from html import escape
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
 
-from mecanique.model.origin import Finding
+from mecanique.model.mechanism.origin import Finding
 from mecanique.verification.causes.cause import Cause
 from mecanique.wording import say_count
 

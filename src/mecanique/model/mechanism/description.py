@@ -18,7 +18,7 @@ from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.loops import Loop
-from mecanique.model.origin import Origin
+from mecanique.model.mechanism.origin import Origin
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import Placement
 from mecanique.model.velocity_constraints import VelocityConstraint
