@@ -47,6 +47,7 @@ ORDER: dict[str, list[str]] = {
     "model.free_body": ["attitude", "state"],
     "model.bodies": ["visuals", "shapes", "body"],
     "model.mechanism": [
+        "origin",
         "description",
         "homogeneity state_space variants",
         "validation",
