@@ -7,7 +7,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.urdf import read_urdf
-from mecanique.urdf.lint import lint, mend, rebalanced
+from mecanique.urdf.lint import find_balances, lint, mend
 from mecanique.urdf.lint.balance import nearest_inertia
 
 ARM = """<robot name="r">
@@ -142,9 +142,9 @@ def test_balance_mends_what_fix_alone_leaves(text: str) -> None:
     assert mend(text) == text
     mended = mend(text, balance=True)
     assert not [f for f in lint(mended) if f.severity == "error"]
-    (change,) = rebalanced(text)
+    (change,) = find_balances(text)
     assert str(change).startswith("line 4: link 'l': ixx ")
-    assert rebalanced(mended) == ()
+    assert find_balances(mended) == ()
     assert mend(mended, balance=True) == mended
 
 

@@ -80,7 +80,7 @@ def lint_file(
         output: where to write the repaired text; it is printed by default.
         balance: whether to repair also inertias that no real body has.
     """
-    from mecanique.urdf.lint import as_json, as_sarif, as_text, lint, mend, rebalanced
+    from mecanique.urdf.lint import as_json, as_sarif, as_text, find_balances, lint, mend
 
     if output is not None and not fix:
         raise mq.InputError("expected --fix with --output: only a repaired copy goes to a file")
@@ -91,7 +91,7 @@ def lint_file(
     if fix and not any(_unreadable(finding.code) for finding in findings):
         given = path.read_text(encoding="utf-8-sig")
         text = mend(given, name=path.stem, balance=balance)
-        for change in rebalanced(given) if balance else ():
+        for change in find_balances(given) if balance else ():
             inform(f"nearest inertia of a real body, {change}")
         if output is None:
             typer.echo(text, nl=False)

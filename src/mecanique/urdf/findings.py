@@ -54,16 +54,16 @@ class Report:
         rule = RULES[code]
         line = at if isinstance(at, int) else at.line
         finding = Finding(
-            code,
-            rule.severity,
-            self.file or "<text>",
-            line,
-            where,
-            message,
-            rule.why,
-            remedy or rule.remedy,
-            rule.name,
-            rule.severity == "error" and (self._stops or code in _ALWAYS),
+            code=code,
+            severity=rule.severity,
+            file=self.file or "<text>",
+            line=line,
+            where=where,
+            message=message,
+            why=rule.why,
+            remedy=remedy or rule.remedy,
+            name=rule.name,
+            stops=rule.severity == "error" and (self._stops or code in _ALWAYS),
         )
         self.findings.append(finding)
 

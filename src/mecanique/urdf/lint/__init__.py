@@ -3,7 +3,7 @@
 from mecanique.urdf.findings import Finding
 from mecanique.urdf.lint.check import lint
 from mecanique.urdf.lint.output import as_json, as_text
-from mecanique.urdf.lint.repair import mend, rebalanced
+from mecanique.urdf.lint.repair import find_balances, mend
 from mecanique.urdf.lint.sarif import as_sarif
 
-__all__ = ["Finding", "as_json", "as_sarif", "as_text", "lint", "mend", "rebalanced"]
+__all__ = ["Finding", "as_json", "as_sarif", "as_text", "find_balances", "lint", "mend"]

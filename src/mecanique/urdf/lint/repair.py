@@ -19,7 +19,7 @@ from mecanique.urdf.reading.joints import SINGLE
 from mecanique.urdf.reading.links import ENTRIES
 from mecanique.urdf.xml.parse import parse
 
-__all__ = ["mend", "rebalanced"]
+__all__ = ["find_balances", "mend"]
 
 _PARSED = "an element that was parsed has a start tag"
 
@@ -46,16 +46,16 @@ def mend(text: str, *, name: str = "robot", balance: bool = False) -> str:
         text: the URDF text.
         name: for a robot without one.
         balance: whether an inertia that no real body has becomes the nearest one that a body can
-            have (`mecanique.urdf.lint.balance`); `rebalanced` lists what that changes.
+            have (`mecanique.urdf.lint.balance`); `find_balances` lists what that changes.
 
     Returns:
         The repaired text; the text itself if there is nothing to repair or it is not XML.
     """
     text = _apply(text, lambda robot, raw: _edits(robot, raw, name))
-    return _apply(text, _balanced) if balance else text
+    return _apply(text, _balance) if balance else text
 
 
-def rebalanced(text: str) -> tuple[Balance, ...]:
+def find_balances(text: str) -> tuple[Balance, ...]:
     """Return what `mend` with `balance` changes, inertia by inertia.
 
     Args:
@@ -75,7 +75,7 @@ def _apply(text: str, edits: Callable[[Element, bytes], Iterable[_Edit]]) -> str
     return raw.decode()
 
 
-def _balanced(robot: Element, raw: bytes) -> Iterator[_Edit]:
+def _balance(robot: Element, raw: bytes) -> Iterator[_Edit]:
     for balance in balances(robot):
         for name, value in zip(ENTRIES, balance.after, strict=True):
             yield from _attribute(balance.element, raw, name, f"{value:.12g}")

@@ -105,16 +105,16 @@ def read_document(
     extensions = read_extensions(robot, _names(links), joints, report)
     return (
         Document(
-            data.encode() if isinstance(data, str) else data,
-            name,
-            robot,
-            tuple(links),
-            tuple(joints),
-            root,
-            mimics,
-            extensions,
-            tuple(rotors),
-            tuple(pictures.lost),
+            text=data.encode() if isinstance(data, str) else data,
+            name=name,
+            element=robot,
+            links=tuple(links),
+            joints=tuple(joints),
+            root=root,
+            mimics=mimics,
+            extensions=extensions,
+            rotors=tuple(rotors),
+            lost=tuple(pictures.lost),
         ),
         report,
     )
