@@ -94,6 +94,7 @@ ORDER: dict[str, list[str]] = {
         "survey",
     ],
     "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
+    "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "motion"],
     "generation": [

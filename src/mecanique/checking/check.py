@@ -12,7 +12,8 @@ from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement, define, read
 from mecanique.checking.judgement.motion import Residual, count_independent, residuals
 from mecanique.checking.judgement.truth import Truth
-from mecanique.checking.verdict import Check, Line, Outcome
+from mecanique.checking.mistakes.search import Search
+from mecanique.checking.verdict import Cause, Check, Line, Outcome
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 
@@ -68,6 +69,7 @@ class Checker:
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism
         self.truth = Truth(mechanism, seed)
+        self.search = Search(self.truth, Letters.of(mechanism))
 
     def check(
         self,
@@ -101,16 +103,16 @@ class Checker:
     def _motion(self, statements: Sequence[Statement], text: str) -> Check:
         truth = self.truth
         found = residuals(statements, truth, truth.sample, text)
-        numbers = False
-        if not all(one.holds for one in found) and truth.sample.varied:
-            own = residuals(statements, truth, truth.own, text)
-            if all(one.holds for one in own):
-                found, numbers = own, True
-        forms = ["right for these values of the parameters only"] if numbers else []
-        lines = [_line(one) for one in found]
+        numbers = self._with_numbers(found, statements, text)
+        forms = []
+        if numbers:
+            forms, found = ["right for these values of the parameters only"], numbers
+        explained = self.search.causes(found, text)
+        lines = [_line(one, causes) for one, causes in zip(found, explained, strict=True)]
         wrong = [one for one in found if not one.holds]
-        outcome: Outcome = "wrong" if wrong else "right"
-        if not wrong:
+        bad = any(line.outcome == "wrong" for line in lines)
+        outcome: Outcome = "wrong" if bad else "right"
+        if not bad:
             nv = self.mechanism.nv
             independent = count_independent(found)
             if independent < nv:
@@ -127,11 +129,28 @@ class Checker:
             states=truth.sample.count,
             varied=found[0].sample.varied,
             forms=tuple(dict.fromkeys(forms)),
+            causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             at=_state(max(wrong, key=lambda one: one.worst)) if wrong else None,
         )
 
+    def _with_numbers(
+        self, found: Sequence[Residual], statements: Sequence[Statement], text: str
+    ) -> list[Residual]:
+        """Return the equations where numbers stand for parameters, if they are then right."""
+        truth = self.truth
+        if not truth.sample.varied or all(one.holds for one in found):
+            return []
+        written = set().union(*(one.root.letters for one in found))
+        parameters = {parameter.symbol for parameter in self.mechanism.parameters}
+        if parameters <= written or any(self.search.has_unit_fault(one, text) for one in found):
+            return []
+        again = residuals(
+            statements, truth, truth.with_numbers(frozenset(parameters & written)), text
+        )
+        return again if all(one.holds for one in again) else []
 
-def _line(one: Residual) -> Line:
+
+def _line(one: Residual, causes: tuple[Cause, ...]) -> Line:
     forms = []
     if one.holds:
         if one.says_nothing:
@@ -143,7 +162,9 @@ def _line(one: Residual) -> Line:
     outcome: Outcome = "wrong"
     if one.holds:
         outcome = "right except for form" if forms else "right"
-    return Line(one.statement.text, outcome, one.worst, tuple(forms))
+    if causes and causes[0].kind == "linearized":
+        outcome, forms = "right except for form", ["linearized"]
+    return Line(one.statement.text, outcome, one.worst, tuple(forms), causes)
 
 
 def _state(one: Residual) -> dict[str, float]:

@@ -548,7 +548,8 @@ def _join_lines(tokens: list[Token]) -> list[Token]:
         before = joined[-1][-1].kind if joined else ""
         first = line[0].kind
         goes_on = before in _OPERATORS or first in ("EQUALS", "TIMES", "OVER", "POWER")
-        goes_on = goes_on or (first in ("PLUS", "MINUS") and not equation)
+        whole = bool(joined) and any(token.kind == "EQUALS" for token in joined[-1])
+        goes_on = goes_on or (first in ("PLUS", "MINUS") and not (equation and whole))
         if joined and goes_on:
             joined[-1] += line
         else:

@@ -81,6 +81,7 @@ class Truth:
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism
         self.seed = seed
+        self._partly: dict[frozenset[str], Sample] = {}
         self.velocities = mechanism.velocities
         self.accelerations = tuple(f"{name}'" for name in mechanism.velocities)
 
@@ -101,24 +102,27 @@ class Truth:
     def sample(self) -> Sample:
         """States with random parameters where the equations are written in letters."""
         if self.derivation is None or self.mechanism.constrained:
-            return self.own
-        return self._draw(varied=True)
-
-    @cached_property
-    def own(self) -> Sample:
-        """States with the parameters' own values."""
-        if self.derivation is None or self.mechanism.constrained:
             return self._compute()
-        return self._draw(varied=False)
+        return self._draw(frozenset(parameter.symbol for parameter in self.mechanism.parameters))
 
-    def _draw(self, *, varied: bool) -> Sample:
+    def with_numbers(self, varied: frozenset[str]) -> Sample:
+        """Return states at which only some parameters vary; the others have their own values.
+
+        Args:
+            varied: symbols of the parameters that vary.
+        """
+        if varied not in self._partly:
+            self._partly[varied] = self._draw(varied)
+        return self._partly[varied]
+
+    def _draw(self, varied: frozenset[str]) -> Sample:
         """Return states whose numbers come from the closed form."""
         derivation = self.derivation
         assert derivation is not None
         mechanism = self.mechanism
         states = random_states(mechanism, _CANDIDATES, self.seed, derivation.assumptions)
         random = np.random.default_rng(self.seed + 1)
-        values = self._letters(states, random, varied=varied)
+        values = self._letters(states, random, varied)
         evaluated = Evaluation(derivation.algebra.ring, values)
         n = len(states)
         with np.errstate(all="ignore"):
@@ -140,17 +144,21 @@ class Truth:
         a = np.asarray(np.linalg.solve(M[at], (forces - bias)[at, :, None])[..., 0], dtype=float)
         values |= dict(zip(self.accelerations, a.T, strict=True))
         slopes = np.zeros((len(at), 0, mechanism.nv))
-        return Sample(values, M[at], bias[at], forces[at], slopes, a, len(at), varied)
+        return Sample(values, M[at], bias[at], forces[at], slopes, a, len(at), bool(varied))
 
     def _letters(
-        self, states: States, random: np.random.Generator, *, varied: bool
+        self, states: States, random: np.random.Generator, varied: frozenset[str]
     ) -> dict[str, Any]:
         """Return the value of each letter; a signal that is a number or a record is any number."""
         mechanism, n = self.mechanism, len(states)
         values: dict[str, Any] = {"t": states.t, "pi": np.float64(math.pi)}
         for parameter in mechanism.parameters:
-            factor = np.exp(random.uniform(-_SPREAD, _SPREAD, n)) if varied else np.ones(n)
-            values[parameter.symbol] = factor * (parameter.value or float(varied))
+            factor = np.exp(random.uniform(-_SPREAD, _SPREAD, n))
+            values[parameter.symbol] = (
+                factor * (parameter.value or 1.0)
+                if parameter.symbol in varied
+                else np.full(n, parameter.value)
+            )
         for signal in mechanism.inputs:
             if callable(signal.signal) or isinstance(signal.signal, float):
                 values[signal.symbol] = random.uniform(-2.0, 2.0, n) * self._force_scale

@@ -1,0 +1,147 @@
+"""Units that do not fit: terms of a sum that are no quantities of one kind."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import final
+
+from mecanique.checking.grammar.tree import Node
+from mecanique.errors import InputError
+from mecanique.model.dimensions import PURE, Dimension, read_unit, say_unit
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import per_second, units
+
+__all__ = ["UnitMisfitError", "Units"]
+
+
+@final
+class UnitMisfitError(Exception):
+    """A part whose unit does not fit.
+
+    Args:
+        part: the part.
+        text: what does not fit, in words.
+    """
+
+    def __init__(self, part: Node, text: str) -> None:
+        super().__init__(text)
+        self.part = part
+        self.text = text
+
+
+@final
+class Units:
+    """The dimensions of a mechanism's letters, and those of formulas in them.
+
+    Args:
+        mechanism: whose letters.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        known = {parameter.symbol: parameter.unit for parameter in mechanism.parameters}
+        known |= {signal.symbol: signal.unit for signal in mechanism.inputs}
+        known |= units(mechanism)
+        known |= {f"{name}'": per_second(known[name]) for name in mechanism.velocities}
+        self.of: dict[str, Dimension] = {"t": read_unit("s"), "pi": PURE}
+        for name, unit in known.items():
+            if unit:
+                try:
+                    self.of[name] = read_unit(unit)
+                except InputError:
+                    continue
+
+    def check(self, node: Node, text: str) -> Dimension | None:
+        """Return the dimension of a formula; None where a decimal number leaves it open.
+
+        Raises:
+            UnitMisfitError: if terms of a sum have different units, or the argument of a function
+                has one.
+        """
+        match node.kind:
+            case "number":
+                return PURE if node.value.denominator <= _SIMPLE else None
+            case "letter":
+                return self.of.get(node.name)
+            case "negative":
+                return self.check(node.parts[0], text)
+            case "sum":
+                return self._of_sum(node, text)
+            case "product":
+                total: Dimension | None = PURE
+                for part in node.parts:
+                    total = _combine(total, self.check(part, text), 1)
+                return total
+            case "quotient":
+                above, below = (self.check(part, text) for part in node.parts)
+                return _combine(above, below, -1)
+            case "power":
+                return self._of_power(node, text)
+        return self._of_call(node, text)
+
+    def _of_sum(self, node: Node, text: str) -> Dimension | None:
+        found = [(part, self.check(part, text)) for part in node.parts]
+        known = [(part, its) for part, its in found if its is not None and _letters(part)]
+        for part, its in known[1:]:
+            first, other = known[0]
+            if its != other:
+                odd = [pair for pair in known if pair[1] == other]
+                # of several terms, the one that is alone is the likelier fault
+                alone = first if len(odd) == 1 and len(known) > 2 else part
+                raise UnitMisfitError(
+                    alone,
+                    f"the units do not fit: {_quote(first, text)} is in {say_unit(other)}, "
+                    f"{_quote(part, text)} in {say_unit(its)}",
+                )
+        return known[0][1] if known else None
+
+    def _of_power(self, node: Node, text: str) -> Dimension | None:
+        base, exponent = node.parts
+        its = self.check(base, text)
+        if its is None or exponent.kind not in ("number", "negative", "quotient"):
+            return None
+        value = _number(exponent)
+        return None if value is None else tuple(x * value for x in its)
+
+    def _of_call(self, node: Node, text: str) -> Dimension | None:
+        inner = [self.check(part, text) for part in node.parts]
+        if node.name in ("abs", "sign"):
+            return inner[0] if node.name == "abs" else PURE
+        if node.name == "sqrt":
+            return None if inner[0] is None else tuple(Fraction(x) / 2 for x in inner[0])
+        if node.name != "atan2" and inner[0] not in (None, PURE) and inner[0] is not None:
+            raise UnitMisfitError(
+                node,
+                f"the units do not fit: the argument of {_quote(node, text)} is in "
+                f"{say_unit(inner[0])}, expected an angle or a pure number",
+            )
+        return PURE
+
+
+_SIMPLE = 10
+"""A number with a larger denominator, such as 9.807, may stand for a quantity with a unit."""
+
+
+def _letters(node: Node) -> bool:
+    return any(part.kind == "letter" for part in node.walk())
+
+
+def _number(node: Node) -> Fraction | None:
+    if node.kind == "number":
+        return node.value
+    if node.kind == "negative":
+        inner = _number(node.parts[0])
+        return None if inner is None else -inner
+    if node.kind == "quotient":
+        above, below = map(_number, node.parts)
+        return None if above is None or not below else above / below
+    return None
+
+
+def _combine(a: Dimension | None, b: Dimension | None, sign: int) -> Dimension | None:
+    if a is None or b is None:
+        return None
+    return tuple(x + sign * y for x, y in zip(a, b, strict=True))
+
+
+def _quote(node: Node, text: str) -> str:
+    return f"'{' '.join(text[node.start : node.end].split())}'"

@@ -1,0 +1,98 @@
+"""Why an equation is wrong: mistakes made by hand, each named first or next to its like."""
+
+from __future__ import annotations
+
+import pytest
+
+import mecanique as mq
+
+ROD = "rigid_bar_pendulum"
+TWO = "double_pendulum"
+FIRST = (
+    "2 l1 (m1 + 3 m2) q1'' + 3 l2 m2 cos(q1 - q2) q2'' + 3 l2 m2 sin(q1 - q2) q2'^2"
+    " + 3 g (m1 + 2 m2) sin(q1) = 0\n"
+)
+SECOND = "3 l1 cos(q1 - q2) q1'' + 2 l2 q2'' - 3 l1 sin(q1 - q2) q1'^2 + 3 g sin(q2) = 0\n"
+SPRING = "m r'' - m r theta'^2 + k (r - l0) - g m cos(theta) = 0\n"
+SWING = "r theta'' + 2 r' theta' + g sin(theta) = 0\n"
+CART = "(M + m) x'' + l m cos(q) q'' - l m sin(q) q'^2 + c x' = F\n"
+POLE = "cos(q) x'' + l q'' + g sin(q) = 0\n"
+
+MISTAKES = (
+    (ROD, "m l^2/3 q'' - m g l/2 sin q = 0", "potential sign", "gravity is wrong"),
+    (ROD, "m l^2/12 q'' + m g l/2 sin q = 0", "inertia", "taken about its center"),
+    (ROD, "m l^2 (1/3 + 1/4) q'' + m g l/2 sin q = 0", "inertia", "Steiner's term of 'rod'"),
+    (ROD, "m l^2/4 q'' + m g l/2 sin q = 0", "inertia", "taken as a particle"),
+    (ROD, "m l^2/3 q'' + m g l/2 cos q = 0", "sin for cos", "'cos q' in 'm g l/2 cos q'"),
+    (ROD, "m l^2/3 q'' + m g l sin q = 0", "half", "potential energy is taken twice"),
+    (ROD, "m l/3 q'' + m g l/2 sin q = 0", "units", "the units do not fit"),
+    (ROD, "q'' + 3 g/2 sin q = 0", "units", "is in 1/s²"),
+    (ROD, "q'' + 3 g/(2 l) sin(l q) = 0", "units", "expected an angle"),
+    (TWO, FIRST.replace("+ 2 m2)", "+ 2 m1)") + SECOND, "letter", "m1 stands in '2 m1' where m2"),
+    (TWO, FIRST + SECOND.replace("g sin(q2)", "g sin(q1 - q2)"), "angle", "should be sin(q2)"),
+    (TWO, FIRST.replace("3 l2 m2 cos(q1 - q2) q2'' + ", "") + SECOND, "missing", "coupling term"),
+    (TWO, FIRST + SECOND.replace("q1'^2", "q1' q2'"), "angle", ""),
+    (TWO, FIRST.replace("+ 3 l2 m2 sin", "- 3 l2 m2 sin") + SECOND, "sign", "the sign of the term"),
+    (TWO, FIRST.replace("sin(q1) ", "q1 ") + SECOND, "small angle", "stands in"),
+    ("elastic_pendulum", SPRING.replace("(r - l0)", "r") + SWING, "free length", "forgotten"),
+    ("elastic_pendulum", SPRING.replace("- m r theta'^2", "") + SWING, "missing", "centripetal"),
+    ("elastic_pendulum", SPRING + SWING.replace("2 r'", "r'"), "factor", "half of what"),
+    ("elastic_pendulum", SPRING + SWING.replace("+ 2 r' theta'", ""), "missing", "Coriolis"),
+    ("elastic_pendulum", SPRING + SWING.replace("r theta''", "l0 theta''"), "length", ""),
+    ("cart_pole", CART + POLE.replace("+ g", "- g"), "sign", "gravity is wrong"),
+    ("cart_pole", CART.replace("= F", "= 0") + POLE, "missing", "the force -F is missing"),
+    ("cart_pole", CART.replace("(M + m)", "M") + POLE, "letter", "where M + m should"),
+    ("cart_pole", CART.replace("+ c x'", "- c x'") + POLE, "sign", "the sign of the"),
+)
+
+
+@pytest.mark.parametrize(("name", "text", "kind", "words"), MISTAKES)
+def test_a_mistake_is_named(name: str, text: str, kind: str, words: str) -> None:
+    found = mq.check(mq.textbook.load(name), text)
+    assert not found.right
+    shown = found.causes[:3]
+    assert shown, str(found)
+    if kind != "length":
+        assert kind in " ".join(cause.kind for cause in shown), str(found)
+    assert any(words in cause.text for cause in shown), str(found)
+
+
+def test_units_come_before_anything_else() -> None:
+    found = mq.check(mq.textbook.load(ROD), "m l/3 q'' + m g l/2 sin q = 0")
+    assert found.causes[0].kind == "units"
+    assert found.causes[0].part
+    assert found.outcome == "wrong"
+
+
+def test_a_linearized_equation_is_a_matter_of_form() -> None:
+    found = mq.check(mq.textbook.load(ROD), "2 l q'' + 3 g q = 0")
+    assert found.outcome == "right except for form"
+    assert found.form == "linearized"
+    two = "2 l1 (m1 + 3 m2) q1'' + 3 l2 m2 q2'' + 3 g (m1 + 2 m2) q1 = 0\n"
+    two += "3 l1 q1'' + 2 l2 q2'' + 3 g q2 = 0"
+    assert mq.check(mq.textbook.load(TWO), two).form == "linearized"
+
+
+def test_one_cause_that_explains_several_equations_comes_first() -> None:
+    """An acrobot's angles all measured from the vertical, though q2 is relative to q1."""
+    mechanism = mq.textbook.load("acrobot")
+    # in absolute angles the weights of the lower link go by sin(q2) alone
+    text = """
+        (m1/3 + m2) l1^2 q1'' + m2 l1 l2/2 cos(q1 - q2) q2'' + m2 l1 l2/2 sin(q1 - q2) q2'^2
+          + (m1/2 + m2) g l1 sin(q1) = -tau
+        m2 l2^2/3 q2'' + m2 l1 l2/2 cos(q1 - q2) q1'' - m2 l1 l2/2 sin(q1 - q2) q1'^2
+          + m2 g l2/2 sin(q2) = tau
+    """
+    found = mq.check(mechanism, text)
+    assert found.outcome == "wrong"
+    assert found.causes[0].text == "q2 is taken absolute instead of relative to q1"
+    assert found.causes[0].equation == 0
+    assert mq.check(mechanism, text.replace("q2", "phi"), let=["phi = q1 + q2"]).right
+
+
+def test_the_right_equation_of_two_has_no_cause() -> None:
+    found = mq.check(mq.textbook.load(TWO), FIRST + SECOND.replace("- 3 l1", "+ 3 l1"))
+    assert [line.outcome for line in found.lines] == ["right", "wrong"]
+    assert not found.lines[0].causes
+    assert found.lines[1].causes[0].equation == 2
+    assert found.lines[1].causes[0].to_dict()["kind"] == "sign"
