@@ -59,6 +59,11 @@ def test_axes_get_unit_length() -> None:
         ({"radius": -0.1}, "contact 'rim': expected a radius above 0, got -0.1"),
         ({"radius": 0.3, "crown": 0.4}, "a sharp edge, to the radius 0.3, a ball, got 0.4"),
         ({"radius": Parameter("R", 1.0)}, "contact 'rim' depends on 'R', which is not declared"),
+        (
+            {"axis": None, "bowl": 0.2},
+            "a bowl's radius above the ball's 0.3, or minus that of a dome",
+        ),
+        ({"axis": None, "stretch": (1, 0, 1)}, "contact 'rim': expected a stretch above 0, got 0"),
     ],
 )
 def test_wrong_data_is_refused_with_its_place(given: dict[str, Any], message: str) -> None:
@@ -71,6 +76,13 @@ def test_directions_without_length_are_refused() -> None:
         wheel(axis=(0, 0, 0))
     with pytest.raises(InputError, match="with a length for normal × along of blade 'edge'"):
         Blade("edge", "sleigh", along=(0, 0, 1))
+
+
+def test_surfaces_that_do_not_go_together_are_refused() -> None:
+    with pytest.raises(InputError, match="expected a ball in a bowl, got a wheel"):
+        wheel(bowl=2.0)
+    with pytest.raises(InputError, match="expected a stretch of a ball on a plane only"):
+        wheel(axis=None, bowl=2.0, stretch=(1, 2, 1))
 
 
 def test_names_are_there_once() -> None:

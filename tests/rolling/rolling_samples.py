@@ -149,3 +149,48 @@ def bicycle() -> Mechanism:
         gravity=(0, 0, -9.81),
         contacts=(Rolling("rear_contact", "rear", rear), Rolling("front_contact", "front", front)),
     )
+
+
+def bowl(radius: float = 2.0, plane: Placement | None = None) -> Mechanism:
+    """A homogeneous ball in a bowl; on a dome, if its radius is negative."""
+    inside = Rolling("inside", "ball", r, axis=None, plane=plane or Placement(), bowl=radius)
+    return Mechanism(
+        "bowl",
+        (Body("ground"), Body("ball", ball(m, r))),
+        (Floating("free", "ground", "ball"),),
+        parameters=(m, r, g),
+        gravity=(0, 0, -g),
+        contacts=(inside,),
+    )
+
+
+def turning_bowl() -> Mechanism:
+    """The same in a bowl that swings about a hinge."""
+    inside = Rolling("inside", "ball", r, axis=None, on="shell", bowl=2.0)
+    return Mechanism(
+        "turning_bowl",
+        (Body("ground"), Body("shell", ball(5.0, 2.0)), Body("ball", ball(m, r))),
+        (
+            Revolute("hinge", "ground", "shell", axis=(0.6, 0, 0.8)),
+            Floating("free", "ground", "ball"),
+        ),
+        parameters=(m, r, g),
+        gravity=(0, 0, -g),
+        contacts=(inside,),
+    )
+
+
+def stone() -> Mechanism:
+    """An ellipsoid with its center of mass below the middle and its axes askew."""
+    shape = Shape(1.0, (0.0, 0.0, -0.01), (2e-3, 1.6e-2, 1.7e-2, -2e-3, 0.0, 0.0))
+    below = Rolling("below", "stone", 0.2, axis=None, stretch=(1.0, 0.6, 0.4), on="board")
+    return Mechanism(
+        "stone",
+        (Body("ground"), Body("board", box(3.0, (1, 1, 0.1))), Body("stone", shape)),
+        (
+            Revolute("hinge", "ground", "board", axis=(0.6, 0, 0.8)),
+            Floating("free", "ground", "stone"),
+        ),
+        gravity=(0, 0, -9.81),
+        contacts=(below,),
+    )

@@ -10,10 +10,12 @@ from mecanique import (
     InputError,
     Placement,
     Reference,
+    derive,
     linearize,
     linearize_steady,
     simulate,
     sweep_speeds,
+    textbook,
 )
 from mecanique.verification.states.random import random_states
 
@@ -130,3 +132,28 @@ def test_a_coin_goes_round_steadily_and_others_are_refused() -> None:
         linearize_steady(wheel())
     with pytest.raises(InputError, match="use linearize_steady"):
         linearize(coin(), at)
+
+
+def test_a_rattleback_prefers_a_sense() -> None:
+    """Spun one way its fast rattling grows, the other way it decays (Bondi, Proc. R. Soc. A 405
+
+    (1986) 265); exponents of opposite spins are opposite, as time may run backwards.
+    """
+    stone = textbook.load("rattleback")
+    wrong, right = (
+        linearize_steady(stone, {"z": 0.02}, {"yaw": spin}).exponents for spin in (-5.0, 5.0)
+    )
+    np.testing.assert_allclose(np.sort_complex(wrong), np.sort_complex(-right), atol=1e-8)
+    fast = wrong[np.abs(wrong).argmax()]
+    assert fast.real > 20
+    assert abs(fast.imag) > 100
+
+
+def test_a_disk_down_an_incline_has_its_normal_force_and_friction() -> None:
+    """N = m g cos(α) and friction m g sin(α)/3, by hand, in the derivation and the reference."""
+    disk = textbook.load("rolling_disk")
+    weight, slope = 9.81, 0.3
+    for source in (Reference(disk), derive(disk, "newton_euler")):
+        forces = source.multipliers({"z": 0.3}, {"x": 1.0, "turn": 1 / 0.3})
+        assert forces["contact: normal"] == pytest.approx(weight * np.cos(slope), rel=1e-13)
+        assert forces["contact: x"] == pytest.approx(-weight * np.sin(slope) / 3, rel=1e-13)

@@ -3,15 +3,24 @@
 from __future__ import annotations
 
 import pytest
-from rolling_samples import sleigh, turntable, wheel
+from rolling_samples import bowl, sleigh, stone, turntable, wheel
 
 from mecanique import Mechanism, Placement, Reference, UrdfError, lint, read_urdf, write_urdf
 from mecanique.verification.states.random import random_states
 
-ALL = [wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))), wheel(), turntable(), sleigh()]
+ALL = [
+    wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),
+    wheel(),
+    turntable(),
+    sleigh(),
+    bowl(-2.0),
+    stone(),
+]
 
 
-@pytest.mark.parametrize("mechanism", ALL, ids=["tilted", "wheel", "turntable", "sleigh"])
+@pytest.mark.parametrize(
+    "mechanism", ALL, ids=["tilted", "wheel", "turntable", "sleigh", "dome", "ellipsoid"]
+)
 def test_contacts_are_read_as_they_were_written(mechanism: Mechanism) -> None:
     text = write_urdf(mechanism)
     read = read_urdf(text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from rolling_samples import coin, sleigh, turntable, wheel
+from rolling_samples import bowl, coin, sleigh, stone, turning_bowl, turntable, wheel
 
 from mecanique import Mechanism, Placement, Reference, degrees_of_freedom, derive, verify
 from mecanique.derivation.numeric.multipliers import Held
@@ -18,8 +18,23 @@ ALL = [
     turntable(),
     sleigh(),
     sleigh(by_element=False),
+    bowl(plane=Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),
+    bowl(-2.0),
+    turning_bowl(),
+    stone(),
 ]
-NAMES = ["coin", "edge", "crowned_wheel_on_a_slope", "turntable", "sleigh", "velocity_constraint"]
+NAMES = [
+    "coin",
+    "edge",
+    "crowned_wheel_on_a_slope",
+    "turntable",
+    "sleigh",
+    "velocity_constraint",
+    "bowl",
+    "dome",
+    "turning_bowl",
+    "ellipsoid",
+]
 
 
 @pytest.mark.parametrize(

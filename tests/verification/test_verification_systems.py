@@ -23,7 +23,13 @@ from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import versions
 
 TREES = [name for name in textbook.names() if not textbook.load(name).loops]
-UNREADABLE = ("ball_on_a_turntable", "snakeboard", "whipple_bicycle")
+UNREADABLE = (
+    "ball_in_a_bowl",
+    "ball_on_a_turntable",
+    "rattleback",
+    "snakeboard",
+    "whipple_bicycle",
+)
 """Systems whose equations are too long to be written out, or not in closed form."""
 WITHOUT_CONTACTS = tuple(quantity for quantity in QUANTITIES if quantity != "contact forces")
 

@@ -25,10 +25,11 @@ Direction: TypeAlias = "tuple[float, float, float]"
 @final
 @dataclass(frozen=True)
 class Rolling:
-    """A wheel, a disk or a ball that rolls on a plane without slip, and stays on it.
+    """A wheel, a ball or an ellipsoid that rolls on a plane without slip, and stays on it.
 
     Its forces on the body are the normal one, from the plane into the body, and the friction along
-    the x and y axes of the plane's frame.
+    the x and y axes of the plane's frame. A ball may roll in a bowl or on a dome as well; friction
+    is then along these axes turned with the normal, the shortest way.
 
     Args:
         name: its name.
@@ -39,6 +40,10 @@ class Rolling:
         crown: radius of the rim's cross section [m]: zero for a sharp edge, `radius` for a ball.
         on: name of the body that has the plane.
         plane: frame of the plane in that body; its z axis is the normal, on the side of the wheel.
+        stretch: shape (3,), factors by which a ball is stretched along x, y and z of its body's
+            frame, which makes an ellipsoid of it.
+        bowl: radius of a sphere that takes the plane's place and touches it at its origin [m]: of a
+            bowl that a ball rolls in, or minus that of a dome that it rolls on; zero for a plane.
     """
 
     name: str
@@ -49,14 +54,32 @@ class Rolling:
     crown: Scalar = 0.0
     on: str = "ground"
     plane: Placement = field(default=Placement())
+    stretch: Vector = (1.0, 1.0, 1.0)
+    bowl: Scalar = 0.0
 
     def __post_init__(self) -> None:
         where = f"rolling {self.name!r}"
         object.__setattr__(self, "radius", plain(self.radius))
         object.__setattr__(self, "center", vector(self.center, f"center of {where}"))
         object.__setattr__(self, "crown", self.radius if self.axis is None else plain(self.crown))
+        object.__setattr__(self, "stretch", vector(self.stretch, f"stretch of {where}"))
+        object.__setattr__(self, "bowl", plain(self.bowl))
         if self.axis is not None:
             object.__setattr__(self, "axis", _unit(self.axis, f"the axis of {where}"))
+        if (self.axis is not None or self.curved) and self.stretched:
+            raise InputError(f"{where}: expected a stretch of a ball on a plane only")
+        if self.axis is not None and self.curved:
+            raise InputError(f"{where}: expected a ball in a bowl, got a wheel; give axis=None")
+
+    @property
+    def stretched(self) -> bool:
+        """Whether it is an ellipsoid."""
+        return self.stretch != (1.0, 1.0, 1.0)
+
+    @property
+    def curved(self) -> bool:
+        """Whether it rolls in a bowl or on a dome."""
+        return not (isinstance(self.bowl, float) and self.bowl == 0)
 
     @property
     def rows(self) -> tuple[str, ...]:
@@ -66,7 +89,8 @@ class Rolling:
     @property
     def scalars(self) -> tuple[Scalar, ...]:
         """All expressions in it."""
-        return (self.radius, self.crown, *self.center, *self.plane.xyz, *self.plane.rpy)
+        place = (*self.center, *self.plane.xyz, *self.plane.rpy)
+        return (self.radius, self.crown, *place, *self.stretch, self.bowl)
 
 
 @final

@@ -18,7 +18,7 @@ from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
-from mecanique.model.contacts import Blade, Contact, row_names
+from mecanique.model.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -93,13 +93,33 @@ class VelocityLaws:
         frame = B @ placement_matrix(contact.plane, self._mechanism.values)
         x, y, n = (frame[:, :3, k : k + 1] for k in range(3))
         crown = number(contact.crown)
-        place = turn @ _column([number(c) for c in contact.center]) + A[:, :3, 3:] - n * crown
-        if contact.axis is not None:
+        hub = turn @ _column([number(c) for c in contact.center]) + A[:, :3, 3:]
+        if contact.curved:
+            return self._touch_sphere(contact, hub, frame)
+        place = hub - n * crown
+        if contact.axis is None:
+            squares = _column([(crown * number(factor)) ** 2 for factor in contact.stretch])
+            u = turn.T @ n
+            place = hub - turn @ (u * squares) * (_dot(u, u * squares) ** -0.5)
+        else:
             e = turn @ _column(contact.axis)
             up = n - e * _dot(n, e)
             place = place - up * (_dot(up, up) ** -0.5 * (number(contact.radius) - crown))
         gap = _dot(n, place - frame[:, :3, 3:])
         return Touch(place, (n, x, y), gap.value[:, 0, 0])
+
+    def _touch_sphere(self, contact: Rolling, hub: Jet, frame: Jet) -> Touch:
+        """Return where a ball touches a bowl or a dome, on the line to the sphere's center."""
+        radius, bowl = (self._mechanism.evaluate(s) for s in (contact.radius, contact.bowl))
+        x, y, z = (frame[:, :3, k : k + 1] for k in range(3))
+        side = 1.0 if bowl > 0 else -1.0
+        d = (frame[:, :3, 3:] + z * bowl - hub) * side
+        square = _dot(d, d)
+        n = d * square**-0.5
+        between = (z + n) * (1 + _dot(n, z)) ** -1
+        turned = [e - between * _dot(n, e) for e in (x, y)]
+        gap = bowl - side * np.sqrt(square.value[:, 0, 0]) - radius
+        return Touch(hub - n * radius, (n, *turned), gap)
 
     def _state_laws(self, states: States) -> Constraints:
         """The rows Σ A_i v_i − b of the velocity constraints."""

@@ -412,3 +412,18 @@ def _radii(m: Description) -> Iterator[str]:
                 f"contact {contact.name!r}: expected a crown radius from 0, a sharp edge, to the "
                 f"radius {radius:g}, a ball, got {crown:g}"
             )
+        yield from _surface(m, contact, radius)
+
+
+def _surface(m: Description, contact: Rolling, radius: float) -> Iterator[str]:
+    """What an ellipsoid's stretch and a bowl's radius must be."""
+    where = f"contact {contact.name!r}"
+    for factor in (float(evaluate(s, m.values)) for s in contact.stretch):
+        if not 0 < factor < math.inf:
+            yield f"{where}: expected a stretch above 0, got {factor:g}"
+    bowl = float(evaluate(contact.bowl, m.values))
+    if contact.curved and not (bowl < 0 or bowl > radius):
+        yield (
+            f"{where}: expected a bowl's radius above the ball's {radius:g}, or minus that of a "
+            f"dome, got {bowl:g}"
+        )

@@ -192,14 +192,20 @@ class _Wheel(NamedTuple):
     crown: float
     point: Array
     axes: Array
+    stretch: Array
+    bowl: float
 
     def touch(self, a: _Body, b: _Body) -> _Touch:
         """Return where it touches."""
+        if self.bowl:
+            return self._touch_sphere(a, b)
         hub = a.origin + a.turn @ self.center
         frame = (b.turn @ self.axes).T
         n, n_rate = frame[2], _cross(b.spin, frame[2])
         rho, rho_rate = -self.crown * n, -self.crown * n_rate
-        if self.axis is not None:
+        if self.axis is None:
+            rho, rho_rate = self._below(a, n, n_rate)
+        else:
             e = a.turn @ self.axis
             e_rate = _cross(a.spin, e)
             lean, lean_rate = n @ e, n_rate @ e + n @ e_rate
@@ -218,6 +224,42 @@ class _Wheel(NamedTuple):
             frame[[2, 0, 1]] @ _hat(b.spin).T,
             hub,
             float(n @ (place - ground)),
+        )
+
+    def _below(self, a: _Body, n: Array, n_rate: Array) -> tuple[Array, Array]:
+        """Return ρ of an ellipsoid with semi-axes d, −R d² Rᵀ n/|d Rᵀ n|, and ρ'."""
+        squares = (self.radius * self.stretch) ** 2
+        u, u_rate = n @ a.turn, (n_rate - _cross(a.spin, n)) @ a.turn
+        h = float(np.sqrt(u @ (squares * u)))
+        h_rate = u @ (squares * u_rate) / h
+        rho = -a.turn @ (squares * u) / h
+        return rho, _cross(a.spin, rho) - a.turn @ (squares * u_rate) / h - rho * (h_rate / h)
+
+    def _touch_sphere(self, a: _Body, b: _Body) -> _Touch:
+        """Return where a ball touches a bowl or a dome about O: along from its center to O."""
+        hub = a.origin + a.turn @ self.center
+        x, y, z = frame = (b.turn @ self.axes).T
+        O = b.origin + b.turn @ self.point + self.bowl * z
+        side = np.sign(self.bowl)
+        d, d_rate = side * (O - hub), side * (b.at(O) - a.at(hub))
+        length = float(np.linalg.norm(d))
+        n = d / length
+        n_rate = (d_rate - (n @ d_rate) * n) / length
+        x_rate, y_rate, z_rate = frame @ _hat(b.spin).T
+        directions, turning = [n], [n_rate]
+        for e, e_rate in ((x, x_rate), (y, y_rate)):
+            # turned as z is turned into n, e − (n·e) (z + n)/(1 + n·z)
+            part = (n @ e) / (1 + n @ z)
+            part_rate = (n_rate @ e + n @ e_rate - part * (n_rate @ z + n @ z_rate)) / (1 + n @ z)
+            directions.append(e - part * (z + n))
+            turning.append(e_rate - part_rate * (z + n) - part * (z_rate + n_rate))
+        return _Touch(
+            hub - self.radius * n,
+            a.at(hub) - self.radius * n_rate,
+            np.array(directions),
+            np.array(turning),
+            hub,
+            float(self.bowl - side * length - self.radius),
         )
 
 
@@ -259,6 +301,8 @@ def _numbers(mechanism: Mechanism, contact: Contact) -> _Wheel | _Edge:
                 mechanism.evaluate(contact.crown),
                 vector(contact.plane.xyz),
                 np.array([vector(row) for row in contact.plane.rotation]),
+                vector(tuple(contact.stretch)),
+                mechanism.evaluate(contact.bowl),
             )
         case Blade():
             return _Edge(vector(tuple(contact.point)), np.array(contact.side))

@@ -1,34 +1,44 @@
 """Disk rolling down an incline.
 
 A homogeneous disk of mass m and radius R rolls down an incline of slope alpha without slip, upright
-and straight, under gravity g. Rolling along a line is a holonomic constraint: the disk turns by x /
-R, where the generalized coordinate x is the distance its center has moved down the slope.
+and straight, under gravity g. The generalized coordinates are the distance x that its center has
+moved down the slope, the center's height z above the slope and the angle turn. The incline keeps
+it off by the normal force and turns it by friction: two conditions leave one velocity.
 """
 
-from numpy import sin
+import numpy as np
+from numpy import cos, sin
 
 from mecanique.model import (
     Body,
     Box,
-    Coordinates,
     Mechanism,
     Parameter,
     Placement,
     Prismatic,
     Revolute,
+    Rolling,
     Visual,
-    coordinate,
     disk,
     massless,
 )
-from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, MassMatrix, Solution
+from mecanique.textbook.facts import (
+    Acceleration,
+    Conserved,
+    KineticEnergy,
+    MassMatrix,
+    Number,
+    Reaction,
+    Solution,
+    Values,
+)
 from mecanique.textbook.system import System
 
 QUARTER = 1.5707963267948966
 
 
 def build(m: Parameter, R: Parameter, alpha: Parameter, g: Parameter) -> Mechanism:
-    """Return the disk; its center slides along the slope and it turns as it goes."""
+    """Return the disk; slides along and across the slope lead its center."""
     slope = Visual(Box((6.0, 0.5, 0.02)), Placement((0, 0, 0), (0, alpha, 0)), (0.8, 0.8, 0.8, 1.0))
     # a box without mass lets the turning of the disk be seen
     mark = massless(Visual(Box((0.2 * R, 0.06, 1.6 * R)), rgba=(0.9, 0.6, 0.0, 1.0)))
@@ -36,6 +46,7 @@ def build(m: Parameter, R: Parameter, alpha: Parameter, g: Parameter) -> Mechani
         name="rolling_disk",
         bodies=(
             Body("ground", massless(slope)),
+            Body("along"),
             Body("center"),
             Body("disk", disk(m, R, 0.05).at(rpy=(QUARTER, 0, 0)), mark),
         ),
@@ -43,24 +54,33 @@ def build(m: Parameter, R: Parameter, alpha: Parameter, g: Parameter) -> Mechani
             Prismatic(
                 "slide",
                 "ground",
-                "center",
+                "along",
                 axis=(1, 0, 0),
                 origin=Placement(rpy=(0, alpha, 0)),
                 coordinate="x",
             ),
-            Revolute(
-                "roll",
-                "center",
-                "disk",
-                axis=(0, 1, 0),
-                origin=Placement((0, 0, R)),
-                coordinate="turn",
-            ),
+            Prismatic("lift", "along", "center", axis=(0, 0, 1), coordinate="z"),
+            Revolute("roll", "center", "disk", axis=(0, 1, 0), coordinate="turn"),
         ),
-        coordinates=Coordinates(("x",), {"turn": coordinate("x") / R}),
+        contacts=(Rolling("contact", "disk", R, plane=Placement(rpy=(0, alpha, 0))),),
         parameters=(m, R, alpha, g),
         gravity=(0, 0, -g),
     )
+
+
+def pull(s: Values) -> Number:
+    """Return the acceleration down the slope [m/s²]."""
+    return 2 * s.g * sin(s.alpha) / 3
+
+
+def down(s: Values) -> Number:
+    """Return the direction down the slope."""
+    return np.array([cos(s.alpha), 0, -sin(s.alpha)])
+
+
+def normal(s: Values) -> Number:
+    """Return the direction off the slope."""
+    return np.array([sin(s.alpha), 0, cos(s.alpha)])
 
 
 SYSTEM = System(
@@ -74,23 +94,41 @@ SYSTEM = System(
         Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
     ),
     build=build,
-    start={"x": -1.8},
+    start={"x": -1.8, "z": 0.3},
     start_velocity={"x": -1.0},
     duration=2.5,
-    tags=("planar", "rolling", "linear", "mimic"),
+    tags=("planar", "rolling", "linear", "contact"),
     facts=(
-        Acceleration("x'' = 2 g sin(alpha) / 3", lambda s: [2 * s.g * sin(s.alpha) / 3]),
-        MassMatrix("M = 3 m / 2", lambda s: [[1.5 * s.m]]),
-        KineticEnergy("T = m x'² / 2 + m R² (x' / R)² / 4", lambda s: 0.75 * s.m * s["x'"] ** 2),
+        Acceleration(
+            "x'' = 2 g sin(alpha)/3, turn'' = x''/R",
+            lambda s: [pull(s), 0.0, pull(s) / s.R],
+        ),
+        MassMatrix(
+            "m for x and z, m R²/2 for turn", lambda s: np.diag([s.m, s.m, s.m * s.R**2 / 2])
+        ),
+        KineticEnergy("T = m x'²/2 + m R² (x'/R)²/4", lambda s: s.m * s["x'"] ** 2 * 3 / 4),
+        Reaction(
+            "the incline carries N = m g cos(alpha) and holds by the friction m g sin(alpha)/3",
+            "contact",
+            lambda s: s.m * s.g * (cos(s.alpha) * normal(s) - sin(s.alpha) / 3 * down(s)),
+        ),
         Solution(
-            "x = x0 + x0' t + g sin(alpha) t² / 3",
-            {"x": -1.0, "x'": -2.0},
-            lambda s: {"x": -1.0 - 2.0 * s.t + s.g * sin(s.alpha) * s.t**2 / 3},
+            "x = x0 + x0' t + g sin(alpha) t²/3",
+            {"x": -1.0, "z": 0.3, "x'": -2.0, "turn'": -2.0 / 0.3},
+            lambda s: {"x": -1.0 - 2.0 * s.t + pull(s) * s.t**2 / 2},
             until=lambda s: 2.0,
+            given={"R": 0.3},
         ),
         Conserved(
-            "the energy 3 m x'² / 4 - m g x sin(alpha)",
-            lambda s: 0.75 * s.m * s["x'"] ** 2 - s.m * s.g * s.x * sin(s.alpha),
+            "the energy m x'²/2 + m R² turn'²/4 - m g (x sin(alpha) - z cos(alpha))",
+            lambda s: (
+                s.m
+                * (
+                    (s["x'"] ** 2 + s["z'"] ** 2) / 2
+                    + (s.R * s["turn'"] / 2) ** 2
+                    - s.g * (s.x * sin(s.alpha) - s.z * cos(s.alpha))
+                )
+            ),
         ),
     ),
 )

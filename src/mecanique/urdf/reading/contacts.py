@@ -2,6 +2,8 @@
 
     <mecanique:rolling name="rim" link="disk" on="ground" radius="0.3" crown="0"
         center="0 0 0" axis="0 1 0" plane_xyz="0 0 0" plane_rpy="0 0 0"/>
+    <mecanique:rolling name="below" link="stone" on="ground" radius="0.2" stretch="1 0.15 0.1"/>
+    <mecanique:rolling name="inside" link="ball" on="ground" radius="0.05" bowl="0.6"/>
     <mecanique:blade name="edge" link="sleigh" on="ground"
         point="0 0 0" along="1 0 0" normal="0 0 1"/>
 
@@ -30,6 +32,7 @@ from mecanique.urdf.xml.markup import numbers as write_numbers
 __all__ = ["contact_tag", "read_contact"]
 
 _NONE = (0.0, 0.0, 0.0)
+_ONES = (1.0, 1.0, 1.0)
 
 
 def contact_tag(mechanism: Mechanism, contact: Contact, anchors: Mapping[str, str]) -> Tag:
@@ -63,6 +66,10 @@ def contact_tag(mechanism: Mechanism, contact: Contact, anchors: Mapping[str, st
         shape["axis"] = text(contact.axis)
     shape["center"] = text(contact.center)
     shape["plane_xyz"], shape["plane_rpy"] = text(contact.plane.xyz), text(contact.plane.rpy)
+    if contact.stretched:
+        shape["stretch"] = text(contact.stretch)
+    if contact.curved:
+        shape["bowl"] = write_number(mechanism.evaluate(contact.bowl), where)
     return Tag(ROLLING, **ends, **shape)
 
 
@@ -124,7 +131,11 @@ def _read_rolling(element: Element, report: Report, where: str) -> dict[str, Any
     plane = Placement(vector(xyz, "plane_xyz"), vector(rpy, "plane_rpy"))
     found: dict[str, Any] = {"radius": radius, "center": center, "plane": plane}
     if "axis" not in element.attributes:
-        return {**found, "axis": None}
+        stretch = numbers(element, "stretch", 3, report, where, default=_ONES)
+        bowl = number(element, "bowl", report, where, default=0.0)
+        if stretch is None or bowl is None:
+            return None
+        return {**found, "axis": None, "stretch": stretch, "bowl": bowl}
     axis = numbers(element, "axis", 3, report, where)
     crown = number(element, "crown", report, where, default=0.0)
     return None if axis is None or crown is None else {**found, "axis": axis, "crown": crown}

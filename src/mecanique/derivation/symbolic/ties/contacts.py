@@ -19,6 +19,7 @@ from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, cross, dot, lift, total, zero
 from mecanique.derivation.tree.poses import combination, origin, product, transpose
+from mecanique.errors import DerivationError
 from mecanique.model.contacts import Blade, Contact, Rolling
 
 __all__ = ["Touch", "contact_ties", "touches"]
@@ -74,6 +75,12 @@ def touches(kinematics: Kinematics) -> tuple[Touch, ...]:
 
 
 def _roll(kinematics: Kinematics, contact: Rolling) -> Touch:
+    if contact.curved or contact.stretched:
+        what = "a ball in a bowl or on a dome" if contact.curved else "an ellipsoid"
+        raise DerivationError(
+            f"contact {contact.name!r} is that of {what}; such equations are computed, not written "
+            "out"
+        )
     algebra = kinematics.algebra
     plane = origin(contact.plane, algebra.values, algebra.arithmetic)
     frame = product(kinematics.pose(contact.on), plane)
