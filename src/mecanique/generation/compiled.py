@@ -16,7 +16,7 @@ from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.c import compiler
 
-__all__ = ["OPTIONS", "Compiled", "compile_program"]
+__all__ = ["OPTIONS", "Compiled", "build_library", "compile_program"]
 
 OPTIONS = ("-O1", "-march=native")
 """More optimization takes long on programs without branches, and gains nothing."""
@@ -145,19 +145,32 @@ def compile_program(
     Raises:
         InputError: if no C compiler is installed, or it refuses the code.
     """
+    own = {name: files[name] for name in (f"{program.name}.h", f"{program.name}.c")}
+    return Compiled(program, build_library({**own, "many.c": _loops(program)}, options))
+
+
+def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) -> ctypes.CDLL:
+    """Compile C and load it.
+
+    Args:
+        files: texts by name; those that end in .c are compiled.
+        options: for the compiler.
+
+    Raises:
+        InputError: if no C compiler is installed, or it refuses the code.
+    """
     with tempfile.TemporaryDirectory() as folder:
         directory = Path(folder)
-        for name in (f"{program.name}.h", f"{program.name}.c"):
-            (directory / name).write_text(files[name], encoding="utf-8")
-        (directory / "many.c").write_text(_loops(program), encoding="utf-8")
+        for name, text in files.items():
+            (directory / name).write_text(text, encoding="utf-8")
         library = directory / "library.so"
-        sources = [str(directory / f"{program.name}.c"), str(directory / "many.c")]
+        sources = [str(directory / name) for name in files if name.endswith(".c")]
         shared = ["-std=c99", "-shared", "-fPIC", "-o", str(library)]
         command = [compiler(), *options, *shared, *sources, "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise InputError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
-        return Compiled(program, ctypes.CDLL(str(library)))
+        return ctypes.CDLL(str(library))
 
 
 def _loops(program: Program) -> str:

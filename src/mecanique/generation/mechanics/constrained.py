@@ -17,8 +17,10 @@ from mecanique.generation.mechanics.loops import Loops
 from mecanique.generation.mechanics.sampling import sample
 from mecanique.generation.mechanics.vectors import Rows, dot, products, scale, transpose
 from mecanique.generation.program.solving import factorize
+from mecanique.generation.program.traced import trace, value_of
+from mecanique.model.states import States
 
-__all__ = ["Solution", "solve_constrained"]
+__all__ = ["Constrained", "Solution"]
 
 _RANK = 1e-8
 """Rows whose part across the others is smaller than this are redundant."""
@@ -38,39 +40,87 @@ class Solution:
     multipliers: tuple[Any, ...]
 
 
-def solve_constrained(letters: Letters, M: Rows, drive: list[Any], loops: Loops) -> Solution:
-    """Return accelerations and multipliers.
+@final
+class Constrained:
+    """The mass matrix and the independent equations of the loops, factorized.
 
     Args:
         letters: the inputs.
         M: mass matrix of the tree.
-        drive: forces minus bias.
         loops: what the loops demand.
+        states: where to see which equations are redundant; random ones by default.
     """
-    tape = letters.tape
-    masses, jacobians = sample(letters, [M, loops.jacobian])
-    kept = _independent(masses, jacobians)
-    J = [loops.jacobian[k] for k in kept]
-    gamma = [loops.gamma[k] for k in kept]
-    if _is_singular(masses):
-        weight = float(np.median(np.trace(masses, axis1=1, axis2=2))) / float(
-            np.median(np.sum(jacobians**2, axis=(1, 2)))
-        )
-        columns = transpose(J)
-        squares = [scale(weight, row) for row in products(columns, columns)]
-        M = [list(map(sum, zip(*rows, strict=True))) for rows in zip(M, squares, strict=True)]
-        drive = [f - weight * dot(column, gamma) for f, column in zip(drive, columns, strict=True)]
-    factors = factorize(tape, M)
-    free = factors.solve(drive)
-    pulled = [factors.solve(row) for row in J]
-    missing = [-(g + dot(row, free)) for g, row in zip(gamma, J, strict=True)]
-    found = factorize(tape, products(J, pulled)).solve(missing)
-    moved = transpose(pulled) if pulled else [[] for _ in free]
-    a = [x + dot(found, column) for x, column in zip(free, moved, strict=True)]
-    multipliers: list[Any] = [0.0] * len(loops.names)
-    for k, value in zip(kept, found, strict=True):
-        multipliers[k] = value
-    return Solution(tuple(a), tuple(multipliers))
+
+    def __init__(
+        self, letters: Letters, M: Rows, loops: Loops, states: States | None = None
+    ) -> None:
+        masses, jacobians = sample(letters, [M, loops.jacobian], states)
+        self._tape = letters.tape
+        self._loops = loops
+        self._kept = _independent(masses, jacobians)
+        self._J = [loops.jacobian[k] for k in self._kept]
+        self._gamma = [loops.gamma[k] for k in self._kept]
+        self._weight = 0.0
+        if _is_singular(masses):
+            self._weight = float(np.median(np.trace(masses, axis1=1, axis2=2))) / float(
+                np.median(np.sum(jacobians**2, axis=(1, 2)))
+            )
+            columns = transpose(self._J)
+            squares = [scale(self._weight, row) for row in products(columns, columns)]
+            M = [list(map(sum, zip(*rows, strict=True))) for rows in zip(M, squares, strict=True)]
+        factors = factorize(self._tape, M)
+        self._free = factors.solve
+        pulled = [factors.solve(row) for row in self._J]
+        self._pulled = transpose(pulled) if pulled else [[] for _ in letters.v]
+        self._resistance = products(self._J, pulled)
+        self._factors = factorize(self._tape, self._resistance)
+
+    def solve(self, drive: list[Any]) -> Solution:
+        """Return accelerations and multipliers.
+
+        Args:
+            drive: forces minus bias.
+        """
+        if self._weight:
+            columns = transpose(self._J)
+            pairs = zip(drive, columns, strict=True)
+            drive = [f - self._weight * dot(column, self._gamma) for f, column in pairs]
+        free = self._free(drive)
+        missing = [-(g + dot(row, free)) for g, row in zip(self._gamma, self._J, strict=True)]
+        found = self._factors.solve(missing)
+        a = [x + dot(found, column) for x, column in zip(free, self._pulled, strict=True)]
+        multipliers: list[Any] = [0.0] * len(self._loops.names)
+        for k, value in zip(self._kept, found, strict=True):
+            multipliers[k] = value
+        return Solution(tuple(a), tuple(multipliers))
+
+    def close(self, gaps: list[Any]) -> list[Any]:
+        """Return the velocities times a time that undo gaps of all rows, with least energy.
+
+        Args:
+            gaps: of every row; those of redundant ones follow from the others.
+        """
+        found = self._factors.solve([-gaps[k] for k in self._kept])
+        return [dot(found, column) for column in self._pulled]
+
+    def firmness(self) -> Any:
+        """Return how firmly the loops hold what they close: zero where J loses rank.
+
+        It is (Σ 1/σ²)^(−1/2), with σ the singular values of the rows of J by directions of unit
+        kinetic energy, those of a block together of length one: the least σ, or somewhat less.
+        """
+        if not self._kept:
+            return 1.0
+        blocks = [self._loops.blocks[k] for k in self._kept]
+        total: Any = 0.0
+        for k, block in enumerate(blocks):
+            unit = [1.0 if k == i else 0.0 for i in range(len(blocks))]
+            compliance = self._factors.solve(unit)[k]
+            for i, other in enumerate(blocks):
+                if other == block:
+                    total = total + self._resistance[i][i] * compliance
+        root = self._tape.call("sqrt", self._tape.divide(1.0, value_of(total)))
+        return trace(self._tape, root)
 
 
 def _independent(masses: np.ndarray, jacobians: np.ndarray) -> list[int]:

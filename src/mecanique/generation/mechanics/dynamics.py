@@ -9,7 +9,7 @@ from typing import Any, Protocol, final
 from mecanique.derivation.equations import Equations
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
-from mecanique.generation.mechanics.constrained import Solution, solve_constrained
+from mecanique.generation.mechanics.constrained import Constrained, Solution
 from mecanique.generation.mechanics.forces import Forces
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.loops import Loops, loops_of
@@ -172,7 +172,7 @@ class Dynamics:
 
     @cached_property
     def _solution(self) -> Solution:
-        return solve_constrained(self.letters, self.mass_matrix, self._drive, self.loops)
+        return Constrained(self.letters, self.mass_matrix, self.loops).solve(self._drive)
 
     def _inverse_dynamics(self) -> list[Any]:
         if isinstance(self._form, Tree):

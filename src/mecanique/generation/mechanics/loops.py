@@ -24,6 +24,7 @@ class Loops:
 
     Args:
         names: "loop: motion it closes" of each equation.
+        blocks: number of the block of each: the lengths of a loop, or its angles.
         residual: Φ.
         rate: Φ'.
         jacobian: rows of J.
@@ -31,6 +32,7 @@ class Loops:
     """
 
     names: tuple[str, ...]
+    blocks: tuple[int, ...]
     residual: list[Any]
     rate: list[Any]
     jacobian: Rows
@@ -45,13 +47,16 @@ def loops_of(letters: Letters, recursion: Recursion) -> Loops:
         recursion: where its bodies are.
     """
     names: list[str] = []
+    blocks: list[int] = []
     residual: list[Any] = []
-    for loop in letters.mechanism.loops:
+    for k, loop in enumerate(letters.mechanism.loops):
         names += [f"{loop.name}: {row}" for row in CLOSED[loop.kind]]
+        blocks += [2 * k + row.startswith("r") for row in CLOSED[loop.kind]]
         residual += _demands(letters, recursion, loop)
     rate = along(letters, residual)
     return Loops(
         tuple(names),
+        tuple(blocks),
         residual,
         rate,
         [on_velocities(letters, [row], [1.0]) for row in residual],

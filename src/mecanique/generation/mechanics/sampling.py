@@ -17,14 +17,16 @@ __all__ = ["inputs_at", "sample"]
 _STATES = 16
 
 
-def sample(letters: Letters, tables: list[Any]) -> list[np.ndarray]:
-    """Return tables of scalars at a few random states, each shape (states, rows, columns).
+def sample(letters: Letters, tables: list[Any], states: States | None = None) -> list[np.ndarray]:
+    """Return tables of scalars at a few states, each shape (states, rows, columns).
 
     Args:
         letters: the inputs.
         tables: rows of scalars.
+        states: where; random ones by default.
     """
-    states = random_states(letters.mechanism, _STATES, 0)
+    if states is None:
+        states = random_states(letters.mechanism, _STATES, 0)
     inputs = inputs_at(letters, states)
     found = []
     for table in tables:

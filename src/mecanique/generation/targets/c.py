@@ -16,7 +16,7 @@ from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, list_answer
 
-__all__ = ["C", "compiler"]
+__all__ = ["NOTATION", "SIGN", "C", "compiler"]
 
 _FUNCTIONS = {
     **{name: f"{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
@@ -24,7 +24,11 @@ _FUNCTIONS = {
     "Abs": "fabs({})",
     "sign": "signum({})",
 }
-_NOTATION = Notation(_FUNCTIONS, "const double {} = {};")
+NOTATION = Notation(_FUNCTIONS, "const double {} = {};")
+"""How C writes a program."""
+
+SIGN = "static double signum(double x) { return (x > 0) - (x < 0); }"
+"""The function that C does not have."""
 
 _PLAIN = str.maketrans({"·": "*", "²": "^2", "³": "^3", "θ": "theta", "–": "-", "−": "-"})
 
@@ -122,14 +126,14 @@ def _source(program: Program, head: Sequence[str]) -> str:
     constants = f"const double {name}_parameters[{max(len(program.parameters), 1)}]"
     lines += [*_wrap(f"{constants} = {{{values}}};"), ""]
     if any(kind == "sign" for kind, _, _ in program.tape.operations):
-        lines += ["static double signum(double x) { return (x > 0) - (x < 0); }", ""]
+        lines += [SIGN, ""]
     for answer in program.answers:
         lines += [*_function(program, answer), ""]
     return "\n".join(lines)
 
 
 def _function(program: Program, answer: Answer) -> list[str]:
-    listing, reads = list_answer(program, answer, _NOTATION)
+    listing, reads = list_answer(program, answer, NOTATION)
     lines = [*_wrap(signature(program, answer)), "{"]
     idle = {*answer.quantity.takes, "p"}
     for read in reads:

@@ -28,6 +28,7 @@ def require_agreement(
     reference: Reference,
     accelerations: Callable[[States], np.ndarray],
     source: str,
+    states: States | None = None,
 ) -> None:
     """Compare accelerations with the reference's at random states, as strictly as `verify` does.
 
@@ -36,11 +37,13 @@ def require_agreement(
         reference: its `Reference`.
         accelerations: gives them at states, shape (n, nv).
         source: where they come from, for the message.
+        states: where to compare; random ones by default.
 
     Raises:
         DerivationError: if they do not agree.
     """
-    states = random_states(mechanism, SAMPLES, 0)
+    if states is None:
+        states = random_states(mechanism, SAMPLES, 0)
     theirs = {
         "mass matrix": np.asarray(reference.mass_matrix(states.q, states.t)),
         "bias": np.asarray(reference.bias(states.q, states.v, states.t)),

@@ -11,12 +11,15 @@ import numpy as np
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.admission import SAMPLES, require_agreement
+from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import building, integrator
 from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import Batched, overwriting, scalar, vectorize
+from mecanique.motion.compile.stepper import Stepper
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
+from mecanique.verification.states.random import random_states
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -28,6 +31,12 @@ OPTIMIZED = 50_000
 
 _DERIVING = 2e-3
 """Time to derive, compare and compile the least equations, roughly [s]."""
+
+_DERIVING_LOOPS = 0.025
+"""The same of equations with loops, for each velocity, roughly [s]."""
+
+_COMPILING = 0.05
+"""Time to compile equations in C, for each velocity, roughly [s]."""
 
 
 @final
@@ -41,9 +50,11 @@ class Compiled:
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = weakref.ref(mechanism)
         self._size = mechanism.nv
+        self._closed = bool(mechanism.loops)
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
         self._program: Program | DerivationError | None = None
+        self._stepper: Stepper | None = None
         self._make: Callable[[], RightHandSide] | None = None
         self._pools: dict[tuple[float, bool], list[Any]] = {}
         self._taken: dict[float, int] = {}
@@ -74,9 +85,24 @@ class Compiled:
         Raises:
             DerivationError: if there is no closed form, or it does not agree.
         """
+        program = self.program(reference)
+        if program.landing is not None:
+            return ClosedProgram(program, program.landing, reference)
         if self._make is None:
-            self._make = overwriting(self.program(reference))
+            self._make = overwriting(program)
         return self._make()
+
+    def stepper(self, reference: Reference) -> Stepper:
+        """Return the equations as C, with the steps that integrate them.
+
+        Raises:
+            InputError: if no C compiler is installed.
+            DerivationError: if no program of the equations is known, it does not agree, or C does
+                not know an input.
+        """
+        if self._stepper is None:
+            self._stepper = Stepper(self.program(reference))
+        return self._stepper
 
     @property
     def possible(self) -> bool:
@@ -131,7 +157,13 @@ class Compiled:
 
     def seconds_to_derive(self) -> float:
         """Return about how long it takes to derive and compile the equations in Python [s]."""
+        if self._closed:
+            return _DERIVING_LOOPS * self._size
         return _DERIVING + 1e-3 * self._size**3
+
+    def seconds_to_compile(self) -> float:
+        """Return about how long it takes to compile the equations in C, by the size alone [s]."""
+        return _COMPILING * self._size
 
     def seconds_to_build(self) -> float:
         """Return about how long it takes to build a Taylor integrator, by the size alone [s]."""
@@ -157,7 +189,8 @@ def compile_once(mechanism: Mechanism) -> Compiled:
 
 
 def _compare(mechanism: Mechanism, reference: Reference) -> Program:
-    program = program_of(mechanism)
+    states = random_states(mechanism, SAMPLES, 0) if mechanism.loops else None
+    program = program_of(mechanism, states=states)
     rhs = scalar(program)
 
     def accelerations(states: States) -> np.ndarray:
@@ -169,5 +202,6 @@ def _compare(mechanism: Mechanism, reference: Reference) -> Program:
                 f"the closed form of {mechanism.name!r} is not defined everywhere: {error}"
             ) from error
 
-    require_agreement(mechanism, reference, accelerations, "closed form")
+    source = "closed form" if program.landing is None else "program"
+    require_agreement(mechanism, reference, accelerations, source, states)
     return program

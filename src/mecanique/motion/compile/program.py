@@ -1,20 +1,44 @@
-"""The equations of motion as one straight-line program ẏ = f(t, y), from the closed form."""
+"""The equations of motion as one straight-line program ẏ = f(t, y), from the closed form.
+
+Those of mechanisms with loops come from the recursion along the tree, with the multipliers of the
+loops solved for in the program; another part of it brings a state back onto the loops.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import final
+from typing import Any, final
 
 from mecanique.derivation import derive
+from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
+from mecanique.generation.mechanics.constrained import Constrained
+from mecanique.generation.mechanics.dynamics import Tree
 from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.loops import Loops, loops_of
 from mecanique.generation.program.solving import factorize
+from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.tape import Tape, Value
-from mecanique.generation.program.traced import values_of
+from mecanique.generation.program.traced import value_of, values_of
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
 
-__all__ = ["Program", "program_of"]
+__all__ = ["Landing", "Program", "program_of"]
+
+
+@final
+@dataclass(frozen=True)
+class Landing:
+    """What brings a state next to the loops onto them.
+
+    Args:
+        changes: of q, then of v, to first order, shape (nq + nv,).
+        firmness: how firmly the loops hold, zero in singular positions.
+    """
+
+    changes: tuple[Value, ...]
+    firmness: Value
 
 
 @final
@@ -31,6 +55,7 @@ class Program:
         rates: value of each rate, first of q, then of v, shape (nq + nv,).
         open: parameters that are inputs, by symbol.
         signals: inputs of the mechanism that are functions of time, by symbol.
+        landing: of closed mechanisms, how they stay on their loops.
     """
 
     mechanism: Mechanism
@@ -38,6 +63,7 @@ class Program:
     rates: tuple[Value, ...]
     open: tuple[str, ...]
     signals: tuple[str, ...]
+    landing: Landing | None = None
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -45,22 +71,57 @@ class Program:
         return (*self.mechanism.coordinates.names, *self.mechanism.velocities)
 
 
-def program_of(mechanism: Mechanism, swept: Collection[str] = ()) -> Program:
+def program_of(
+    mechanism: Mechanism, swept: Collection[str] = (), states: States | None = None
+) -> Program:
     """Derive the equations of a mechanism and return them as a program.
 
     Args:
-        mechanism: a tree of few joints.
+        mechanism: a tree of few joints, or a closed mechanism.
         swept: symbols of the parameters that stay inputs; all others are the numbers they stand
             for.
+        states: of a closed mechanism, where to see which equations of its loops are redundant;
+            random ones by default.
 
     Raises:
         DerivationError: if there is no closed form, or none that holds at every state.
     """
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
     letters = Letters(mechanism, kept)
-    form, tape = ClosedForm(letters, derive(mechanism)), letters.tape
-    rest = [Q - h for Q, h in zip(form.forces(), form.bias(), strict=True)]
-    accelerations = factorize(tape, form.mass_matrix()).solve(rest)
-    rates = values_of([*form.rates(), *accelerations])
+    landing = None
+    if mechanism.rolls:
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} is held by contacts or velocity constraints, of which "
+            "no program is known"
+        )
+    if mechanism.loops:
+        rates, landing = _solve_loops(letters, states)
+    else:
+        form = ClosedForm(letters, derive(mechanism))
+        rest = [Q - h for Q, h in zip(form.forces(), form.bias(), strict=True)]
+        accelerations = factorize(letters.tape, form.mass_matrix()).solve(rest)
+        rates = values_of([*form.rates(), *accelerations])
     open_ = tuple(symbol for symbol in letters.open if symbol in kept)
-    return Program(mechanism, tape, tuple(rates), open_, tuple(letters.signals))
+    signals = tuple(letters.signals)
+    return Program(mechanism, letters.tape, tuple(rates), open_, signals, landing)
+
+
+def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], Landing]:
+    """The rates of a closed mechanism's state, and what keeps it on its loops."""
+    tree = Tree(letters)
+    loops = loops_of(letters, tree.recursion)
+    constrained = Constrained(letters, tree.mass_matrix(), loops, states)
+    drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
+    rates = [*letters.rates, *constrained.solve(drive).acceleration]
+    landing = Landing(tuple(_land(letters, loops, constrained)), value_of(constrained.firmness()))
+    return values_of(rates), landing
+
+
+def _land(letters: Letters, loops: Loops, constrained: Constrained) -> list[Value]:
+    """The changes of q and v that close the loops, and let them stay closed."""
+    step: list[Any] = constrained.close(loops.residual)
+    turn: list[Any] = constrained.close(loops.rate)
+    # the rates of q are linear in the velocities, in whose place the step is put
+    along = {v.place: value_of(x) for v, x in zip(letters.v, step, strict=True)}
+    moved = push_forward(letters.tape, values_of(letters.rates), along)
+    return [*moved, *values_of(turn)]

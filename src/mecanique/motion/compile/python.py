@@ -14,12 +14,20 @@ from mecanique.model.expression import FUNCTIONS, numpy_function
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.steps import RightHandSide
 
-__all__ = ["Batched", "overwriting", "owning", "scalar", "vectorize"]
+__all__ = ["Batched", "list_values", "overwriting", "owning", "scalar", "vectorize"]
 
 Batched: TypeAlias = Callable[[float | np.ndarray, np.ndarray, np.ndarray], None]
 """f(t, Y, out): rates of many states at once, shape (nq + nv, n) both, at one time or one each."""
 
 _DEEPEST = 40
+
+_FLOATS: dict[str, Any] = {
+    **{name: getattr(math, name) for name in ("sin", "cos", "sqrt", "exp", "log", "asin")},
+    **{name: getattr(math, name) for name in ("acos", "atan", "atan2", "pow", "tanh")},
+    "Abs": abs,
+    "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
+}
+"""Functions of floats, by their names in programs."""
 
 
 def scalar(program: Program) -> RightHandSide:
@@ -38,15 +46,6 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
     To make an array takes as long as the equations of a pendulum. Each integration makes a function
     of its own. The program has no open parameters.
     """
-    functions = {
-        name: getattr(math, name)
-        for name in ("sin", "cos", "sqrt", "exp", "log", "asin", "acos", "atan", "atan2", "pow")
-    }
-    functions |= {
-        "tanh": math.tanh,
-        "Abs": abs,
-        "sign": lambda x: math.copysign(1.0, x) if x else 0.0,
-    }
     lines, rates = _write(program.tape, program.rates, program)
     signals = _signals(program)
     text = "\n".join(
@@ -63,10 +62,35 @@ def overwriting(program: Program) -> Callable[[], RightHandSide]:
             "    return rhs",
         ]
     )
-    space: dict[str, Any] = {**functions, **signals, "empty": np.empty}
+    space: dict[str, Any] = {**_FLOATS, **signals, "empty": np.empty}
     exec(compile(text, f"<equations of {program.mechanism.name}>", "exec"), space)
     make: Callable[[], RightHandSide] = space["make"]
     return make
+
+
+def list_values(
+    program: Program, values: Sequence[Value]
+) -> Callable[[float, np.ndarray], tuple[float, ...]]:
+    """Return a function of time and state that lists values of a program without open parameters.
+
+    Args:
+        program: the program.
+        values: of its tape.
+    """
+    lines, answers = _write(program.tape, values, program)
+    text = "\n".join(
+        [
+            "def compute(t, y):",
+            f"    {_state(program)} = y.tolist()",
+            *(f"    {_name(symbol)} = {_name(symbol)}_(t)" for symbol in program.signals),
+            *(f"    {line}" for line in lines),
+            f"    return {''.join(f'{answer}, ' for answer in answers)}",
+        ]
+    )
+    space: dict[str, Any] = {**_FLOATS, **_signals(program)}
+    exec(compile(text, f"<loops of {program.mechanism.name}>", "exec"), space)
+    compute: Callable[[float, np.ndarray], tuple[float, ...]] = space["compute"]
+    return compute
 
 
 def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:

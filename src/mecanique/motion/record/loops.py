@@ -9,7 +9,7 @@ VII.2).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 
 import numpy as np
@@ -100,13 +100,20 @@ class ClosedLoops:
     Args:
         reference: that of a mechanism with loops.
         rtol: relative tolerance of a step.
+        close: a quicker way onto the loops, which may leave states to the reference.
     """
 
     share: ClassVar[float] = 0.1
     """Part of the tolerance that a step may use: each starts afresh, and no errors cancel."""
 
-    def __init__(self, reference: Reference, rtol: float) -> None:
+    def __init__(
+        self,
+        reference: Reference,
+        rtol: float,
+        close: Callable[[float, np.ndarray], np.ndarray | None] | None = None,
+    ) -> None:
         self._closed = _loops_of(reference)
+        self._quick = close
         self._most = max(_LEFT * rtol, _ROUNDING)
         self._nq = reference.mechanism.nq
 
@@ -131,19 +138,17 @@ class ClosedLoops:
             t: its time [s].
             y: shape (nq + nv,).
         """
-        return np.concatenate(self._project(y[: self._nq], y[self._nq :], t))
+        found = None if self._quick is None else self._quick(t, y)
+        if found is not None:
+            return found
+        from mecanique.reference.loops.assembly import project
+
+        return np.concatenate(project(self._closed, y[: self._nq], y[self._nq :], t, drifted=True))
 
     def close_all(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return the states on the loops next to some states, shape (n, nq) and (n, nv)."""
-        both = [self._project(*state) for state in zip(q, v, t.tolist(), strict=True)]
-        return np.array([position for position, _ in both]), np.array(
-            [velocity for _, velocity in both]
-        )
-
-    def _project(self, q: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-        from mecanique.reference.loops.assembly import project
-
-        position, velocity = project(self._closed, q, v, t, drifted=True)
-        return position, velocity
+        states = zip(t.tolist(), np.hstack([q, v]), strict=True)
+        found = np.array([self.close(*state) for state in states])
+        return found[:, : self._nq], found[:, self._nq :]

@@ -54,6 +54,18 @@ class Steps:
         self.y.append(y.copy())
         self.dy.append(dy)
 
+    def extend(self, t: np.ndarray, y: np.ndarray, dy: np.ndarray) -> None:
+        """Note several steps.
+
+        Args:
+            t: shape (n,), their times [s].
+            y: shape (n, nq + nv), the states there.
+            dy: shape (n, nq + nv), their rates.
+        """
+        self.t += t.tolist()
+        self.y += list(y)
+        self.dy += list(dy)
+
     def add_spread(self, t: np.ndarray, y: np.ndarray, dy: np.ndarray) -> None:
         """Note a step by several points, as a stretch of its own.
 
@@ -64,9 +76,7 @@ class Steps:
         """
         if self.breaks[-1] < len(self.t) - 1:
             self.break_here(self.y[-1], self.dy[-1])
-        self.t += t.tolist()
-        self.y += list(y)
-        self.dy += list(dy)
+        self.extend(t, y, dy)
 
     def end_at(self, t: float, y: np.ndarray, rhs: RightHandSide) -> None:
         """Let the last step end earlier.

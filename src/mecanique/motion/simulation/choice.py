@@ -7,7 +7,9 @@ from typing import final
 
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import is_installed
+from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.record.steps import RightHandSide
 from mecanique.motion.simulation.methods import METHODS
 from mecanique.motion.simulation.problem import Integration, Problem
@@ -24,6 +26,7 @@ __all__ = [
 COMPILED = {
     "closed_form": "dop853 on the closed form, compiled in Python",
     "taylor": "Taylor series of the closed form, compiled by heyoka",
+    "compiled": "dop853 on the equations derived in-house, both compiled in C",
 }
 """Methods on the equations derived in-house."""
 
@@ -35,6 +38,15 @@ STEPS = 1200
 
 PAYOFF = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
+
+LOOP_STEPS = 12
+"""Steps of a closed mechanism after which to see whether its equations are to be derived."""
+
+LOOP_STEP_SECONDS = {"dop853": 4e-3, "closed_form": 2.5e-4, "compiled": 1e-5}
+"""What a step of a closed mechanism takes, roughly, by method [s]."""
+
+PAYOFF_OF_LOOPS = 1.5
+"""Deriving the equations must save this many times what it takes, by an estimate."""
 
 TIGHT_RTOL = 1e-11
 """At this tolerance or a smaller one, the whole motion is to be that accurate, not each step."""
@@ -58,8 +70,10 @@ class Choice:
     """A method and the equations it integrates.
 
     Args:
-        method: of `METHODS`, or "taylor", which integrates what is compiled for the mechanism.
-        equations: the right-hand side, which may overwrite its last answer; None for "taylor".
+        method: of `METHODS`, or "taylor" or "compiled", which integrate what is compiled for the
+            mechanism.
+        equations: the right-hand side, which may overwrite its last answer; None for "taylor" and
+            "compiled".
         closed_form: whether these are the closed form.
         share: part of the tolerance that a step may use.
         reason: why, where "auto" chose.
@@ -80,8 +94,10 @@ class Choice:
     @property
     def title(self) -> str:
         """What it is and why, for people."""
-        if self.method == "taylor":
-            text = f"taylor ({COMPILED['taylor']})"
+        if self.equations is None:
+            text = f"{self.method} ({COMPILED[self.method]})"
+        elif isinstance(self.equations, ClosedProgram):
+            text = f"{self.method} ({METHODS[self.method].title}) on the equations derived in-house"
         else:
             source = " on the closed form" if self.closed_form else ""
             text = f"{self.method} ({METHODS[self.method].title}){source}"
@@ -96,12 +112,20 @@ def first_choice(problem: Problem, method: str) -> Choice:
         DerivationError: if the method needs a closed form and there is none.
     """
     code, reference = problem.code, problem.reference
+    if method in ("taylor", "compiled") and problem.events:
+        names = ", ".join(repr(event.name) for event in problem.events)
+        raise InputError(
+            f"method {method!r} watches for no events, got {names}; expected another method: "
+            "'closed_form', or 'auto', which takes one that does"
+        )
+    if method == "compiled":
+        code.stepper(reference)
+        return Choice("compiled", None)
     if method == "taylor":
-        if problem.events:
-            names = ", ".join(repr(event.name) for event in problem.events)
-            raise InputError(
-                f"method 'taylor' watches for no events, got {names}; expected another method: "
-                "'closed_form', or 'auto', which takes one that does"
+        if problem.loops is not None:
+            raise DerivationError(
+                f"mechanism {problem.mechanism.name!r} has constraints, which Taylor series do not "
+                "keep; expected another method: 'compiled', 'closed_form' or 'auto'"
             )
         fast = code.pays_to_optimize(problem.rtol)
         code.build_integrator(reference, problem.rtol, optimized=fast)
@@ -115,16 +139,17 @@ def first_choice(problem: Problem, method: str) -> Choice:
         reference.rhs(overwriting=True),
         reason="non-stiff equations",
         automatic=True,
-        compiles=code.possible and problem.loops is None,
+        compiles=code.possible and not problem.mechanism.rolls,
     )
 
 
 def next_choice(problem: Problem, choice: Choice, integration: Integration) -> Choice | None:
     """Return what to integrate with again after an integration; None if that one stands."""
     kind = integration.outcome.kind
-    if kind == "stiff" and choice.automatic and choice.method == "dop853":
+    if kind == "stiff" and choice.automatic and choice.method in ("dop853", "compiled"):
         reason = f"stiff equations, found by dop853 at t = {integration.t:.4g} s"
-        return replace(choice, method="radau", reason=reason)
+        equations = choice.equations or problem.reference.rhs(overwriting=True)
+        return replace(choice, method="radau", equations=equations, reason=reason)
     if kind == "reconsider":
         return _reconsider(problem, choice, integration.t)
     return None
@@ -132,8 +157,10 @@ def next_choice(problem: Problem, choice: Choice, integration: Integration) -> C
 
 def may_change(problem: Problem, choice: Choice) -> bool:
     """Return whether another choice may pay after a while."""
-    if problem.loops is not None or choice.method != "dop853":
+    if choice.method != "dop853":
         return False
+    if problem.loops is not None:
+        return choice.compiles and not choice.closed_form
     return choice.compiles or _can_tighten(problem, choice)
 
 
@@ -149,6 +176,8 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
         steps: how many steps it took so far.
         t: the time they reached [s].
     """
+    if problem.loops is not None:
+        return steps == LOOP_STEPS and _best_for_loops(problem, t) != "dop853"
     if steps != STEPS:
         return False
     if _can_tighten(problem, choice) and _steps_in_all(problem, t) > MANY_STEPS:
@@ -164,6 +193,8 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
 
 def _reconsider(problem: Problem, choice: Choice, t: float) -> Choice:
     """Tighten the steps if there are many, and compile if that pays."""
+    if problem.loops is not None:
+        return _with_program(problem, choice, _best_for_loops(problem, t))
     steps, left, code = _steps_in_all(problem, t), _seconds_left(problem, t), problem.code
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
         choice = replace(choice, share=max(FREE_STEPS / steps, MIN_RTOL / problem.rtol))
@@ -175,6 +206,36 @@ def _reconsider(problem: Problem, choice: Choice, t: float) -> Choice:
     if _can_take_closed_form(problem, choice) and left > PAYOFF * code.seconds_to_derive():
         return _with_closed_form(problem, choice)
     return choice
+
+
+def _best_for_loops(problem: Problem, t: float) -> str:
+    """Return the method that ends soonest, by about what each takes: to compile, and for a step."""
+    code = problem.code
+    if not code.possible:
+        return "dop853"
+    steps = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0)
+    seconds = {
+        "dop853": (steps - LOOP_STEPS) * LOOP_STEP_SECONDS["dop853"] / PAYOFF_OF_LOOPS,
+        "closed_form": code.seconds_to_derive() + steps * LOOP_STEP_SECONDS["closed_form"],
+    }
+    if has_compiler() and not problem.events and not _is_blind(problem):
+        compiling = code.seconds_to_derive() + code.seconds_to_compile()
+        seconds["compiled"] = compiling + steps * LOOP_STEP_SECONDS["compiled"]
+    return min(seconds, key=lambda method: seconds[method])
+
+
+def _with_program(problem: Problem, choice: Choice, method: str) -> Choice:
+    """Change to the equations derived in-house, in Python or C, if there are any."""
+    choice = replace(choice, compiles=False)
+    try:
+        equations = problem.code.rhs(problem.reference)
+        if method == "closed_form":
+            return replace(choice, equations=equations, closed_form=True)
+        problem.code.stepper(problem.reference)
+    except (DerivationError, InputError):
+        return choice
+    reason = "a motion long enough to pay for compiling"
+    return replace(choice, method="compiled", equations=None, reason=reason)
 
 
 def _with_series(problem: Problem, choice: Choice, reason: str, optimized: bool) -> Choice:
@@ -195,8 +256,11 @@ def _with_closed_form(problem: Problem, choice: Choice) -> Choice:
 
 
 def _has_series(problem: Problem) -> bool:
-    blind = any(callable(signal.signal) for signal in problem.mechanism.inputs)
-    return not (problem.events or problem.loops or blind)
+    return not (problem.events or problem.loops or _is_blind(problem))
+
+
+def _is_blind(problem: Problem) -> bool:
+    return any(callable(signal.signal) for signal in problem.mechanism.inputs)
 
 
 def _can_take_series(problem: Problem) -> bool:

@@ -11,25 +11,21 @@ from functools import partial
 import numpy as np
 
 from mecanique.errors import MecaniqueError
+from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.record.curve import Curve, State
-from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.arguments import kinks
 from mecanique.motion.simulation.choice import Choice, may_change, worth_reconsidering
-from mecanique.motion.simulation.methods import METHODS, EquationsError, Task, advance
+from mecanique.motion.simulation.compiled import integrate_in_c
+from mecanique.motion.simulation.methods import METHODS, EquationsError, Task
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
+from mecanique.motion.simulation.refinement import refine, step_accuracy
 from mecanique.motion.simulation.taylor import integrate_series
 from mecanique.motion.simulation.watcher import Interruption, Watcher
 
 __all__ = ["integrate"]
-
-MIN_LENGTH = 1e-6
-"""Intervals below this fraction of the median are not halved: no step resolves the kink in them."""
-
-EPSILON = 2.2e-16
-"""Relative rounding of a number."""
 
 
 def integrate(problem: Problem, choice: Choice) -> Integration:
@@ -39,8 +35,12 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         MecaniqueError: if the equations refuse the start.
         UnknownNameError: if an event depends on a name that does not exist.
     """
-    if choice.equations is None:
+    if choice.method == "taylor":
         return integrate_series(problem, choice.optimized)
+    if choice.method == "compiled":
+        return integrate_in_c(problem, choice.share)
+    if problem.loops is not None and isinstance(choice.equations, ClosedProgram):
+        problem = problem.with_way_back(choice.equations.close)
     task, steps = _task(problem, choice), Steps()
     try:
         rate = task.rhs(problem.t0, problem.start)
@@ -74,9 +74,9 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
 
 def _task(problem: Problem, choice: Choice) -> Task:
     quick = choice.equations
-    assert quick is not None, "only Taylor series need none"
+    assert quick is not None, "only compiled integrators need none"
     explicit = choice.method == "dop853"
-    rtol, atol = _accuracy(problem)
+    rtol, atol = step_accuracy(problem)
     return Task(
         owning(quick),
         implicit=not METHODS[choice.method].smooth,
@@ -87,12 +87,6 @@ def _task(problem: Problem, choice: Choice) -> Task:
         quick=quick if explicit else None,
         restarts=choice.automatic and explicit and problem.loops is not None,
     )
-
-
-def _accuracy(problem: Problem) -> tuple[float, float]:
-    """The tolerances of the steps; closing the loops restarts each, and their errors add up."""
-    part = 1.0 if problem.loops is None else ClosedLoops.share
-    return part * problem.rtol, part * problem.atol
 
 
 def _integrate_stretches(
@@ -133,7 +127,7 @@ def _course(
         steps.curve, nq, rates, smooth=METHODS[choice.method].smooth
     )
     if outcome.accurate:
-        path = partial(_refine, problem, choice, task, steps, watcher.correct)
+        path = partial(refine, problem, task, steps, smooth=METHODS[choice.method].smooth)
     last = float(steps.t[-1])
     times = problem.times
     if last < problem.end:
@@ -147,51 +141,6 @@ def _course(
     if problem.loops is not None:
         samples = State(times, *problem.loops.close_all(times, samples.q, samples.v))
     return Course(samples, curve, watcher.occurrences(curve))
-
-
-def _refine(
-    problem: Problem,
-    choice: Choice,
-    task: Task,
-    steps: Steps,
-    correct: Callable[[float, np.ndarray], np.ndarray],
-) -> Curve:
-    """Halve the intervals on which the polynomial is less accurate than the steps.
-
-    Once only: what is left then is not the polynomial's error but that of the steps, which fit each
-    other no better than to the tolerance, and looks the larger the closer they are.
-    """
-    nq, rates, smooth = problem.mechanism.nq, problem.code.rates, METHODS[choice.method].smooth
-    rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
-    rtol, atol = _accuracy(problem)
-    curve = steps.curve(nq, rates, smooth, close=rtol < 1000 * rounding)
-    left = curve.intervals
-    if not smooth or not len(left):
-        return curve
-    position, velocity = curve.errors()
-    first = rates.first(curve.q, curve.v)
-
-    def allow(x: np.ndarray, rate: np.ndarray) -> np.ndarray:
-        # times of steps are rounded, and no step more makes that better
-        relative = np.abs(x[left]) * rtol + np.abs(rate[left]) * 100 * rounding
-        bound: np.ndarray = atol + relative.max(axis=1)
-        return bound
-
-    excess = np.maximum(position / allow(curve.q, first), velocity / allow(curve.v, curve.a))
-    length = curve.t[left + 1] - curve.t[left]
-    coarse = left[(excess > 1) & (length > MIN_LENGTH * float(np.median(length)))]
-    t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
-    states = []
-    try:
-        for i, middle in zip(coarse, t.tolist(), strict=True):
-            y = np.concatenate([curve.q[i], curve.v[i]])
-            states.append(correct(middle, advance(task, float(curve.t[i]), y, middle).y))
-    except EquationsError:
-        return curve
-    if not states or not np.isfinite(y := np.array(states)).all():
-        return curve
-    dy = np.array([task.rhs(s, x) for s, x in zip(t.tolist(), states, strict=True)])
-    return curve.with_steps(coarse, t, y[:, :nq], y[:, nq:], dy[:, nq:])
 
 
 @contextmanager

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -60,6 +60,35 @@ class Problem:
     def code(self) -> Compiled:
         """What is compiled for the mechanism."""
         return compile_once(self.mechanism)
+
+    def with_way_back(self, close: Callable[[float, np.ndarray], np.ndarray | None]) -> Problem:
+        """Return the same with a quicker way onto the loops, which may leave some states alone."""
+        return replace(self, loops=ClosedLoops(self.reference, self.rtol, close))
+
+    def correct(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Return the state on the loops, and with unit quaternions, next to a state.
+
+        Args:
+            t: its time [s].
+            y: shape (nq + nv,).
+        """
+        if self.loops is not None:
+            return self.loops.close(t, y)
+        nq = self.mechanism.nq
+        return np.concatenate([self.code.rates.normalize(y[:nq]), y[nq:]])
+
+    def report(self, t: float) -> Outcome | None:
+        """Report the progress; return how it ends the motion if that raises an exception.
+
+        Args:
+            t: the time that was reached [s].
+        """
+        if self.progress is not None:
+            try:
+                self.progress((t - self.t0) / (self.end - self.t0))
+            except Exception as error:
+                return Outcome("progress", error)
+        return None
 
 
 @final

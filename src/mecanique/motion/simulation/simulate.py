@@ -75,8 +75,9 @@ def simulate(
             up.
         atol: absolute tolerance of each step, in the units of q and v; as rtol by default.
         method: "auto"; or one of "dop853", "lsoda", "radau", "bdf", on the reference's equations;
-            or "closed_form" (dop853 on the closed form) or "taylor" (Taylor series of the closed
-            form, extra `fast`), which compile first and then are faster. "auto" takes dop853 and
+            or "closed_form" (dop853 on the closed form), "taylor" (Taylor series of the closed
+            form, extra `fast`) or "compiled" (dop853 in C, with a C compiler), which compile first
+            and then are faster; not "taylor" where there are loops. "auto" takes dop853 and
             changes to radau if the equations turn out to be stiff, or to a faster method if this
             motion takes long enough to pay for compiling; what ran before has no part in it, so
             that the same call gives the same numbers. To use for many short motions what is
@@ -94,7 +95,8 @@ def simulate(
             which is loaded once as long as the mechanism lives.
 
     Raises:
-        InputError: if an argument is not what is expected, or the mechanism cannot move.
+        InputError: if an argument is not what is expected, the mechanism cannot move, or what the
+            method asked for needs is not installed.
         UnknownNameError: if a coordinate, velocity, method or name in an event does not exist.
         ClosureError: if the loops cannot be closed at the start.
         DerivationError: if the method asked for needs a closed form and there is none.

@@ -70,7 +70,7 @@ def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
                 outcome = Outcome("too many steps") if steps >= problem.max_steps else None
             elif stop.name != "time_limit":
                 outcome = Outcome("step too small")
-            outcome = _report(problem, float(machine.time)) or outcome
+            outcome = problem.report(float(machine.time)) or outcome
     except KeyboardInterrupt:
         outcome = Outcome("interrupted")
     last, y = float(machine.time), np.array(machine.state)
@@ -88,16 +88,6 @@ def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
 
 def _options(problem: Problem) -> dict[str, Any]:
     return {} if np.isinf(problem.max_step) else {"max_delta_t": problem.max_step}
-
-
-def _report(problem: Problem, t: float) -> Outcome | None:
-    """Report the progress; return how it ends the motion if that raises an exception."""
-    if problem.progress is not None:
-        try:
-            problem.progress((t - problem.t0) / (problem.end - problem.t0))
-        except Exception as error:
-            return Outcome("progress", error)
-    return None
 
 
 def _course(problem: Problem, states: list[np.ndarray], last: float, optimized: bool) -> Course:

@@ -93,6 +93,7 @@ class Watcher:
         self._reconsider = reconsider
         self._reference = problem.reference
         self._loops = problem.loops
+        self._problem = problem
         self._rates = rates
         self._task = task
         self._steps = steps
@@ -154,7 +155,7 @@ class Watcher:
         found = None if crossing is None else self._locate(crossing)
         if crossing is None or found is None:
             t = steps.t[-1]
-            steps.end_at(t, self.correct(t, steps.y[-1]), self._task.rhs)
+            steps.end_at(t, self._problem.correct(t, steps.y[-1]), self._task.rhs)
             return None
         t, y = found
         self._to_record = [
@@ -205,17 +206,6 @@ class Watcher:
             self._found.append(Occurrence(name, t, state.q, state.v, state.v))
         self._to_record = []
         return tuple(sorted(self._found, key=lambda occurrence: occurrence.t))
-
-    def correct(self, t: float, y: np.ndarray) -> np.ndarray:
-        """Return the state on the loops, and with unit quaternions, next to a state.
-
-        Args:
-            t: its time [s].
-            y: shape (nq + nv,).
-        """
-        if self._loops is not None:
-            return self._loops.close(t, y)
-        return np.concatenate([self._rates.normalize(y[: self._nq]), y[self._nq :]])
 
     def _measure(self, t: float, y: np.ndarray) -> list[float]:
         q, v = y[: self._nq], y[self._nq :]
@@ -284,4 +274,4 @@ class Watcher:
                 self._before = self._measure(t1, steps.y[-1])
                 return None
         t = float(brentq(value, low, high, xtol=1e-15 * max(1.0, abs(high)), rtol=1e-15))
-        return t, self.correct(t, state(t))
+        return t, self._problem.correct(t, state(t))

@@ -1,0 +1,116 @@
+"""Closed mechanisms by their program; by the reference where a singular position is near."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from mecanique.model.units import velocity_scales
+from mecanique.motion.compile.program import Landing, Program
+from mecanique.motion.compile.python import list_values, overwriting
+from mecanique.motion.record.rates import Rates
+
+if TYPE_CHECKING:
+    from mecanique.reference import Reference
+
+__all__ = ["ClosedProgram"]
+
+_NEAR = 0.6
+"""Distance from a singular position, in characteristic lengths or radians, that counts as near.
+
+Beyond it the reference takes its accelerations from the state itself, as the program does.
+"""
+
+_PROBE = 1e-4
+"""How far ahead the firmness of the loops is computed again, to see how it changes."""
+
+_FIRM = 0.01
+"""Loops that hold less firmly are next to a singular position."""
+
+_SWEEPS = 8
+
+_ROUNDING, _CLOSED = 4e-16, 1e-12
+"""Change of position, relative to its size or one, that is only rounding; of closed loops."""
+
+_ASTRAY = 0.1
+"""A state that is farther from the loops than this is left to the reference."""
+
+
+@final
+class ClosedProgram:
+    """f(t, y) = y' and the way back onto the loops, for one integration.
+
+    Args:
+        program: the equations, which agree with the reference.
+        landing: how the program's mechanism stays on its loops.
+        reference: the mechanism's, with the rank of its constraints.
+    """
+
+    def __init__(self, program: Program, landing: Landing, reference: Reference) -> None:
+        assert reference.closed is not None, "the mechanism has loops"
+        self._quick = overwriting(program)()
+        self._slow = reference.rhs()
+        self._changes = list_values(program, landing.changes)
+        self._firmness = list_values(program, (landing.firmness,))
+        self._plain = velocity_scales(program.mechanism)
+        self._unit = min(1.0, reference.closed.closures.length)
+        self._rates = Rates.of(program.mechanism)
+        self._nq = program.mechanism.nq
+        self._regular: np.ndarray = np.full(self._nq, np.inf)
+        self._radius = 0.0
+
+    def __call__(self, t: float, y: np.ndarray) -> np.ndarray:
+        """Return the rates of a state, which the next call may overwrite."""
+        return self._quick(t, y) if self._is_regular(t, y) else self._slow(t, y)
+
+    def close(self, t: float, y: np.ndarray) -> np.ndarray | None:
+        """Return the state on the loops next to a state, shape (nq + nv,).
+
+        None is returned where a singular position is near, or the loops are not.
+
+        Args:
+            t: its time [s].
+            y: shape (nq + nv,).
+        """
+        if not self._is_regular(t, y):
+            return None
+        nq, last = self._nq, _ASTRAY
+        there = np.concatenate([self._rates.normalize(y[:nq]), y[nq:]])
+        for _ in range(_SWEEPS):
+            change = np.array(self._changes(t, there))
+            size = float(np.abs(change[:nq]).max())
+            most = max(1.0, float(np.abs(there[:nq]).max()))
+            if size <= _ROUNDING * most or size > 0.5 * last:
+                # rounding is left; the velocities suit the positions as they are
+                there[nq:] += change[nq:]
+                return there if size <= _CLOSED * most else None
+            there[:nq] += change[:nq]
+            last = size
+        return None
+
+    def _is_regular(self, t: float, y: np.ndarray) -> bool:
+        """Whether no singular position is near; it is remembered where none is."""
+        off = y[: self._nq] - self._regular
+        if max(off.max(), -off.min()) < self._radius:
+            return True
+        try:
+            distance = self._distance(t, y)
+        except (ArithmeticError, ValueError):
+            return False
+        self._regular = y[: self._nq].copy()
+        self._radius = min(distance - _NEAR, _NEAR) / 2 * self._unit
+        return bool(self._radius > 0)
+
+    def _distance(self, t: float, y: np.ndarray) -> float:
+        """How far along the motion a singular position is, to first order."""
+        speed = float(np.abs(y[self._nq :] / self._plain).max())
+        (firmness,) = self._firmness(t, y)
+        if not firmness > _FIRM:
+            return 0.0
+        if speed == 0.0:
+            return float("inf")
+        ahead = y.copy()
+        ahead[: self._nq] += _PROBE / speed * self._quick(t, y)[: self._nq]
+        change = abs(self._firmness(t, ahead)[0] - firmness)
+        return firmness * _PROBE / change if change else float("inf")

@@ -1,0 +1,345 @@
+"""Programs compiled to C together with the steps that integrate them."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.arrays import Array
+from mecanique.errors import DerivationError, InputError
+from mecanique.generation.compiled import build_library
+from mecanique.generation.program.listing import list_program
+from mecanique.generation.program.tape import Value
+from mecanique.generation.targets.c import NOTATION, SIGN, compiler
+from mecanique.model.units import velocity_scales
+from mecanique.motion.compile.program import Program
+from mecanique.motion.record.rates import Rates
+
+__all__ = ["ENDED", "NEAR", "March", "Stepper", "Tolerances", "has_compiler"]
+
+ENDED = ("end", "room", "near", "small", "many", "stiff", "off")
+"""Why a motion stops, by the number that says so: it came to its end; there is no more room for
+steps; it came near a singular position; its steps are too small, or too many, or the equations are
+stiff; no state was finite and on the loops."""
+
+NEAR = 0.15
+"""Distance from a singular position at which to stop, in characteristic lengths or radians."""
+
+_ROOM = 4096
+"""Steps that are noted at a time."""
+
+_OPTIONS = ("-O2", "-march=native", "-fno-math-errno", "-fno-trapping-math")
+
+
+@final
+@dataclass(frozen=True)
+class Tolerances:
+    """How accurately to integrate.
+
+    Args:
+        rtol: relative tolerance of a step.
+        atol: absolute tolerance of a step.
+        max_step: longest step [s].
+        max_steps: most steps.
+    """
+
+    rtol: float
+    atol: float
+    max_step: float
+    max_steps: int
+
+
+class _Motion(ctypes.Structure):
+    """As in stepper.c."""
+
+    _fields_ = [
+        *((name, ctypes.c_double) for name in ("t", "end", "h", "before", "rtol", "atol")),
+        *((name, ctypes.c_double) for name in ("max_step", "near")),
+        *((name, ctypes.c_long) for name in ("most", "steps", "evaluations")),
+        *((name, ctypes.c_long) for name in ("at_limit", "below")),
+    ]
+
+
+class _Notes(ctypes.Structure):
+    """As in stepper.c."""
+
+    _fields_ = [
+        *((name, ctypes.c_long) for name in ("room", "noted")),
+        *((name, ctypes.c_void_p) for name in ("t", "y", "dy")),
+    ]
+
+
+class _Samples(ctypes.Structure):
+    """As in stepper.c."""
+
+    _fields_ = [
+        *((name, ctypes.c_long) for name in ("number", "done")),
+        *((name, ctypes.c_void_p) for name in ("times", "states")),
+    ]
+
+
+class _Runs(ctypes.Structure):
+    """As in stepper.c."""
+
+    _fields_ = [
+        *((name, ctypes.c_long) for name in ("count", "width")),
+        *((name, ctypes.c_void_p) for name in ("starts", "parameters")),
+        ("samples", _Samples),
+        *((name, ctypes.c_void_p) for name in ("steps", "ended")),
+    ]
+
+
+@cache
+def has_compiler() -> bool:
+    """Return whether there is a C compiler."""
+    try:
+        compiler()
+    except InputError:
+        return False
+    return True
+
+
+@final
+class March:
+    """One motion under way.
+
+    Args:
+        library: the compiled code.
+        size: number of entries of a state.
+        start: shape (size,), the state to start from.
+        t0: its time [s].
+        times: shape (n,), of the samples, in order [s].
+        tolerances: how accurately to integrate.
+    """
+
+    def __init__(
+        self,
+        library: ctypes.CDLL,
+        size: int,
+        start: Array,
+        t0: float,
+        times: Array,
+        tolerances: Tolerances,
+    ) -> None:
+        self._advance = library.advance
+        self._motion = _begin(t0, tolerances)
+        self._times = np.ascontiguousarray(times, dtype=float)
+        self.y: Array = np.array(start, dtype=float)
+        """The state now."""
+        self.samples: Array = np.full((len(times), size), np.nan)
+        """The states at the times that were passed, shape (n, size)."""
+        passed = int(np.searchsorted(self._times, t0, side="right"))
+        self.samples[:passed] = start
+        self._samples = _Samples(len(times), passed, _at(self._times), _at(self.samples))
+
+    @property
+    def t(self) -> float:
+        """The time now [s]."""
+        return float(self._motion.t)
+
+    @property
+    def steps(self) -> int:
+        """How many steps were taken."""
+        return int(self._motion.steps)
+
+    @property
+    def evaluations(self) -> int:
+        """How often the equations were evaluated."""
+        return int(self._motion.evaluations)
+
+    @property
+    def passed(self) -> int:
+        """How many of the times of samples were passed."""
+        return int(self._samples.done)
+
+    def advance(self, end: float) -> tuple[str, Array, Array, Array]:
+        """Integrate on; return why it stops, and the steps: times, states and rates.
+
+        Args:
+            end: until when, at the latest [s].
+        """
+        self._motion.end = end
+        size = len(self.y)
+        t, y, dy = np.empty(_ROOM), np.empty((_ROOM, size)), np.empty((_ROOM, size))
+        notes = _Notes(_ROOM, 0, _at(t), _at(y), _at(dy))
+        moving = ctypes.byref(self._motion), None, _at(self.y)
+        reason = self._advance(*moving, ctypes.byref(notes), ctypes.byref(self._samples))
+        taken = notes.noted
+        return ENDED[reason], t[:taken], y[:taken], dy[:taken]
+
+    def put(self, t: float, y: Array, passed: int) -> None:
+        """Let it be elsewhere.
+
+        Args:
+            t: time [s].
+            y: shape (size,), the state then.
+            passed: how many of the times of samples lie before.
+        """
+        self._motion.t, self._motion.h, self.y[:] = t, 0.0, y
+        self._samples.done = passed
+
+
+@final
+class Stepper:
+    """A program with the steps that integrate it, compiled; closed loops stay closed.
+
+    Args:
+        program: the equations of motion.
+
+    Raises:
+        DerivationError: if an input is a function, which C does not know.
+        InputError: if no C compiler is installed.
+    """
+
+    def __init__(self, program: Program) -> None:
+        if program.signals:
+            raise DerivationError(
+                f"compiled C needs the equations as formulas, but the input "
+                f"{', '.join(program.signals)} is a function or a record"
+            )
+        self._size = len(program.rates)
+        self._library = build_library({"steps.c": _source(program)}, _OPTIONS)
+        self._library.advance.restype = ctypes.c_int
+        self._library.distance.restype = ctypes.c_double
+        self._library.advance_many.restype = None
+
+    def distance(self, t: float, y: Array) -> float:
+        """Return how far a singular position is along the motion, to first order.
+
+        Args:
+            t: time [s].
+            y: shape (nq + nv,), the state.
+        """
+        speed, state = ctypes.c_double(), np.ascontiguousarray(y)
+        none = ctypes.c_void_p(None)
+        distance = self._library.distance
+        return float(distance(ctypes.c_double(t), _at(state), none, ctypes.byref(speed)))
+
+    def march(self, start: Array, t0: float, times: Array, tolerances: Tolerances) -> March:
+        """Return a motion that is to be integrated.
+
+        Args:
+            start: shape (nq + nv,), the state to start from.
+            t0: its time [s].
+            times: shape (n,), of the samples, in order [s].
+            tolerances: how accurately to integrate.
+        """
+        return March(self._library, self._size, start, t0, times, tolerances)
+
+    def march_all(
+        self, starts: Array, parameters: Array, times: Array, tolerances: Tolerances
+    ) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any]]:
+        """Integrate many motions; return states at all times, steps, and why each ended.
+
+        Args:
+            starts: shape (n, nq + nv).
+            parameters: values of the open parameters, shape (n, any).
+            times: of the samples, the first of the start, shape (m,) [s].
+            tolerances: how accurately to integrate.
+        """
+        count = len(starts)
+        starts, parameters, later = (
+            np.ascontiguousarray(x, dtype=float) for x in (starts, parameters, times[1:])
+        )
+        states = np.full((count, len(later), self._size), np.nan)
+        steps, ended = np.zeros(count, dtype=np.int_), np.zeros(count, dtype=np.int32)
+        motion = _begin(float(times[0]), tolerances)
+        motion.end = float(times[-1])
+        runs = _Runs(
+            count,
+            parameters.shape[1],
+            _at(starts),
+            _at(parameters),
+            _Samples(len(later), 0, _at(later), _at(states)),
+            _at(steps),
+            _at(ended),
+        )
+        self._library.advance_many(ctypes.byref(motion), ctypes.byref(runs))
+        whole = np.concatenate([starts[:, None], states], axis=1)
+        return whole, steps, ended
+
+
+def _begin(t0: float, tolerances: Tolerances) -> _Motion:
+    return _Motion(
+        t=t0,
+        end=t0,
+        before=1e-4,
+        rtol=tolerances.rtol,
+        atol=tolerances.atol,
+        max_step=tolerances.max_step,
+        near=NEAR,
+        most=tolerances.max_steps,
+    )
+
+
+def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def _source(program: Program) -> str:
+    """The whole text: sizes, coefficients, the program, the steps."""
+    from scipy.integrate import DOP853
+
+    tableau: Any = DOP853
+    mechanism, landing = program.mechanism, program.landing
+    balls = [first for first, _ in Rates.of(mechanism).balls]
+    lines = [
+        "#include <math.h>",
+        "#include <string.h>",
+        f"enum {{ NQ = {mechanism.nq}, NV = {mechanism.nv}, N = NQ + NV }};",
+        f"enum {{ LOOPS = {int(landing is not None)}, BALLS = {len(balls)}, STAGES = 12 }};",
+        f"static const int ball[] = {{{', '.join(map(str, balls or [0]))}}};",
+        f"static const double plain[] = {_numbers(velocity_scales(mechanism))};",
+        f"static const double A[][STAGES] = {{{', '.join(map(_numbers, tableau.A[:12, :12]))}}};",
+    ]
+    for name, row in (
+        ("B", tableau.B),
+        ("C", tableau.C[:12]),
+        ("E3", tableau.E3[:12]),
+        ("E5", tableau.E5[:12]),
+    ):
+        lines.append(f"static const double {name}[] = {_numbers(row)};")
+    lines += [SIGN, *_function(program, "rates", program.rates)]
+    lines += _function(program, "landing", () if landing is None else landing.changes)
+    lines += _function(program, "firm", () if landing is None else (landing.firmness,))
+    lines += [
+        "static double firmness(double t, const double *y, const double *p)",
+        "{",
+        "    double out[1] = {0.0};",
+        "    firm(t, y, p, out);",
+        "    return out[0];",
+        "}",
+        "",
+    ]
+    steps = Path(__file__).with_name("stepper.c").read_text(encoding="utf-8")
+    return "\n".join(lines) + steps
+
+
+def _numbers(values: Sequence[float] | Array) -> str:
+    return f"{{{', '.join(repr(float(value)) for value in values)}}}"
+
+
+def _function(program: Program, name: str, outputs: Sequence[Value]) -> list[str]:
+    """A function of the program: some outputs, of time, state and open parameters."""
+    names = {state: f"y{k}" for k, state in enumerate(program.states)}
+    names |= {symbol: f"p{k}" for k, symbol in enumerate(program.open)} | {"t": "t"}
+    listing = list_program(program.tape, outputs, names, NOTATION)
+    lines = [
+        f"static void {name}(double t, const double *y, const double *p, double *out)",
+        "{",
+        "    (void)t; (void)y; (void)p; (void)out;",
+    ]
+    for given in listing.inputs:
+        if given != "t":
+            symbol = names[given]
+            lines.append(f"    const double {symbol} = {symbol[0]}[{symbol[1:]}];")
+    lines += [f"    {line}" for line in listing.lines]
+    lines += [f"    out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
+    return [*lines, "}", ""]

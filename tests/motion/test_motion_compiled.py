@@ -1,0 +1,167 @@
+"""Motions in compiled C: closed mechanisms, and the reference where it has to help."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mecanique import simulate, textbook
+from mecanique.errors import DerivationError, InputError, IntegrationError
+from mecanique.model import Mechanism, coordinate
+from mecanique.motion import Event, Motion
+from mecanique.motion.compile.cache import compile_once
+from mecanique.motion.compile.stepper import has_compiler
+from mecanique.reference import Reference
+
+pytestmark = pytest.mark.skipif(not has_compiler(), reason="no C compiler")
+
+START = {"phi": 1.1, "theta": -0.8, "psi": 1.2}
+
+
+@pytest.fixture(scope="module")
+def linkage() -> Mechanism:
+    return textbook.load("four_bar_linkage")
+
+
+def drift(motion: Motion, t: np.ndarray) -> float:
+    closed, states = motion.reference.closed, motion(t)
+    assert closed is not None
+    rows = zip(states.q, states.v, t.tolist(), strict=True)
+    return float(max(closed.drift(q, v, s).max() for q, v, s in rows))
+
+
+def test_a_linkage_moves_as_by_the_reference(linkage: Mechanism) -> None:
+    fast = simulate(linkage, q=START, duration=1.0, rtol=1e-11, fps=20, method="compiled")
+    slow = simulate(linkage, q=START, duration=1.0, rtol=1e-11, fps=20, method="dop853")
+    assert fast.method.startswith("compiled (dop853 on the equations derived in-house, both")
+    np.testing.assert_allclose(fast.q, slow.q, atol=1e-9)
+    np.testing.assert_allclose(fast.v, slow.v, atol=1e-9)
+    assert fast.audit().ok
+    between = np.linspace(0.01, 0.99, 13)
+    np.testing.assert_allclose(fast(between).v, slow(between).v, atol=1e-9)
+    assert drift(fast, between) < 1e-13
+
+
+def test_the_same_equations_in_python_do_as_well(linkage: Mechanism) -> None:
+    options: dict[str, Any] = {"duration": 1.0, "rtol": 1e-10, "samples": 3}
+    fast = simulate(linkage, q=START, method="compiled", **options)
+    plain = simulate(linkage, q=START, method="closed_form", **options)
+    assert plain.method.startswith(
+        "dop853 (explicit Runge-Kutta of order 8(5,3), Dormand & Prince)"
+    )
+    assert "on the equations derived in-house" in plain.method
+    np.testing.assert_allclose(fast.q[-1], plain.q[-1], atol=1e-9)
+
+
+def test_samples_at_any_times_are_as_accurate_as_the_steps(linkage: Mechanism) -> None:
+    times = [0.0, 0.3, 0.30001, 0.77, 1.0]
+    found = simulate(linkage, q=START, duration=1.0, samples=times, method="compiled")
+    assert found.t.tolist() == times
+    for t, q in zip(times[1:], found.q[1:], strict=True):
+        alone = simulate(linkage, q=START, duration=t, samples=2, method="compiled")
+        np.testing.assert_allclose(q, alone.q[-1], atol=1e-9)
+
+
+def test_the_reference_takes_over_where_a_pivot_vanishes() -> None:
+    """Posts that swing as one pendulum pass a flat position, where they may part."""
+    mechanism = textbook.load("chained_four_bars", n=1)
+    start = {"theta0": 0.5, "theta1": 0.5, "phi1": -0.5}
+    speeds = {"theta0": -4.0, "theta1": -4.0, "phi1": 4.0}
+    motion = simulate(
+        mechanism, q=start, v=speeds, duration=0.3, rtol=1e-8, fps=50, method="compiled"
+    )
+    assert motion["theta0"][-1] < -0.5
+    np.testing.assert_allclose(motion["theta0"], motion["theta1"], atol=1e-10)
+    length = (2 / 3 + 1) / (2 / 2 + 1)
+    fall = 2 * 9.81 / length * (np.sin(0.5) - np.sin(motion["theta0"]))
+    np.testing.assert_allclose(motion["theta0'"] ** 2, 16 + fall, rtol=1e-7)
+    assert drift(motion, np.linspace(0.01, 0.29, 15)) < 1e-11
+
+
+def test_trees_are_compiled_too() -> None:
+    pendulum = textbook.load("double_pendulum")
+    options: dict[str, Any] = {"q": {"q1": 0.9, "q2": 0.4}, "duration": 3.0, "samples": 7}
+    fast = simulate(pendulum, method="compiled", **options)
+    slow = simulate(pendulum, method="dop853", **options)
+    np.testing.assert_allclose(fast.q, slow.q, atol=1e-8)
+
+
+def test_a_ball_joint_keeps_its_quaternion() -> None:
+    body = textbook.load("free_rigid_body")
+    start, speeds = textbook.entry("free_rigid_body").start, {"wx": 0.1, "wy": 5.0, "wz": 0.2}
+    names = dict(zip(body.velocities[-3:], speeds.values(), strict=True))
+    options: dict[str, Any] = {"q": dict(start), "v": names, "duration": 2.0, "samples": 5}
+    fast = simulate(body, method="compiled", **options)
+    slow = simulate(body, method="dop853", **options)
+    np.testing.assert_allclose(fast.q, slow.q, atol=1e-8)
+
+
+def test_long_motions_of_loops_are_compiled_by_themselves(linkage: Mechanism) -> None:
+    motion = simulate(linkage, q=START, duration=200.0, rtol=1e-8, samples=2)
+    assert motion.method.startswith("compiled")
+    assert "chosen for a motion long enough to pay for compiling" in motion.method
+    again = simulate(textbook.load("four_bar_linkage"), q=START, duration=200.0, rtol=1e-8)
+    np.testing.assert_array_equal(motion.q[-1], again.q[-1])
+
+
+def test_short_motions_of_loops_are_not_worth_it(linkage: Mechanism) -> None:
+    assert "derived" not in simulate(linkage, q=START, duration=0.05).method
+
+
+@contextmanager
+def without_compiler(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    with monkeypatch.context() as patch:
+        patch.setenv("PATH", "")
+        patch.delenv("CC", raising=False)
+        has_compiler.cache_clear()
+        yield
+    has_compiler.cache_clear()
+
+
+def test_without_a_compiler_there_is_a_clear_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    mechanism = textbook.load("four_bar_linkage")
+    with without_compiler(monkeypatch):
+        with pytest.raises(InputError, match="expected a C compiler, found none: install gcc"):
+            simulate(mechanism, q=START, method="compiled")
+        motion = simulate(mechanism, q=START, duration=20.0, rtol=1e-8, samples=2)
+    assert "on the equations derived in-house" in motion.method
+    assert not motion.method.startswith("compiled")
+
+
+def test_what_compiled_steps_do_not_know_is_refused(linkage: Mechanism) -> None:
+    event = Event("up", coordinate("phi") - 1.2)
+    with pytest.raises(InputError, match="method 'compiled' watches for no events, got 'up'"):
+        simulate(linkage, q=START, events=[event], method="compiled")
+    with pytest.raises(DerivationError, match="has constraints, which Taylor series do not keep"):
+        simulate(linkage, q=START, method="taylor")
+    with pytest.raises(DerivationError, match="is held by contacts or velocity constraints"):
+        simulate(textbook.load("chaplygin_sleigh"), method="compiled")
+
+
+def test_too_many_steps_and_progress_end_a_compiled_motion(linkage: Mechanism) -> None:
+    with pytest.raises(IntegrationError, match="more than 5 steps") as caught:
+        simulate(linkage, q=START, duration=2.0, max_steps=5, method="compiled")
+    assert caught.value.motion is not None
+    assert caught.value.motion.statistics.steps == 5
+    assert caught.value.motion.t[-1] == caught.value.time
+
+    def refuse(done: float) -> None:
+        raise RuntimeError("enough")
+
+    with pytest.raises(IntegrationError, match=r"progress raised RuntimeError\('enough'\)"):
+        simulate(linkage, q=START, duration=0.1, method="compiled", progress=refuse)
+
+
+def test_it_is_known_how_far_a_singular_position_is() -> None:
+    mechanism = textbook.load("chained_four_bars", n=1)
+    reference = Reference.of(mechanism)
+    stepper = compile_once(mechanism).stepper(reference)
+    for angle in (0.02, 0.05, 0.1, 0.2):
+        q = np.array([angle, angle, -angle])
+        y = np.concatenate([q, [-1.0, -1.0, 1.0]])
+        # the flat position is that far away, to first order
+        assert stepper.distance(0.0, y) == pytest.approx(angle, rel=0.15)
