@@ -175,9 +175,9 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
 
 def _statements(sides: list[list[Node]], text: str) -> Iterator[Statement]:
     for parts in sides:
+        start, end = min(p.start for p in parts), max(p.end for p in parts)
         if len(parts) == 1 and parts[0].kind == "call" and parts[0].name == "Eq":
             parts = list(parts[0].parts)
-        start, end = min(p.start for p in parts), max(p.end for p in parts)
         yield Statement(tuple(parts), " ".join(text[start:end].split()), start)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 from itertools import permutations
 from typing import Any, final
@@ -19,6 +20,7 @@ from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation import derive
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation
@@ -85,7 +87,13 @@ class Hypotheses:
         """Every hypothesis whose equations determine the motion and differ from the right ones."""
         if self._truth.derivation is None or self._truth.mechanism.constrained:
             return ()
-        found = [*self._terms(), *self._operators(), *self._readings(), *self._parts()]
+        found = [
+            *self._terms(),
+            *self._letters_of_terms(),
+            *self._operators(),
+            *self._readings(),
+            *self._parts(),
+        ]
         found += self._linear()
         return tuple(one for one in found if self._differs(one))
 
@@ -128,7 +136,7 @@ class Hypotheses:
         row: int,
         term: Series,
         column: int,
-        factor: float,
+        factor: float | Array,
     ) -> Hypothesis:
         """Return the equations with a term of one row multiplied by a factor."""
         M, rest = self._sample.M, self._rest
@@ -157,6 +165,21 @@ class Hypotheses:
             half = "the term {} is taken half"
             yield self._change("factor", half, weight + 0.5, row, term, column, 0.5)
 
+    def _letters_of_terms(self) -> Iterator[Hypothesis]:
+        """Single terms with one letter for another of the same unit."""
+        parameters = self._truth.mechanism.parameters
+        values = self._sample.values
+        for row, whole, column, _, _ in self._list_terms():
+            if len(whole) > 1:
+                continue
+            ((_, monomial, _),) = whole.terms()
+            powers = {whole.ring.generators[i].name: e for i, e in exponents(monomial)}
+            for one, other in permutations(parameters, 2):
+                if one.unit == other.unit and one.symbol in powers:
+                    ratio = (values[other.symbol] / values[one.symbol]) ** powers[one.symbol]
+                    text = f"in the term {{}} stands {other.symbol} for {one.symbol}"
+                    yield self._change("letter", text, 2.1, row, whole, column, ratio)
+
     def _list_terms(self) -> Iterator[tuple[int, Series, int, str, float]]:
         """Yield row, term, column of M or −1, its name and how likely it is forgotten."""
         derivation = self._derivation
@@ -166,24 +189,21 @@ class Hypotheses:
                 if not entry:
                     continue
                 own = row == column
-                if not own:
-                    yield row, entry, column, "the coupling term", 1.0
+                name = "the inertia term" if own else "the coupling term"
+                yield row, entry, column, name, 1.6 if own else 1.0
                 for part in _split(entry):
-                    if len(entry) > 1:
-                        yield row, part, column, "the inertia term", 2.0
+                    yield row, part, column, "the inertia term", 2.0
         for row, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
             groups = _groups(h, velocities)
             for powers, group in groups.items():
                 name = _name_of(powers)
                 yield row, group, -1, name, 1.0
                 for part in _split(group):
-                    if len(group) > 1:
-                        yield row, part, -1, name, 2.0
+                    yield row, part, -1, name, 2.0
             for group in _groups(Q, velocities).values():
+                yield row, -group, -1, "the force", 1.2
                 for part in _split(group):
                     yield row, -part, -1, "the force", 1.5
-                if len(group) > 1:
-                    yield row, -group, -1, "the force", 1.2
 
     def _operators(self) -> Iterator[Hypothesis]:
         """Parts of Lagrange's operator left out: d/dt of the inertia, or ∂T/∂q."""
@@ -458,13 +478,26 @@ def _groups(series: Series, velocities: Sequence[str]) -> dict[tuple[int, ...], 
 
 
 def _split(series: Series) -> list[Series]:
-    """Return the terms of a series; itself if there are too many."""
-    if len(series) > _MOST_TERMS:
+    """Return parts of a series: its terms, and those that share letters, or sine and cosine."""
+    terms = list(series.terms())
+    if not 1 < len(terms) <= _MOST_TERMS:
         return []
-    return [
-        Series(series.ring, {trig: {monomial: c.numerator}}, c.denominator, series.reach)
-        for trig, monomial, c in series.terms()
-    ]
+    ring = series.ring
+    groups: dict[frozenset[int], Series] = {}
+    for first, last in ((1, 2), (0, 1), (0, 2)):
+        # what shares the monomial, the sine or cosine, or both
+        together: dict[Any, list[int]] = {}
+        for place, term in enumerate(terms):
+            together.setdefault(term[first:last], []).append(place)
+        for places in together.values():
+            if len(places) < len(terms):
+                parts = [_term(series, *terms[place]) for place in places]
+                groups[frozenset(places)] = ring.sum(parts)
+    return list(groups.values())
+
+
+def _term(series: Series, trig: int, monomial: int, c: Fraction) -> Series:
+    return Series(series.ring, {trig: {monomial: c.numerator}}, c.denominator, series.reach)
 
 
 def _name_of(powers: Sequence[int]) -> str:

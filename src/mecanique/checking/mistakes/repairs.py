@@ -106,11 +106,17 @@ class Context:
             value = self.values[symbol]
             found[symbol] = ("factor missing", value)
             found[f"{symbol}^2"] = ("factor missing", value * value)
+        for one, other in permutations(self.units, 2):
+            if self.units[one] == self.units[other]:
+                found[f"{one}/{other}"] = ("letter", self.values[one] / self.values[other])
         for name in (*self.coordinates, *self.velocities):
             found[name] = ("factor missing", self.values[name])
         for formula, value in self.arguments.items():
             found[f"cos({formula})"] = ("small angle", np.cos(value))
             found[f"sin({formula})"] = ("factor missing", np.sin(value))
+            tangent = np.tan(value)
+            found[f"tan({formula})"] = ("sin for cos", tangent)
+            found[f"tan({formula})^2"] = ("sin for cos", tangent * tangent)
         return found
 
     @cached_property
@@ -276,7 +282,18 @@ class _Part:
         for place in np.flatnonzero(alike):
             name = names[place % len(names)]
             kind = self.context.factors[name][0]
-            if place >= len(names):
+            if kind == "sin for cos":
+                formula = name[3:].removesuffix("^2")
+                pair = ("sin", "cos") if place < len(names) else ("cos", "sin")
+                text = (
+                    f"in the term '{self.quoted}' {pair[1]}{formula} stands for {pair[0]}{formula}"
+                )
+                yield Repair(kind, text, self.quoted, 1.7)
+            elif kind == "letter":
+                pair = name.split("/") if place < len(names) else name.split("/")[::-1]
+                text = f"in the term '{self.quoted}' {pair[1]} stands for {pair[0]}"
+                yield Repair(kind, text, self.quoted, 1.7)
+            elif place >= len(names):
                 text = f"the factor {name} does not belong into the term '{self.quoted}'"
                 yield Repair("factor surplus", text, self.quoted, 2.0)
             elif kind == "small angle":
