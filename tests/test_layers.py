@@ -76,7 +76,7 @@ ORDER: dict[str, list[str]] = {
         "agreement small_motions",
     ],
     "reference": [
-        "engine",
+        "engine originals",
         "loops",
         "answering",
         "kinematics loop_constraints wrenches",
@@ -84,6 +84,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "verification": [
         "difference states stencil",
+        "originals",
         "causes",
         "verdict",
         "closed_form facts given rows",

@@ -134,6 +134,13 @@ def verify(
             metavar="NUMBER", help="Largest relative difference that is accepted; 1e-9 by default."
         ),
     ] = None,
+    engines: Annotated[
+        str,
+        typer.Option(
+            metavar="NAMES",
+            help="Engines that read the file itself, with commas: pinocchio, mujoco, drake.",
+        ),
+    ] = "pinocchio",
     every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
     robots: Annotated[
         bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")
@@ -154,7 +161,6 @@ def verify(
     number = usual if samples is None else samples
     if system is None and tolerance is not None:
         raise typer.BadParameter("expected a SYSTEM with --tolerance")
-    allowed = {} if tolerance is None else {"tolerance": tolerance}
     if system is None:
         surveyed = survey(number, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))
@@ -162,7 +168,16 @@ def verify(
     chosen = choose(system, parameters, reading)
     other = None if against is None else source(against, reading)
     with working(f"Comparing with {against or 'Pinocchio'} at {say_count(number, 'state')}"):
-        verdict = mq.verify(chosen.mechanism, number, seed, against=other, **allowed)
+        from mecanique.verification.rows import TOLERANCE
+
+        verdict = mq.verify(
+            chosen.mechanism,
+            number,
+            seed,
+            against=other,
+            tolerance=TOLERANCE if tolerance is None else tolerance,
+            engines=[word for word in engines.split(",") if word],
+        )
         facts = () if against is not None else textbook_facts(system, parameters, seed)
     check = Check(verdict, facts)
     say(check.to_json() if as_json else str(check))

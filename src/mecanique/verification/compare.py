@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
@@ -15,6 +17,7 @@ from mecanique.verification.against import Other, compare_with
 from mecanique.verification.answers import Answers, ask
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.difference import QUANTITIES
+from mecanique.verification.originals.engines import read_by
 from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, versions
@@ -33,6 +36,7 @@ def verify(
     *,
     against: Other | None = None,
     tolerance: float = TOLERANCE,
+    engines: Sequence[str] = ("pinocchio",),
 ) -> Verdict:
     """Compare the equations of motion derived in-house with another source at random states.
 
@@ -54,6 +58,9 @@ def verify(
             forces, whose states are then used (see `mecanique.verification.given.read_samples`).
         tolerance: largest relative difference that counts as agreement. Accelerations and reactions
             may differ by more at states where rounding alone explains it; the verdict says so.
+        engines: those that read the file itself, if the mechanism was read from one, with their own
+            parsers: "pinocchio", "mujoco", "drake" (extra `engines`). Where their mass matrix or
+            bias differs, the verdict says why, and does not agree.
 
     Raises:
         InputError: if `samples` or `seed` is not a whole number in its range, the tolerance is not
@@ -65,7 +72,8 @@ def verify(
     if against is not None:
         return compare_with(mechanism, against, samples, seed, tolerance)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance)
-    return verdict if verdict.agrees else _explain(verdict, mechanism)
+    found = verdict if verdict.agrees else _explain(verdict, mechanism)
+    return replace(found, readings=read_by(mechanism, engines, seed))
 
 
 def compare(

@@ -14,6 +14,7 @@ from typing import Any, final
 
 from mecanique.model.mechanism.origin import Finding
 from mecanique.verification.causes.cause import Cause
+from mecanique.verification.originals.reading import EngineReading
 from mecanique.wording import say_count
 
 __all__ = ["Row", "Verdict", "versions"]
@@ -76,6 +77,7 @@ class Verdict:
         causes: likely causes of a disagreement, the likeliest first.
         given: where the states are from, if they are not random.
         flaws: errors in the description that its equations do without.
+        readings: what engines make of the file itself that the mechanism was read from.
     """
 
     mechanism: str
@@ -90,6 +92,7 @@ class Verdict:
     causes: tuple[Cause, ...] = ()
     given: str = ""
     flaws: tuple[Finding, ...] = ()
+    readings: tuple[EngineReading, ...] = ()
 
     def with_causes(self, causes: tuple[Cause, ...]) -> Verdict:
         """Return this verdict with likely causes of its differences; a note if there are none."""
@@ -103,8 +106,9 @@ class Verdict:
 
     @property
     def agrees(self) -> bool:
-        """Whether every difference is finite and within what is allowed where it is."""
-        return bool(self.rows) and all(map(self.accepts, self.rows))
+        """Whether every difference is within what is allowed, and engines read the file alike."""
+        differ = any(reading.differs for reading in self.readings)
+        return bool(self.rows) and all(map(self.accepts, self.rows)) and not differ
 
     def accepts(self, row: Row) -> bool:
         """Return whether a row is within what is allowed.
@@ -128,14 +132,17 @@ class Verdict:
         where = (
             f"{say_count(self.samples, 'state')} of {self.given}" if self.given else self._random
         )
-        flawed = f"; {say_count(len(self.flaws), 'flaw')} in its description" if self.flaws else ""
+        also = [f"{say_count(len(self.flaws), 'flaw')} in its description"] if self.flaws else []
+        also += [f"{r.engine} refuses the file itself" for r in self.readings if r.refused]
+        rest = "".join(f"; {remark}" for remark in also)
         if self.agrees:
             agreed = f"{self.mechanism}: agrees at {where}"
-            return f"{agreed}, worst relative difference {self.worst:.1e}{flawed}"
-        bad = [row for row in self.rows if not self.accepts(row)]
-        names = ", ".join(dict.fromkeys(row.quantity for row in bad)) or "nothing was compared"
+            return f"{agreed}, worst relative difference {self.worst:.1e}{rest}"
+        bad = dict.fromkeys(row.quantity for row in self.rows if not self.accepts(row))
+        differ = [f"{r.engine} reads the file itself otherwise" for r in self.readings if r.differs]
+        names = ", ".join([*bad, *differ]) or "nothing was compared"
         said = f"{self.mechanism}: DISAGREES at {where}: {names} "
-        return f"{said}(tolerance {self.tolerance:.0e}){flawed}"
+        return f"{said}(tolerance {self.tolerance:.0e}){rest}"
 
     @property
     def _random(self) -> str:
@@ -171,6 +178,7 @@ class Verdict:
             "notes": list(self.notes),
             "causes": [cause.to_dict() for cause in self.causes],
             "flaws": [asdict(flaw) for flaw in self.flaws],
+            "readings": [reading.to_dict() for reading in self.readings],
             "versions": dict(self.versions),
         }
 
@@ -216,7 +224,8 @@ class Verdict:
         known = self.causes[0].alike if self.causes else ()
         causes = [cause for cause in self.causes if cause not in known]
         told += [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
-        return (*told, *self.notes, *self._flaws)
+        read = [sentence for reading in self.readings for sentence in reading.sentences()]
+        return (*told, *read, *self.notes, *self._flaws)
 
     @property
     def _flaws(self) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ class Blank:
         element: the element.
         attribute: name of the attribute.
         value: as written, with its blanks.
-        drops: whether a whole <inertial> is dropped in silence; else the file is refused.
+        drops: whether an inertia is dropped in silence; else the file is refused.
     """
 
     element: Element
@@ -57,7 +57,10 @@ def check(document: Document, report: Report) -> None:
         where = f"{holder.tag} {holder.attributes.get('name', '')!r}"
         for blank in _within(holder, document.text):
             what = f"{blank.attribute} of <{blank.element.tag}> is {blank.value!r}"
-            result = "drop the whole <inertial> in silence" if blank.drops else "refuse the file"
+            result = "refuse the file"
+            if blank.drops:
+                lost = "inertia" if blank.element.tag == "inertia" else "whole <inertial>"
+                result = f"drop the {lost} in silence"
             report.add("M116", blank.element, where, f"{what}: Pinocchio and ROS {result}")
 
 

@@ -1,0 +1,1 @@
+"""What engines read from a file itself, not from what mecanique writes."""

@@ -1,0 +1,111 @@
+"""Read a file with Drake's own parser, in a process of its own, which Drake may end."""
+
+from __future__ import annotations
+
+import json
+import logging
+import subprocess
+import sys
+from collections.abc import Sequence
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.reference.originals.original import ByJoint, Original, columns
+
+__all__ = ["read"]
+
+_SECONDS = 120.0
+"""As long as a file may take."""
+
+
+def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
+    """Return what Drake answers of a file at n states, its root welded to the world.
+
+    Args:
+        text: of the file.
+        gravity: shape (3,) [m/s²].
+        q: positions of joints.
+        v: velocities of joints.
+
+    Raises:
+        EngineError: with Drake's reason, if it refuses the text.
+    """
+    asked = {"text": text.decode("utf-8", "replace"), "gravity": list(gravity)}
+    told = json.dumps({**asked, "q": dict(q), "v": dict(v)})
+    command = [sys.executable, "-m", __name__]
+    try:
+        run = subprocess.run(
+            command, input=told, capture_output=True, text=True, timeout=_SECONDS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        raise EngineError(f"it took longer than {_SECONDS:.0f} s") from None
+    if run.returncode:
+        raise EngineError(run.stderr.strip().rpartition("\n")[2] or "it ended the process")
+    answer = json.loads(run.stdout)
+    names, count = tuple(answer["joints"]), len(answer["joints"])
+    return Original(
+        names,
+        np.array(answer["mass"], dtype=float).reshape(-1, count, count),
+        np.array(answer["bias"], dtype=float).reshape(-1, count),
+        tuple(answer["complaints"]),
+    )
+
+
+def _answer(asked: dict[str, Any]) -> dict[str, Any]:
+    """Answer what `read` asked, within the process that Drake may end."""
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+    from pydrake.multibody.tree import BodyIndex, JointIndex
+
+    heard = _Heard()
+    log = logging.getLogger("drake")
+    log.addHandler(heard)
+    log.propagate = False
+    plant = MultibodyPlant(time_step=0.0)
+    Parser(plant).AddModelsFromString(asked["text"], "urdf")
+    plant.mutable_gravity_field().set_gravity_vector(asked["gravity"])
+    every = [plant.get_joint(JointIndex(k)) for k in range(plant.num_joints())]
+    carried = {int(joint.child_body().index()) for joint in every}
+    for k in range(1, plant.num_bodies()):
+        if k not in carried:
+            root = plant.get_body(BodyIndex(k))
+            plant.WeldFrames(plant.world_frame(), root.body_frame())
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    single = [joint for joint in every if joint.num_velocities() == 1]
+    names = [joint.name() for joint in single]
+    at = [joint.velocity_start() for joint in single]
+    rest = np.array(plant.GetPositions(context))
+    masses, biases = [], []
+    for angles, rates in zip(columns(asked["q"], names), columns(asked["v"], names), strict=True):
+        place, speed = rest.copy(), np.zeros(plant.num_velocities())
+        place[[joint.position_start() for joint in single]] = angles
+        speed[at] = rates
+        plant.SetPositions(context, place)
+        plant.SetVelocities(context, speed)
+        bias = plant.CalcBiasTerm(context) - plant.CalcGravityGeneralizedForces(context)
+        masses.append(plant.CalcMassMatrix(context)[np.ix_(at, at)].tolist())
+        biases.append(bias[at].tolist())
+    return {"joints": names, "mass": masses, "bias": biases, "complaints": heard.said}
+
+
+@final
+class _Heard(logging.Handler):
+    """Keeps what Drake logs."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.said: list[str] = []
+
+    def emit(self, record: logging.LogRecord) -> None:
+        self.said.append(" ".join(record.getMessage().split()))
+
+
+if __name__ == "__main__":
+    try:
+        print(json.dumps(_answer(json.load(sys.stdin))))
+    except (RuntimeError, ValueError) as error:
+        print(" ".join(str(error).split()), file=sys.stderr)
+        sys.exit(1)

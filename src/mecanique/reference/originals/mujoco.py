@@ -1,0 +1,56 @@
+"""Read a file with MuJoCo's own parser."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from mecanique.errors import EngineError
+from mecanique.reference.originals.original import ByJoint, Original, columns
+
+__all__ = ["read"]
+
+_MESHES = re.compile(
+    rb"<(visual|collision)\b[^>]*(?<!/)>(?:(?!</\1>).)*?<mesh\b.*?</\1>", re.DOTALL
+)
+"""Meshes may be missing, and no inertia here follows from them."""
+
+
+def read(text: bytes, gravity: Sequence[float], q: ByJoint, v: ByJoint) -> Original:
+    """Return what MuJoCo answers of a file at n states; its meshes are left out.
+
+    Args:
+        text: of the file.
+        gravity: shape (3,) [m/s²].
+        q: positions of joints.
+        v: velocities of joints.
+
+    Raises:
+        EngineError: with MuJoCo's reason, if it refuses the text.
+    """
+    import mujoco
+
+    try:
+        model = mujoco.MjModel.from_xml_string(_MESHES.sub(b"", text).decode("utf-8", "replace"))
+    except (ValueError, RuntimeError) as error:
+        raise EngineError(" ".join(str(error).split())) from None
+    model.opt.gravity = gravity
+    data = mujoco.MjData(model)
+    kinds = {int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE)}
+    single = [model.joint(k) for k in range(model.njnt) if int(model.jnt_type[k]) in kinds]
+    names = tuple(joint.name for joint in single)
+    at = [int(joint.dofadr[0]) for joint in single]
+    masses, biases = [], []
+    for angles, rates in zip(columns(q, names), columns(v, names), strict=True):
+        data.qpos[:], data.qvel[:] = model.qpos0, 0.0
+        data.qpos[[int(joint.qposadr[0]) for joint in single]] = angles
+        data.qvel[at] = rates
+        mujoco.mj_forward(model, data)
+        mass = np.zeros((model.nv, model.nv))
+        for column, unit in zip(mass, np.eye(model.nv), strict=True):
+            mujoco.mj_mulM(model, data, column, unit)
+        masses.append(mass[np.ix_(at, at)])
+        biases.append(np.array(data.qfrc_bias[at]))
+    return Original(names, np.array(masses), np.array(biases), ())

@@ -1,0 +1,48 @@
+"""A robot as an engine reads it from the file itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+
+__all__ = ["ByJoint", "Original", "columns"]
+
+ByJoint: TypeAlias = Mapping[str, Sequence[float]]
+"""A number at each of n states, by name of the joint."""
+
+
+@final
+@dataclass(frozen=True)
+class Original:
+    """What an engine answers of a robot with a fixed root; joints without one coordinate are held.
+
+    Args:
+        joints: names of the joints with one coordinate, in the order of the answers.
+        mass: mass matrices, shape (n, k, k).
+        bias: shape (n, k).
+        complaints: what the engine itself said of the file.
+    """
+
+    joints: tuple[str, ...]
+    mass: Array
+    bias: Array
+    complaints: tuple[str, ...]
+
+
+def columns(values: ByJoint, joints: Sequence[str]) -> Array:
+    """Return the numbers of some joints at all states, shape (n, k); zero where none is given.
+
+    Args:
+        values: by name.
+        joints: their names.
+    """
+    count = max(map(len, values.values()), default=1)
+    nothing = [0.0] * count
+    by_joint = [values.get(name, nothing) for name in joints]
+    found: Array = np.array(by_joint, dtype=float).reshape(len(joints), count).T
+    return found

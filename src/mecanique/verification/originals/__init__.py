@@ -1,0 +1,1 @@
+"""What engines read from the file itself, compared with what mecanique reads."""

@@ -1,0 +1,157 @@
+"""What engines read from the file itself: a fault of the original must not escape.
+
+Pinocchio gets a mechanism as the text that mecanique writes anew. Here each engine reads the
+original with its own parser, and its mass matrix and bias are compared with those of the tree that
+mecanique reads, its root fixed and every joint with one coordinate free, also those that mimic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.errors import EngineError, UnknownNameError
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.joints import Single
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.origin import Finding, Origin
+from mecanique.reference import Reference
+from mecanique.reference.originals import drake, mujoco, pinocchio
+from mecanique.reference.originals.original import ByJoint, Original
+from mecanique.urdf.lint import lint
+from mecanique.urdf.read import read_urdf
+from mecanique.verification.difference import relative_difference, scale
+from mecanique.verification.originals.reading import TOLERANCE, EngineReading
+
+__all__ = ["ENGINES", "read_by"]
+
+ENGINES: dict[str, tuple[str, str, Callable[..., Original]]] = {
+    "pinocchio": ("Pinocchio", "pin", pinocchio.read),
+    "mujoco": ("MuJoCo", "mujoco", mujoco.read),
+    "drake": ("Drake", "drake", drake.read),
+}
+"""Title, package and reader of each engine."""
+
+_STATES = 5
+"""Number of random states at which an engine's reading is compared."""
+
+
+def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[EngineReading, ...]:
+    """Compare what engines read from a mechanism's file; nothing if it is from no file.
+
+    Args:
+        mechanism: what was read from a file.
+        engines: their names: "pinocchio", "mujoco", "drake".
+        seed: of the random states.
+
+    Raises:
+        UnknownNameError: if there is no such engine.
+    """
+    for engine in engines:
+        if engine not in ENGINES:
+            raise UnknownNameError("engine", engine, ENGINES)
+    origin = mechanism.origin
+    if origin is None:
+        return ()
+    gravity = mechanism.evaluate_all(mechanism.gravity)
+    tree = _open_tree(origin, tuple(gravity))
+    return tuple(_compare(tree, origin, engine, seed) for engine in engines)
+
+
+def _open_tree(origin: Origin, gravity: tuple[float, ...]) -> Mechanism:
+    """Return the bare tree of a file: no forces, loops or mimic joints, rotors without inertia."""
+    text = origin.text.decode("utf-8-sig", "replace")
+    whole = read_urdf(text, gravity=gravity, armature=0.0)
+    return replace(
+        whole, forces=(), loops=(), contacts=(), elements=(), coordinates=Coordinates(())
+    )
+
+
+def _compare(tree: Mechanism, origin: Origin, engine: str, seed: int) -> EngineReading:
+    title, package, read = ENGINES[engine]
+    try:
+        title = f"{title} {version(package)}"
+    except PackageNotFoundError:
+        return EngineReading(title, None, f"it is not installed (pip install {package})")
+    ours = {joint.name: joint for joint in tree.joints if isinstance(joint, Single)}
+    random = np.random.default_rng(seed)
+    q, v = ({name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours} for _ in "qv")
+    try:
+        original = read(origin.text, tree.evaluate_all(tree.gravity), q, v)
+    except EngineError as error:
+        return EngineReading(title, None, str(error), tuple(_traps(origin)))
+    joints = [ours[name] for name in original.joints if name in ours]
+    lost = sorted(ours.keys() - set(original.joints))
+    order = [original.joints.index(joint.name) for joint in joints]
+    others, offs = original.mass[:, order][:, :, order], original.bias[:, order]
+    mass, bias = _answers(tree, joints, q, v)
+    remarks = [f"{title} has no joint {name!r}" for name in lost]
+    worst = np.inf if lost else _difference(mass, bias, others, offs)
+    reading = EngineReading(title, worst)
+    if reading.differs:
+        remarks += [*_places(tree, joints, mass, others), *_traps(origin)]
+        remarks += [f"{title.split()[0]} said: {said}" for said in original.complaints]
+    return replace(reading, remarks=tuple(remarks))
+
+
+def _answers(
+    tree: Mechanism, joints: Sequence[Single], q: ByJoint, v: ByJoint
+) -> tuple[Array, Array]:
+    """Return M and bias as mecanique reads the file, in some of its joints."""
+    at = [tree.velocities.index(f"{joint.coordinate}'") for joint in joints]
+    engine = Reference(tree)
+    place = np.tile(tree.neutral(), (_STATES, 1))
+    speed = np.zeros((_STATES, tree.nv))
+    for joint, index in zip(joints, at, strict=True):
+        place[:, tree.coordinates.index(joint.coordinate)] = q[joint.name]
+        speed[:, index] = v[joint.name]
+    mass, bias = engine.mass_matrix(place), engine.bias(place, speed)
+    return np.asarray(mass)[:, at][:, :, at], np.asarray(bias)[:, at]
+
+
+def _difference(mass: Array, bias: Array, others: Array, offs: Array) -> float:
+    """Return the largest relative difference of both quantities, scaled as in a verdict."""
+    if not mass.size:
+        return 0.0
+    pairs = (("mass matrix", mass, others), ("bias", bias, offs))
+    worst = 0.0
+    for quantity, a, b in pairs:
+        x, y = scale(quantity, a, mass), scale(quantity, b, mass)
+        worst = max(worst, float(relative_difference(x, y, 1.0).max()))
+    return worst
+
+
+def _places(tree: Mechanism, joints: Sequence[Single], mass: Array, others: Array) -> Iterator[str]:
+    """Name the outermost joints whose inertia differs: it depends on what they carry alone."""
+    a, b = (np.diagonal(m, axis1=1, axis2=2) for m in (mass, others))
+    wrong = {
+        joint.child: (joint, float(x[0]), float(y[0]))
+        for joint, x, y in zip(joints, a.T, b.T, strict=True)
+        if not np.allclose(x, y, rtol=TOLERANCE, atol=0.0)
+    }
+    parents = {joint.child: joint.parent for joint in tree.joints}
+    inner: set[str] = set()
+    for body in wrong:
+        while body in parents and parents[body] not in inner:
+            body = parents[body]
+            inner.add(body)
+    for body, (joint, here, there) in wrong.items():
+        if body not in inner:
+            unit = "kg" if joint.noun == "slide" else "kg·m²"
+            yield f"link {body!r} at joint {joint.name!r}: {there:.6g} {unit} instead of {here:.6g}"
+
+
+def _traps(origin: Origin) -> Iterator[str]:
+    """Say which findings of the linter may be the reason."""
+    findings: tuple[Finding, ...] = lint(origin.text.decode("utf-8-sig", "replace"))
+    for finding in findings:
+        if finding.code in _REASONS:
+            yield f"line {finding.line}: {finding.sentence}"
+
+
+_REASONS = ("M101", "M105", "M107", "M116", "M202", "M203", "M204", "M305", "M307", "M705", "M706")
+"""Rules on what engines read otherwise."""
