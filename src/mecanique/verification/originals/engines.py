@@ -79,7 +79,8 @@ def _compare(tree: Mechanism, origin: Origin, engine: str, seed: int) -> EngineR
         return EngineReading(title, None, f"it is not installed (pip install {package})")
     ours = {joint.name: joint for joint in tree.joints if isinstance(joint, Single)}
     random = np.random.default_rng(seed)
-    q, v = ({name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours} for _ in "qv")
+    q = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
+    v = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
     try:
         original = read(origin.text, tree.evaluate_all(tree.gravity), q, v)
     except EngineError as error:
