@@ -48,8 +48,8 @@ BRICK = Shape(1.7, (0.1, -0.2, 0.3), (0.5, 0.6, 0.4, 0.05, -0.03, 0.02))
 
 def tree() -> Mechanism:
     """Every joint with velocities as rates, a branch, welds, an armature, every force."""
-    F = Input("F", 3 * sin(2 * time()), "N")
-    k = Parameter("k", 7.0, "N/m")
+    F = Input("F", 3 * sin(2 * time()))
+    k = Parameter("k", 7.0)
     q = coordinate
     return Mechanism(
         "tree",
