@@ -75,4 +75,4 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
 
 def readable(mechanism: Mechanism) -> tuple[str, ...]:
     """Return the methods whose derivations can be written out in textbook order."""
-    return ("lagrange",) if mechanism.loops else tuple(METHODS)
+    return tuple(METHODS)

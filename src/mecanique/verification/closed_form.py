@@ -89,6 +89,8 @@ class ClosedForm:
         J = self._evaluate([entry for row, _ in second for entry in row], q, v, t)
         gamma = self._evaluate([gamma for _, gamma in second], q, v, t)
         J = J.reshape(*gamma.shape, mass.shape[-1])
+        if self._derivation.quasi:
+            return self._reduce(mass, rest, J, gamma, q, t)
         angular, length = angles(self._mechanism), characteristic_length(self._mechanism)
         units = np.array(
             [1.0 if name in angular else length for name in self._mechanism.velocities]
@@ -99,14 +101,30 @@ class ClosedForm:
         ]
         return np.array([motion.acceleration for motion in motions])
 
-    def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, Array]:
-        """Return the kinetic and the potential energy that the steps state, each shape (n,) [J].
+    def _reduce(self, mass: Array, rest: Array, J: Array, gamma: Array, q: Given, t: Any) -> Array:
+        """Return the accelerations by the equations along independent displacements."""
+        quasi = self._derivation.quasi
+        S = self._evaluate([entry for column in quasi for entry in column], q, None, t)
+        S = S.reshape(len(S), len(quasi), mass.shape[-1])
+        rows = np.concatenate([S @ mass, J], axis=1)
+        sides = np.concatenate([(S @ rest[..., None])[..., 0], -gamma], axis=1)
+        found = []
+        for matrix, side in zip(rows, sides, strict=True):
+            sizes = np.abs(matrix).max(axis=1, keepdims=True)
+            sizes[sizes == 0] = 1.0
+            found.append(np.linalg.lstsq(matrix / sizes, side / sizes[:, 0], rcond=None)[0])
+        return np.array(found)
+
+    def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, ...]:
+        """Return the kinetic and the potential energy, each shape (n,) [J]; none if not stated.
 
         Args:
             q: shape (n, nq).
             v: shape (n, nv).
             t: shape () or (n,) [s].
         """
+        if self._energies[0] is None:
+            return ()
         zero = self._derivation.algebra.ring.number(0)
         T, V = self._evaluate(
             [zero if series is None else series for series in self._energies], q, v, t

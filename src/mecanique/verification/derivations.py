@@ -74,6 +74,11 @@ def derive_all(mechanism: Mechanism) -> InHouse:
     if not symbols.symbolic:
         return InHouse(forms, notes=(f"left out: the closed form ({symbols.why_not})",))
     forms["closed form"] = ClosedForm(mechanism, symbols.derivation)
+    if mechanism.loops:
+        for name in ("Newton-Euler", "virtual work"):
+            form = forms[name]
+            if isinstance(form, Equations) and form.symbolic:
+                forms[f"{name}, closed form"] = ClosedForm(mechanism, form.derivation)
     return InHouse(forms, symbols.derivation.assumptions)
 
 

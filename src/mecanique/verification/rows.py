@@ -63,7 +63,7 @@ class Dynamics(Protocol):
         """Generalized accelerations."""
 
     def energy(self, q: Any, v: Any, t: Any = 0.0) -> Any:
-        """Kinetic energy, then potential energy in one or several parts."""
+        """Kinetic energy, then potential energy in one or several parts; empty if not stated."""
 
 
 @runtime_checkable
@@ -92,13 +92,12 @@ def evaluate(
         accelerations: whether they are determined.
     """
     q, v, t = states.q, states.v, states.t
-    kinetic, *potential = source.energy(q, v, t)
-    values = {
-        "bias": source.bias(q, v, t),
-        "forces": source.forces(q, v, t),
-        "kinetic energy": kinetic,
-        "potential energy": sum(potential[1:], potential[0]),
-    }
+    values = {"bias": source.bias(q, v, t), "forces": source.forces(q, v, t)}
+    energies = source.energy(q, v, t)
+    if len(energies):
+        kinetic, *potential = energies
+        values["kinetic energy"] = kinetic
+        values["potential energy"] = sum(potential[1:], potential[0])
     if not light:
         values["mass matrix"] = source.mass_matrix(q, t)
     if accelerations and not light:

@@ -40,6 +40,7 @@ class Left:
         total: whether the time derivative of that is meant.
         turning: whether the terms of Euler and Kirchhoff, ω × ∂T/∂ω + v × ∂T/∂v, are meant.
         component: whether the quantity's component named by `by` is meant, e.g. Q_x.
+        primes: of a rate, e.g. "'" for Φ'.
     """
 
     quantity: str
@@ -47,12 +48,13 @@ class Left:
     total: bool = False
     turning: bool = False
     component: bool = False
+    primes: str = ""
 
     def write(self, writer: Writer) -> str:
         """Return it in the format of a writer."""
         if self.component:
             return writer.letter(f"{self.quantity}_{self.by}", False, "")
-        quantity = writer.letter(self.quantity, False, "")
+        quantity = writer.letter(f"{self.quantity}{self.primes}", False, "")
         if not self.by:
             return quantity
         by = writer.letter(self.by, False, "")

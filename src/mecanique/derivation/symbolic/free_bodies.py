@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import final
 
 from mecanique.derivation.laws import laws_of
@@ -11,7 +12,9 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
-from mecanique.derivation.symbolic.ties.contacts import Touch, touches
+from mecanique.derivation.symbolic.ties.contacts import Touch, contact_ties, touches
+from mecanique.derivation.symbolic.ties.loops import Closing, closings
+from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
 from mecanique.derivation.tree.poses import Matrix, combination, transpose
 from mecanique.model.expression import Scalar
@@ -32,7 +35,7 @@ class Applied:
         moment: a couple [N·m].
         arm: its point against the origin of the body's frame [m].
         velocity: of that point [m/s].
-        of_contact: whether it is the unknown force of a contact.
+        ties: whether it is the unknown force of a contact or a loop.
     """
 
     name: str
@@ -40,7 +43,7 @@ class Applied:
     moment: Vector
     arm: Vector
     velocity: Vector
-    of_contact: bool = False
+    ties: bool = False
 
 
 @final
@@ -113,6 +116,10 @@ class Cuts:
             self.assumptions += touch.assumptions
             for body, one in self._in_contact(touch):
                 self._applied.setdefault(body, []).append(one)
+        self.closings = closings(kinematics)
+        for closing in self.closings:
+            for body, one in self._in_loop(closing):
+                self._applied.setdefault(body, []).append(one)
         normal = normal_of(kinematics)
         self.planar = normal is not None and any(link.kind == "turn" for link in kinematics.tree)
         self.bodies = tuple(
@@ -122,16 +129,34 @@ class Cuts:
 
     def _in_contact(self, touch: Touch) -> Iterator[tuple[str, Applied]]:
         """The unknown force of a contact on one body, and its opposite on the other."""
-        kinematics, force = self.kinematics, touch.force
-        for body, sign in ((touch.contact.body, 1), (touch.contact.on, -1)):
-            if kinematics.place[body] < 0:
-                continue
-            carrier = kinematics.carrier(body)
-            reach = touch.place - kinematics.point(body, ORIGIN)
-            F, arm = (kinematics.between(x, -1, carrier).tidy() for x in (force * sign, reach))
-            v, w = kinematics.velocity(body), kinematics.spin(body)
-            nothing = zero(self.algebra.ring)
-            yield body, Applied(touch.contact.name, F, nothing, arm, v + cross(w, arm), True)
+        contact, wrench = touch.contact, Wrench(touch.force, zero(self.algebra.ring))
+        for body, sign in ((contact.body, 1), (contact.on, -1)):
+            if self.kinematics.place[body] >= 0:
+                yield body, self._tie(contact.name, body, touch.place, wrench, sign)
+
+    def _in_loop(self, closing: Closing) -> Iterator[tuple[str, Applied]]:
+        """The unknown force of a loop on one body, and its opposite on the other."""
+        loop, wrench = closing.loop, closing.wrench
+        ends = (loop.body_b, closing.on_b, 1), (loop.body_a, closing.on_a, -1)
+        for body, place, sign in ends:
+            if self.kinematics.place[body] >= 0:
+                yield body, self._tie(f"the loop {loop.name}", body, place, wrench, sign)
+
+    def _tie(self, name: str, body: str, place: Vector, wrench: Wrench, sign: int) -> Applied:
+        """An unknown force at a place of the world, and a moment, on a body."""
+        kinematics = self.kinematics
+        carrier = kinematics.carrier(body)
+        reach = place - kinematics.point(body, ORIGIN)
+        given = (wrench.force * sign, wrench.moment * sign, reach)
+        F, M, arm = (kinematics.between(x, -1, carrier).tidy() for x in given)
+        v, w = kinematics.velocity(body), kinematics.spin(body)
+        return Applied(name, F, M, arm, v + cross(w, arm), ties=True)
+
+    @cached_property
+    def ties(self) -> tuple[Tie, ...]:
+        """The equations of the loops, then of contacts and velocity constraints."""
+        loops = [tie for closing in self.closings for tie in closing.ties]
+        return (*loops, *contact_ties(self.kinematics, self.touches))
 
     def between_seats(self, parent: str, child: str) -> Vector:
         """Return a child's origin against its parent's, in the axes of the parent's carrier.

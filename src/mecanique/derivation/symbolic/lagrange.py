@@ -20,6 +20,7 @@ from mecanique.derivation.symbolic.steps import (
     coordinate_stages,
     energy_stages,
     loop_stages,
+    multiplier_stages,
     quaternion_stages,
     work_stages,
 )
@@ -89,6 +90,9 @@ class Lagrange:
                 *loop_stages(self.ties),
                 *coordinate_stages(
                     names, operated, turning, ring.along(self.V), ring.partials(self.D)
+                ),
+                *multiplier_stages(
+                    algebra, M, [a - b for a, b in zip(h, loads, strict=True)], self.ties
                 ),
             ),
             assumptions=(

@@ -19,9 +19,8 @@ from mecanique.derivation.symbolic.elimination import JointRate, demands, joint_
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
-from mecanique.derivation.symbolic.steps import quaternion_stages
+from mecanique.derivation.symbolic.steps import loop_stages, multiplier_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.ties.contacts import contact_ties
 from mecanique.derivation.symbolic.vectors import (
     Vector,
     Wrench,
@@ -52,19 +51,14 @@ class NewtonEuler:
     """The balances of every body of a mechanism as series, and the reactions in closed form.
 
     Args:
-        mechanism: any mechanism without loops.
+        mechanism: any mechanism.
         algebra: its symbols, if they are there already.
 
     Raises:
-        DerivationError: if the mechanism has loops, or no closed form of reasonable length.
+        DerivationError: if the mechanism has no closed form of reasonable length.
     """
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
-        if mechanism.loops:
-            raise DerivationError(
-                f"mechanism {mechanism.name!r} has loops; the reactions in its tree alone would "
-                "mean nothing, but Lagrange's equations with multipliers can be written out"
-            )
         self.algebra = algebra or Algebra(mechanism)
         self.cuts = Cuts(Kinematics(self.algebra))
         self.rates = joint_rates(self.cuts)
@@ -105,21 +99,26 @@ class NewtonEuler:
                 "Lagrange's equations and virtual work need not know"
             )
         M, h = mass_and_bias(algebra, project(self.cuts, self.rates, self._inertia, rotors=True))
-        ties = contact_ties(self.cuts.kinematics, self.cuts.touches)
+        ties = self.cuts.ties
         names = [tie.multiplier.generators()[0].name for tie in ties]
         loads = [
             load.linear(names)[1]
             for load in project(self.cuts, self.rates, self._loads, rotors=False)
         ]
+        Q = tuple(by_velocity(load, algebra.velocities) for load in loads)
+        rest = [a - b for a, b in zip(h, Q, strict=True)]
+        loops = [tie for closing in self.cuts.closings for tie in closing.ties]
         return Derivation(
             algebra=algebra,
             M=M,
             h=h,
-            Q=tuple(by_velocity(load, algebra.velocities) for load in loads),
+            Q=Q,
             stages=(
                 *quaternion_stages(algebra),
+                *loop_stages(loops, of_forces=True),
                 *(stage for cut in self.cuts.bodies for stage in self._free_body(cut)),
                 *self._elimination(),
+                *multiplier_stages(algebra, M, rest, ties),
             ),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(algebra.ring, self.cuts.lengths.items()),
@@ -341,6 +340,12 @@ class NewtonEuler:
         return [Result(whole, ring.number(0)) for terms in sums if (whole := ring.sum(terms))]
 
     def _closing(self) -> str:
+        if self.cuts.closings:
+            return (
+                "Put into the balances along and about the directions in which the joints are "
+                "free, the reactions leave one equation for each velocity. The forces λ of the "
+                "loops stay unknown in them; the loops add as many equations, Φ = 0."
+            )
         if self.cuts.touches:
             return (
                 "Put into the balances along and about the directions in which the joints are "

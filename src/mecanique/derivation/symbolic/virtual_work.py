@@ -19,10 +19,10 @@ from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler, enumerate_words
 from mecanique.derivation.symbolic.steps import coordinate_of, loop_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
-from mecanique.derivation.symbolic.ties.contacts import contact_ties
 from mecanique.derivation.symbolic.ties.quasi import independent_displacements
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, along, cross, total
+from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["VirtualWork"]
@@ -54,11 +54,11 @@ class VirtualWork:
     """Inertia forces and virtual work of a mechanism as series.
 
     Args:
-        mechanism: any mechanism without loops.
+        mechanism: any mechanism.
         algebra: its symbols, if they are there already.
 
     Raises:
-        DerivationError: if the mechanism has loops, or no closed form of reasonable length.
+        DerivationError: if the mechanism has no closed form of reasonable length.
     """
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
@@ -86,11 +86,12 @@ class VirtualWork:
         M, h = mass_and_bias(algebra, [-c for c in self._coefficients(inertia)])
         loads = self._coefficients(self._loads)
         whole = ring.sum([*inertia, *self._loads])
-        ties = contact_ties(self.cuts.kinematics, self.cuts.touches)
+        ties = self.cuts.ties
         slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
-        S = independent_displacements(ring, slopes, len(algebra.velocities)) if ties else []
+        S = self._independent(slopes) if ties else []
         known = not algebra.mechanism.velocity_constraints
-        met = [tie for touch in self.cuts.touches for tie in touch.ties]
+        met = [tie for one in self.cuts.touches for tie in one.ties]
+        met += [tie for one in self.cuts.closings for tie in one.ties]
         self._unknowns |= {f"lambda_{tie.name}": tie.meaning for tie in met}
         return Derivation(
             algebra=algebra,
@@ -106,18 +107,32 @@ class VirtualWork:
             ),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(ring, self.cuts.lengths.items()),
-            closing=_QUASI if ties else _CLOSING,
+            closing=_QUASI if S else _CLOSING,
             unknowns=self._unknowns,
             reactions=self.balances.reactions if known else {},
             ties=ties,
             quasi=tuple(map(tuple, S)),
         )
 
+    def _independent(self, slopes: Sequence[Sequence[Series]]) -> list[list[Series]]:
+        """The displacements that the constraints allow; none if those of loops would be long."""
+        algebra = self.algebra
+        loops = bool(algebra.mechanism.loops)
+        count = len(algebra.velocities)
+        try:
+            return independent_displacements(algebra.ring, slopes, count, cramer=loops)
+        except DerivationError:
+            if not loops:
+                raise
+            return []
+
     def _relate(self, ties: Sequence[Tie], S: list[list[Series]]) -> Iterator[Stage]:
         """The displacements that the constraints allow, by independent ones."""
         if not ties:
             return
-        yield from loop_stages(ties, of_work=True)
+        yield from loop_stages(ties, of_work=bool(S))
+        if not S:
+            return
         one = self.algebra.ring.number(1)
         named: list[Series] = []
         users = [sum(map(bool, row)) for row in zip(*S, strict=True)]
@@ -156,7 +171,7 @@ class VirtualWork:
             "by itself."
             if free
             else "The work of all forces in a virtual displacement that the constraints allow, "
-            "inertia forces included, is zero; the forces where bodies touch do none."
+            "inertia forces included, is zero; the forces where bodies touch or are joined do none."
         )
         results = []
         factors = self._coefficients([whole])
@@ -246,7 +261,7 @@ class VirtualWork:
             work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation)
             self._inertia.append(work)
         for one in cut.applied:
-            if one.of_contact:  # where bodies touch, both points move alike
+            if one.ties:  # where bodies touch or are joined, both points move alike
                 continue
             work = zero
             if any(one.force):

@@ -9,84 +9,144 @@ body b.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.ties.tie import Tie
-from mecanique.derivation.tree.poses import Matrix, combination, origin, product
+from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total, zero
+from mecanique.derivation.tree.poses import Matrix, origin, product, transpose
 from mecanique.model.loops import Loop
 from mecanique.model.placement import Placement
 
-__all__ = ["loop_ties"]
+__all__ = ["Closing", "closings", "loop_ties"]
+
+_TURNS: dict[str, dict[str, tuple[tuple[int, int, int], ...]]] = {
+    "plate": {"rz": ((1, 1, 0),)},
+    "hinge": {"rx": ((-1, 1, 2),), "ry": ((1, 0, 2),)},
+    "weld": {
+        "rx": ((1, 2, 1), (-1, 1, 2)),
+        "ry": ((1, 0, 2), (-1, 2, 0)),
+        "rz": ((1, 1, 0), (-1, 0, 1)),
+    },
+}
+"""Of each kind and row about an axis: Φ as the mean of ± a_i · b_k, axes of the two frames."""
+
+
+@final
+@dataclass(frozen=True)
+class Closing:
+    """A loop cut open, in the world's axes.
+
+    Args:
+        loop: the loop.
+        on_a: where its force acts on body a [m].
+        on_b: where its force acts on body b [m].
+        ties: its equations, except those that hold identically.
+        directions: of each equation's force on body b, its unit λ; zero of a moment.
+        turns: of each equation's moment on body b, its unit λ; zero of a force.
+    """
+
+    loop: Loop
+    on_a: Vector
+    on_b: Vector
+    ties: tuple[Tie, ...]
+    directions: tuple[Vector, ...]
+    turns: tuple[Vector, ...]
+
+    @property
+    def wrench(self) -> Wrench:
+        """The force on body b and the moment besides that of the force, by its multipliers."""
+        ring = self.on_b.x.ring
+        sizes = [tie.multiplier for tie in self.ties]
+        parts = []
+        for vectors in (self.directions, self.turns):
+            products = [vector * size for vector, size in zip(vectors, sizes, strict=True)]
+            parts.append(total([zero(ring), *products]))
+        return Wrench(*parts)
+
+
+@final
+@dataclass(frozen=True)
+class _Row:
+    """One equation of a loop: its name, Φ, what λ is and the force or moment it is."""
+
+    name: str
+    demand: Series
+    meaning: str
+    direction: Vector
+    turn: Vector
 
 
 def loop_ties(kinematics: Kinematics) -> tuple[Tie, ...]:
     """Return the equations of all loops of a mechanism, except those that hold identically."""
-    algebra = kinematics.algebra
-    found: list[Tie] = []
-    for loop in algebra.mechanism.loops:
-        for row, demand, meaning in _demands(kinematics, loop):
-            demand = tidy(demand)
-            if not demand.vanishes():
-                name = f"{loop.name}_{row}"
-                found.append(
-                    Tie(
-                        name, demand, algebra.ring.unknown(f"lambda_{name}", Kind.REACTION), meaning
-                    )
-                )
-    return tuple(found)
+    return tuple(tie for closing in closings(kinematics) for tie in closing.ties)
 
 
-def _demands(kinematics: Kinematics, loop: Loop) -> Iterator[tuple[str, Series, str]]:
-    """Name, Φ and the multiplier's meaning of each equation."""
+def closings(kinematics: Kinematics) -> tuple[Closing, ...]:
+    """Return all loops of a mechanism, cut open."""
+    return tuple(_cut(kinematics, loop) for loop in kinematics.algebra.mechanism.loops)
+
+
+def _cut(kinematics: Kinematics, loop: Loop) -> Closing:
+    ring = kinematics.algebra.ring
+    A = _frame(kinematics, loop.body_a, loop.frame_a)
+    B = _frame(kinematics, loop.body_b, loop.frame_b)
+    *a, on_a = (lift(ring, column) for column in transpose(A))
+    *b, on_b = (lift(ring, column) for column in transpose(B))
+    within = _plane(a[2]) if loop.kind in ("pin", "plate") else None
+    own = loop.kind in ("pin", "plate") and within is None
+    rows = [*_along(kinematics, loop, a, on_b - on_a, within), *_about(loop, a, b)]
+    ties, directions, turns = [], list[Vector](), list[Vector]()
+    for row in rows:
+        demand = tidy(row.demand)
+        if demand.vanishes():
+            continue
+        name = f"{loop.name}_{row.name}"
+        multiplier = ring.unknown(f"lambda_{name}", Kind.REACTION)
+        ties.append(Tie(name, demand, multiplier, row.meaning))
+        directions.append(row.direction)
+        turns.append(row.turn)
+    # axes that turn with body a carry the end on it along
+    return Closing(loop, on_b if own else on_a, on_b, tuple(ties), tuple(directions), tuple(turns))
+
+
+def _along(
+    kinematics: Kinematics, loop: Loop, a: Sequence[Vector], p: Vector, within: int | None
+) -> Iterator[_Row]:
+    """What keeps the ends together, or at a distance."""
     algebra = kinematics.algebra
-    A, B = (
-        _frame(kinematics, *end)
-        for end in ((loop.body_a, loop.frame_a), (loop.body_b, loop.frame_b))
-    )
-    p = [algebra.lift(b[3]) - algebra.lift(a[3]) for a, b in zip(A, B, strict=True)]
-    on = f"of {loop.body_a} on {loop.body_b} in the loop {loop.name}"
+    ring, nothing = algebra.ring, zero(algebra.ring)
     if loop.kind == "distance":
         length = algebra.series(loop.length)
-        square = algebra.ring.sum([c * c for c in p])
-        yield (
-            "l",
-            (square - length * length) / 2,
-            f"push of the rod {loop.name} over its length [N/m]",
-        )
+        demand = (dot(p, p) - length * length) / 2
+        yield _Row("l", demand, f"push of the rod {loop.name} over its length [N/m]", p, nothing)
         return
-    within = None
-    if loop.kind in ("pin", "plate"):
-        within = _plane(kinematics, A)
-        rows = [k for k in range(3) if k != within] if within is not None else [0, 1]
-    else:
-        rows = [0, 1, 2]
-    own = loop.kind in ("pin", "plate") and within is None
-    axes = f"the frame in {loop.body_a}" if own else "the world"
-    for k in rows:
-        demand = combination([a[k] for a in A], p) if own else p[k]
-        yield (
-            "xyz"[k],
-            algebra.lift(demand),
-            f"force {on}, {'xyz'[k]} component in the axes of {axes} [N]",
-        )
+    world = [lift(ring, axis) for axis in ((1, 0, 0), (0, 1, 0), (0, 0, 1))]
+    flat = loop.kind in ("pin", "plate")
+    own = flat and within is None
+    axes, whose = (a, f"the frame in {loop.body_a}") if own else (world, "the world")
+    for k in (0, 1) if own else [k for k in range(3) if k != within]:
+        meaning = f"force {_on(loop)}, {'xyz'[k]} component in the axes of {whose} [N]"
+        yield _Row("xyz"[k], dot(axes[k], p), meaning, axes[k], nothing)
 
-    def turn(i: int, k: int) -> Series:
-        """An entry of the rotation of frame b in frame a."""
-        return algebra.lift(combination([a[i] for a in A], [b[k] for b in B]))
 
-    about = f"moment {on}, about {{}} of its frame in {loop.body_a} [N m]"
-    match loop.kind:
-        case "plate":
-            yield "rz", turn(1, 0), about.format("z")
-        case "hinge":
-            yield "rx", -turn(1, 2), about.format("x")
-            yield "ry", turn(0, 2), about.format("y")
-        case "weld":
-            for axis, i, k in (("x", 2, 1), ("y", 0, 2), ("z", 1, 0)):
-                yield f"r{axis}", (turn(i, k) - turn(k, i)) / 2, about.format(axis)
+def _about(loop: Loop, a: Sequence[Vector], b: Sequence[Vector]) -> Iterator[_Row]:
+    """What keeps axes parallel: with the turn δφ of b against a, a·b changes by (b × a)·δφ."""
+    nothing = zero(a[0].x.ring)
+    for row, terms in _TURNS.get(loop.kind, {}).items():
+        whole = a[0].x.ring.sum([dot(a[i], b[k]) * sign for sign, i, k in terms])
+        turn = total([cross(b[k], a[i]) * sign for sign, i, k in terms])
+        meaning = f"moment {_on(loop)}, about {row[1]} of its frame in {loop.body_a} [N m]"
+        mean = Vector(*(part / len(terms) for part in turn))
+        yield _Row(row, whole / len(terms), meaning, nothing, mean)
+
+
+def _on(loop: Loop) -> str:
+    return f"of {loop.body_a} on {loop.body_b} in the loop {loop.name}"
 
 
 def _frame(kinematics: Kinematics, body: str, frame: Placement) -> Matrix:
@@ -94,9 +154,8 @@ def _frame(kinematics: Kinematics, body: str, frame: Placement) -> Matrix:
     return product(kinematics.pose(body), origin(frame, algebra.values, algebra.arithmetic))
 
 
-def _plane(kinematics: Kinematics, A: Matrix) -> int | None:
-    """The axis of the world to which the plane of a frame stays normal, if there is one."""
-    algebra = kinematics.algebra
-    normal = [tidy(algebra.lift(row[2])) for row in A]
-    still = [k for k, c in enumerate(normal) if (c * c - algebra.ring.number(1)).vanishes()]
+def _plane(normal: Vector) -> int | None:
+    """The axis of the world along which the normal of a plane stays, if there is one."""
+    one = normal.x.ring.number(1)
+    still = [k for k, c in enumerate(normal) if (tidy(c) ** 2 - one).vanishes()]
     return still[0] if still else None

@@ -3,25 +3,32 @@
 Row by row the displacements that are free so far are combined so that the row vanishes (G. A.
 Maggi, Principii della teoria matematica del movimento, 1896; Neimark & Fufaev, Dynamics of
 Nonholonomic Systems, 1972, ch. III). Nothing is divided by what may vanish: a row needs an entry
-that is constant, or two whose squares add up to a constant, as −sin θ and cos θ.
+that is constant, or two whose squares add up to a constant, as −sin θ and cos θ. The rows of loops
+that have none are solved by Cramer's rule, all displacements times the determinant they would be
+divided by.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import combinations
 
 from mecanique.derivation.scalars.cancel import tidy
-from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.scalars.series import Basis, Series
+from mecanique.derivation.symbolic.ties.multipliers import divide_common, is_constant
 from mecanique.errors import DerivationError
 
 __all__ = ["independent_displacements"]
 
 Column = list[Series]
 
+_LONGEST, _MOST_ROWS = 60, 4
+"""Terms and number of rows above which their displacements would help no reader."""
+
 
 def independent_displacements(
-    ring: Basis, rows: Sequence[Sequence[Series]], count: int
+    ring: Basis, rows: Sequence[Sequence[Series]], count: int, *, cramer: bool = False
 ) -> list[Column]:
     """Return a basis S of the displacements with A δq = 0, each by all velocities.
 
@@ -29,27 +36,99 @@ def independent_displacements(
         ring: of the series.
         rows: of A.
         count: number of velocities.
+        cramer: whether displacements may be multiplied by a determinant, which is zero only where
+            the rows depend on each other if a single displacement is free.
 
     Raises:
-        DerivationError: if that would divide by what may vanish.
+        DerivationError: if that would divide by what may vanish, or be long.
     """
     one, zero = ring.number(1), ring.number(0)
     basis = [[zero] * count for _ in range(count)]
     for k, column in enumerate(basis):
         column[k] = one
-    for row in rows:
-        entries = [_dot(ring, row, column) for column in basis]
-        met = [k for k, entry in enumerate(entries) if entry]
-        if met:
-            basis = _without(ring, basis, entries, met)
+    waiting = list(rows)
+    while waiting:
+        for row in waiting:
+            entries = [_dot(ring, row, column) for column in basis]
+            met = [k for k, entry in enumerate(entries) if entry]
+            shorter = _without(ring, basis, entries, met) if met else basis
+            if shorter is not None:
+                waiting.remove(row)
+                basis = shorter
+                break
+        else:
+            if not cramer:
+                raise DerivationError(
+                    "the constraints on velocities have no independent displacements in closed "
+                    "form that hold everywhere; such equations are computed, not written out"
+                )
+            return _by_cramer(ring, basis, waiting)
     return basis
+
+
+def _by_cramer(ring: Basis, basis: list[Column], rows: Sequence[Sequence[Series]]) -> list[Column]:
+    """The displacements along which rows without constant entries vanish."""
+    entries = [[*map(partial(_dot, ring, row), basis)] for row in rows]
+    size = len(rows)
+    if size > _MOST_ROWS or sum(len(entry) for row in entries for entry in row) > _LONGEST:
+        raise DerivationError(
+            "the independent displacements of the loops would help no reader; such equations are "
+            "computed, not written out"
+        )
+    choices = []
+    for places in combinations(range(len(basis)), size):
+        minor = _determinant(ring, _columns(entries, places))
+        if minor:
+            choices.append((len(minor), places[::-1], places, minor))
+    if not choices:
+        raise DerivationError("the loops' equations depend on each other")
+    *_, held, minor = min(choices, key=lambda choice: choice[:2])
+    found = []
+    for free in range(len(basis)):
+        if free in held:
+            continue
+        column = [minor * x for x in basis[free]]
+        for place, k in enumerate(held):
+            swapped = (*held[:place], free, *held[place + 1 :])
+            share = _determinant(ring, _columns(entries, swapped))
+            column = [a - share * b for a, b in zip(column, basis[k], strict=True)]
+        found.append(_positive(divide_common([tidy(entry) for entry in column])))
+    return found
+
+
+def _determinant(ring: Basis, rows: Sequence[Sequence[Series]]) -> Series:
+    """By the first row."""
+    if not rows:
+        return ring.number(1)
+    first, *others = rows
+    terms = []
+    for k, entry in enumerate(first):
+        if entry:
+            rest = [i for i in range(len(first)) if i != k]
+            terms.append(entry * _determinant(ring, _columns(others, rest)) * (-1) ** k)
+    return tidy(ring.sum(terms))
+
+
+def _columns(rows: Sequence[Sequence[Series]], places: Sequence[int]) -> list[list[Series]]:
+    """The rows with some of their entries, in this order."""
+    found: list[list[Series]] = []
+    for row in rows:
+        found.append([row[k] for k in places])
+    return found
+
+
+def _positive(column: Column) -> Column:
+    """The displacement in the sense in which its first part is positive."""
+    first = next(entry for entry in column if entry)
+    signs = [1 if c > 0 else -1 for _, _, c in first.terms()]
+    return [-entry for entry in column] if sum(signs) < 0 else column
 
 
 def _without(
     ring: Basis, basis: list[Column], entries: list[Series], met: list[int]
-) -> list[Column]:
-    """The displacements along which a row with these entries vanishes."""
-    single = next((k for k in met if _is_constant(entries[k])), None)
+) -> list[Column] | None:
+    """The displacements along which a row with these entries vanishes; None if that is not safe."""
+    single = next((k for k in met if is_constant(entries[k])), None)
     if single is not None:
         pivot = entries[single]
         return [
@@ -59,7 +138,7 @@ def _without(
         ]
     for i, k in combinations(met, 2):
         size = tidy(entries[i] ** 2 + entries[k] ** 2)
-        if not _is_constant(size):
+        if not is_constant(size):
             continue
         # along (c, s) the row is held, along (−s, c) it is free
         c, s = entries[i], entries[k]
@@ -71,17 +150,7 @@ def _without(
         ]
         rest[i] = [tidy(s * a - c * b) for a, b in pairs]
         return rest[:k] + rest[k + 1 :]
-    raise DerivationError(
-        "the constraints on velocities have no independent displacements in closed form that hold "
-        "everywhere; such equations are computed, not written out"
-    )
-
-
-def _is_constant(entry: Series) -> bool:
-    """Whether a series is one product of parameters, which is never zero."""
-    return entry.is_unit and all(
-        g.kind in (Kind.PARAMETER, Kind.CONSTANT) for g in entry.generators()
-    )
+    return None
 
 
 def _dot(ring: Basis, row: Sequence[Series], column: Column) -> Series:

@@ -1,0 +1,147 @@
+"""The multipliers of loops in closed form: solved for one after another, from the balances alone.
+
+The balance of each velocity k is Σ λ ∂Φ/∂q_k = (M a + h − Q)_k. Where one of them holds a single
+multiplier that is not known yet, it gives that one; two that hold the same are crossed, each times
+the other's factor, so that nothing is divided by what may vanish.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.derivation.printing.trigforms import common_monomial, common_number, monomial_series
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.ties.tie import Tie
+
+__all__ = ["Solved", "divide_common", "is_constant", "solve_multipliers"]
+
+_LONGEST = 60
+"""Terms of a balance above which it would help no reader."""
+
+
+@final
+@dataclass(frozen=True)
+class Solved:
+    """A multiplier, factor × λ = value, where the value may hold those solved for before.
+
+    Args:
+        multiplier: λ.
+        factor: what stands before it.
+        value: what the two are together.
+    """
+
+    multiplier: Series
+    factor: Series
+    value: Series
+
+
+@final
+@dataclass(frozen=True)
+class _Balance:
+    """One balance: Σ factor × λ = rest."""
+
+    factors: tuple[Series, ...]
+    rest: Series
+
+    def unknown(self, found: Sequence[int]) -> list[int]:
+        """Places of the multipliers in it that are not known yet."""
+        return [k for k, factor in enumerate(self.factors) if factor and k not in found]
+
+    def cost(self) -> int:
+        """How long it is; constant factors cost less."""
+        loose = sum(1 for factor in self.factors if factor and not is_constant(factor))
+        return 10 * loose + len(self.rest) + sum(map(len, self.factors))
+
+
+def solve_multipliers(
+    ties: Sequence[Tie], slopes: Sequence[Sequence[Series]], sides: Sequence[Series]
+) -> list[Solved]:
+    """Return the multipliers, one after another; none if the balances would be long.
+
+    Args:
+        ties: the equations they belong to.
+        slopes: ∂Φ/∂q of each tie by each velocity.
+        sides: M a + h − Q of each velocity.
+    """
+    columns = zip(*slopes, strict=True)
+    balances = [_Balance(tuple(c), side) for c, side in zip(columns, sides, strict=True)]
+    found: list[int] = []
+    solved: list[Solved] = []
+    held: list[tuple[int, _Balance]] = []
+    while len(found) + len(held) < len(ties):
+        known = [*found, *(k for k, _ in held)]
+        usable = [each for each in balances if each.unknown(known)]
+        if not usable:
+            return []
+        chosen = min(usable, key=lambda each: (len(each.unknown(known)), each.cost()))
+        balances.remove(chosen)
+        if chosen.cost() > _LONGEST:
+            return []
+        unknown = chosen.unknown(known)
+        if len(unknown) == 1 and not held:
+            solved.append(_solve(ties, chosen, unknown[0]))
+            found.append(unknown[0])
+            continue
+        k = min(unknown, key=lambda k: (not is_constant(chosen.factors[k]), len(chosen.factors[k])))
+        held.append((k, chosen))
+        balances = [_cross(each, chosen, k) for each in balances]
+    for k, balance in reversed(held):
+        solved.append(_solve(ties, balance, k))
+    return solved
+
+
+def is_constant(entry: Series) -> bool:
+    """Return whether a series is one product of parameters, which is never zero."""
+    return entry.is_unit and all(
+        g.kind in (Kind.PARAMETER, Kind.CONSTANT) for g in entry.generators()
+    )
+
+
+def divide_common(column: Sequence[Series]) -> list[Series]:
+    """Return series divided by the number and the parameters that all of them share."""
+    whole = [polynomial for entry in column for polynomial in _polynomials(entry)]
+    if not whole:
+        return list(column)
+    shared = monomial_series(whole[0].ring, common_monomial(whole, {Kind.PARAMETER}))
+    divisor = shared * common_number(whole)
+    return [entry / divisor for entry in column]
+
+
+def _polynomials(entry: Series) -> list[Series]:
+    """What stands before each product of sines and cosines."""
+    return [
+        Series(entry.ring, {0: part}, entry.denominator, entry.reach)
+        for part in entry.parts.values()
+    ]
+
+
+def _solve(ties: Sequence[Tie], balance: _Balance, k: int) -> Solved:
+    """One balance as the multiplier of tie k."""
+    others = [
+        -factor * ties[i].multiplier
+        for i, factor in enumerate(balance.factors)
+        if factor and i != k
+    ]
+    value = tidy(balance.rest.ring.sum([balance.rest, *others]))
+    factor = balance.factors[k]
+    if is_constant(factor):
+        return Solved(ties[k].multiplier, factor.ring.number(1), value / factor)
+    factor, value = divide_common([factor, value])
+    if sum(1 if c > 0 else -1 for _, _, c in factor.terms()) < 0:
+        factor, value = -factor, -value
+    return Solved(ties[k].multiplier, factor, value)
+
+
+def _cross(balance: _Balance, other: _Balance, k: int) -> _Balance:
+    """A balance without multiplier k, by another that holds it."""
+    mine, its = balance.factors[k], other.factors[k]
+    if not mine:
+        return balance
+    if is_constant(its):
+        mine, its = mine / its, its.ring.number(1)
+    pairs = zip((*balance.factors, balance.rest), (*other.factors, other.rest), strict=True)
+    *factors, rest = divide_common([tidy(its * a - mine * b) for a, b in pairs])
+    return _Balance(tuple(factors), rest)

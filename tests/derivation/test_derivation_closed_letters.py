@@ -1,0 +1,187 @@
+"""Loops in letters by all methods: reactions, multipliers, independent displacements."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from mecanique import Reference, textbook
+from mecanique.derivation import derive
+from mecanique.derivation.agreement import agreement
+from mecanique.derivation.equations import Equations
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Left, Result, along_displacement
+from mecanique.model import Body, Loop, Mechanism, Parameter, Placement, Revolute, rod
+from mecanique.model.states import States
+from mecanique.verification.states.random import random_states
+
+READ = [
+    "slider_crank",
+    "four_bar_linkage",
+    "bars_and_springs_loop",
+    "governor",
+    "chained_four_bars",
+    "squeezer",
+]
+"""Closed mechanisms whose derivations can be read."""
+
+SINGLE = [name for name in READ if name != "squeezer"]
+"""Those with short independent displacements."""
+
+METHODS = ("newton_euler", "virtual_work", "lagrange")
+
+
+@cache
+def _derived(name: str, method: str) -> Equations:
+    return derive(textbook.load(name), method)
+
+
+def _values(equations: Equations, states: States) -> dict[str, np.ndarray]:
+    """Values of all letters at closed states in motion, multipliers and accelerations included."""
+    a = equations.acceleration(states.q, states.v, states.t)
+    found = dict(states.values)
+    names = equations.derivation.algebra.accelerations
+    found |= dict(zip(names, np.moveaxis(a, -1, 0), strict=True))
+    # M a + h − Q = Jᵀ λ, in numbers from the recursion, J in letters
+    needed = equations.inverse_dynamics(states.q, states.v, a, states.t)
+    ring, ties = equations.derivation.algebra.ring, equations.derivation.ties
+    evaluated = Evaluation(ring, found)
+    J = [[np.broadcast_to(evaluated(x), (len(a),)) for x in tie.slopes(ring)] for tie in ties]
+    columns = np.moveaxis(np.array(J), -1, 0)
+    for k, (slopes, side) in enumerate(zip(columns, needed, strict=True)):
+        sizes = np.linalg.lstsq(slopes.T, side, rcond=None)[0]
+        for tie, size in zip(ties, sizes, strict=True):
+            found.setdefault(f"lambda_{tie.name}", np.zeros(len(a)))[k] = size
+    return found
+
+
+def _lines(equations: Equations, title: str) -> dict[str, Series]:
+    """The results of a step with a letter on their left."""
+    stage = next(stage for stage in equations.steps if stage.title == title)
+    return {r.left.quantity: r.right for r in stage.results if isinstance(r.left, Left)}
+
+
+@pytest.mark.parametrize("name", READ)
+def test_all_methods_lead_to_the_same_equations(name: str) -> None:
+    said = agreement(textbook.load(name))
+    assert said.startswith("All three methods give the same equations of motion")
+
+
+@pytest.mark.parametrize("name", ["slider_crank", "four_bar_linkage", "chained_four_bars"])
+def test_reactions_in_letters_are_those_of_the_engine(name: str) -> None:
+    equations = _derived(name, "newton_euler")
+    mechanism = equations.mechanism
+    reference = Reference(mechanism)
+    states = random_states(mechanism, 3, 5)
+    values = _values(equations, states)
+    evaluated = Evaluation(equations.derivation.algebra.ring, values)
+    reactions = equations.derivation.reactions
+    forces = {n: s for n, s in reactions.items() if n.startswith("R_") and n[-2:] in ("_x", "_z")}
+    assert len(forces) >= 3
+    for k in range(len(states)):
+        wrenches = reference.reactions(states.q[k], states.v[k])
+        for letter, series in forces.items():
+            joint, axis = letter.removeprefix("R_").rsplit("_", 1)
+            size = np.broadcast_to(evaluated(series), (len(states),))[k]
+            expected = wrenches[joint].force["xyz".index(axis)]
+            assert size == pytest.approx(expected, rel=1e-8, abs=1e-8)
+
+
+@pytest.mark.parametrize("method", ["newton_euler", "lagrange"])
+@pytest.mark.parametrize("name", ["slider_crank", "four_bar_linkage", "bars_and_springs_loop"])
+def test_the_multipliers_are_solved_for(name: str, method: str) -> None:
+    equations = _derived(name, method)
+    states = random_states(equations.mechanism, 5, 8)
+    values = _values(equations, states)
+    evaluated = Evaluation(equations.derivation.algebra.ring, values)
+    (stage,) = (stage for stage in equations.steps if stage.title == "Multipliers")
+    assert len(stage.results) == len(equations.derivation.ties)
+    for result in stage.results:
+        left = values[result.left.quantity] if isinstance(result.left, Left) else None
+        if left is None:
+            assert isinstance(result.left, Series)
+            left = evaluated(result.left)
+        np.testing.assert_allclose(left, evaluated(result.right), rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", READ)
+def test_the_loops_in_motion_are_closed(name: str) -> None:
+    equations = _derived(name, "newton_euler")
+    states = random_states(equations.mechanism, 4, 11)
+    evaluated = Evaluation(equations.derivation.algebra.ring, _values(equations, states))
+    ties = equations.derivation.ties
+    lines = [r for s in equations.steps if s.title == "Loops in motion" for r in s.results]
+    assert len(lines) == 2 * len(ties)
+    for line in lines:
+        assert isinstance(line.left, Left)
+        assert line.left.primes in ("'", "''")
+        np.testing.assert_allclose(evaluated(line.right), 0, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", SINGLE)
+def test_independent_displacements_keep_the_loops_closed(name: str) -> None:
+    derivation = _derived(name, "virtual_work").derivation
+    ring = derivation.algebra.ring
+    assert derivation.quasi
+    for displacement in derivation.quasi:
+        for tie in derivation.ties:
+            assert along_displacement(displacement, tie.slopes(ring)).vanishes()
+
+
+def test_the_slider_crank_has_one_equation_without_multipliers() -> None:
+    """cos(β + θ) (m1 r² θ''/3 + m1 g r cos(θ)/2) + r sin(β) m2 x'' = 0."""
+    derivation = _derived("slider_crank", "virtual_work").derivation
+    ring = derivation.algebra.ring
+    (row,) = derivation.rows
+    states = random_states(textbook.load("slider_crank"), 4, 2)
+    rng = np.random.default_rng(0)
+    a = rng.normal(size=(3, len(states)))
+    names = derivation.algebra.accelerations
+    values = {**states.values, **dict(zip(names, a, strict=True))}
+    s = values
+    turn, m1, m2, r, g = s["beta"] + s["theta"], 2.0, 1.0, 0.5, 9.81
+    whole = m1 * r**2 * a[0] / 3 + m1 * g * r * np.cos(s["theta"]) / 2
+    expected = np.cos(turn) * whole + r * np.sin(s["beta"]) * m2 * a[2]
+    np.testing.assert_allclose(Evaluation(ring, values)(row), 1.2 * expected, rtol=1e-12)
+
+
+def test_what_is_long_keeps_its_multipliers() -> None:
+    equations = _derived("squeezer", "virtual_work")
+    assert not equations.derivation.quasi
+    assert "lambda_" in equations.text()
+
+
+@pytest.mark.parametrize("kind", ["ball", "hinge", "weld", "plate", "pin", "distance"])
+def test_every_kind_of_loop_is_cut_open(kind: str) -> None:
+    """Off the closed position, too, as λ ∂Φ/∂q is defined there."""
+    m, l = Parameter("m", 1.0, "kg"), Parameter("l", 1.0, "m")
+    end = Placement((l, 0, 0), (0.0, np.pi / 2, 0.0) if kind == "hinge" else (0.0, 0.0, 0.0))
+    ahead = Placement((l, 0, 0))
+    mechanism = Mechanism(
+        "tied",
+        (Body("ground"), Body("a", rod(m, l)), Body("b", rod(m, l)), Body("c", rod(m, l))),
+        (
+            Revolute("A", "ground", "a", axis=(0, 0, 1)),
+            Revolute("B", "a", "b", axis=(1, 0, 0), origin=Placement((0, 0, -l))),
+            Revolute("C", "a", "c", axis=(0, 1, 0), origin=Placement((0, l, 0))),
+        ),
+        loops=(Loop("tie", kind, "b", ahead, "c", end, l if kind == "distance" else 0.0),),  # type: ignore[arg-type]  # parametrized
+        parameters=(m, l),
+    )
+    newton = derive(mechanism, "newton_euler").derivation
+    lagrange = derive(mechanism, "lagrange").derivation
+    assert len(newton.ties) == len(lagrange.ties) > 0
+    states = States.of(mechanism, np.random.default_rng(3).normal(size=(3, 3)), np.ones((3, 3)))
+    letters = {f"lambda_{tie.name}": 0.3 + k for k, tie in enumerate(lagrange.ties)}
+    letters |= {name: 0.7 * k for k, name in enumerate(lagrange.algebra.accelerations)}
+    sides = []
+    for derivation in (newton, lagrange):
+        evaluated = Evaluation(derivation.algebra.ring, {**states.values, **letters})
+        rows = derivation.rows
+        balances = [result for stage in derivation.stages for result in stage.results]
+        assert all(isinstance(result, Result) for result in balances)
+        sides.append([np.broadcast_to(evaluated(row), (3,)) for row in rows])
+    np.testing.assert_allclose(sides[0], sides[1], rtol=1e-9, atol=1e-9)
