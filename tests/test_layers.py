@@ -115,12 +115,13 @@ ORDER: dict[str, list[str]] = {
     ],
     "generation.mechanics": [
         "letters vectors",
-        "chart closed_form sampling",
+        "action chart closed_form sampling",
         "recursion",
         "forces",
         "loops",
         "constrained",
         "dynamics",
+        "actions",
     ],
     "generation.verdict": ["answers", "differences", "cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi"],
@@ -137,7 +138,8 @@ ORDER: dict[str, list[str]] = {
         "draw",
     ],
     "figure.paper": ["marks", "lettering raster signs svg"],
-    "viewing": ["scene", "page", "live", "show", "gallery"],
+    "viewing": ["scene", "engine page", "live", "show", "gallery"],
+    "viewing.engine": ["agreement columns", "make", "attach"],
     "viewing.page": ["keyframes sanitize window", "bodies meshes panels", "page"],
 }
 """What lies in each room, from the bottom up: one imports only from lines above its own."""

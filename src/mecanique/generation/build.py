@@ -13,7 +13,7 @@ from mecanique.generation.quantities import Quantity, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
 
-__all__ = ["build_program"]
+__all__ = ["assemble", "build_program"]
 
 
 def build_program(
@@ -56,8 +56,19 @@ def build_program(
             else dynamics.answer(quantity.name)
         )
         answers.append(Answer(quantity, values, _shape(quantity, mechanism, len(values))))
-    tape = dynamics.letters.tape
-    return Program(mechanism, stem, dynamics.title, tape, _letters(dynamics), tuple(answers))
+    return assemble(dynamics, stem, answers)
+
+
+def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Program:
+    """Return the program of answers on the tape of a mechanism's dynamics.
+
+    Args:
+        dynamics: whose tape they are on.
+        name: what functions are called after.
+        answers: what the program gives.
+    """
+    mechanism, tape = dynamics.letters.mechanism, dynamics.letters.tape
+    return Program(mechanism, name, dynamics.title, tape, _letters(dynamics), tuple(answers))
 
 
 def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:

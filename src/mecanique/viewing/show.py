@@ -16,10 +16,11 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
+from mecanique.viewing.engine.attach import computed_scene
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
 from mecanique.viewing.page.page import page
-from mecanique.viewing.scene.from_motion import actions_of, scene_of
+from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import document_of
 
@@ -48,7 +49,9 @@ def scene(
         with suppress(MecaniqueError):
             verdict = verify(motion.mechanism)
     actions = actions_of(motion)
-    return scene_of(motion, document_of(motion, equations, verdict, actions), actions)
+    return computed_scene(
+        motion, document_of(motion, equations, verdict, actions), actions, equations
+    )
 
 
 def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:

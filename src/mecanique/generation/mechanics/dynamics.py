@@ -49,7 +49,7 @@ class Tree:
 
     def __init__(self, letters: Letters) -> None:
         self.recursion = Recursion(letters)
-        self._loads = Forces(letters, self.recursion)
+        self.loads = Forces(letters, self.recursion)
 
     def mass_matrix(self) -> Rows:
         """Return M."""
@@ -61,12 +61,12 @@ class Tree:
 
     def forces(self) -> list[Any]:
         """Return the generalized forces."""
-        return self._loads.project()
+        return self.loads.project()
 
     def energy(self) -> tuple[Any, Any]:
         """Return kinetic and potential energy."""
         T, V = self.recursion.energy()
-        return T, V + self._loads.energy()
+        return T, V + self.loads.energy()
 
 
 @final
@@ -84,7 +84,7 @@ class Dynamics:
         self.letters = letters
         self.title = title
         self._form = form
-        self._tree = tree
+        self.tree = tree
 
     def answer(self, quantity: str) -> list[Value]:
         """Return the values of a quantity, row by row.
@@ -97,12 +97,12 @@ class Dynamics:
             "acceleration": lambda: self.acceleration,
             "mass_matrix": lambda: [entry for row in self.mass_matrix for entry in row],
             "bias": lambda: self.bias,
-            "gravity": self._tree.recursion.gravity_forces,
+            "gravity": self.tree.recursion.gravity_forces,
             "forces": lambda: self.forces,
             "inverse_dynamics": self._inverse_dynamics,
             "energy": lambda: list(self._form.energy()),
             "poses": self._poses,
-            "multipliers": lambda: list(self._solution.multipliers),
+            "multipliers": lambda: self.multipliers,
             "closure": lambda: [*self.loops.residual, *self.loops.rate],
         }
         return values_of(answers[quantity]())
@@ -155,7 +155,7 @@ class Dynamics:
     @cached_property
     def loops(self) -> Loops:
         """What the loops demand."""
-        return loops_of(self.letters, self._tree.recursion)
+        return loops_of(self.letters, self.tree.recursion)
 
     @cached_property
     def acceleration(self) -> list[Any]:
@@ -163,6 +163,11 @@ class Dynamics:
         if self.letters.mechanism.loops:
             return list(self._solution.acceleration)
         return factorize(self.letters.tape, self.mass_matrix).solve(self._drive)
+
+    @property
+    def multipliers(self) -> list[Any]:
+        """Multipliers of every row of the loops."""
+        return list(self._solution.multipliers)
 
     @property
     def _drive(self) -> list[Any]:
@@ -188,7 +193,7 @@ class Dynamics:
             entry
             for body in mechanism.bodies
             if body.name != mechanism.ground
-            for row in self._tree.recursion.pose(body.name)
+            for row in self.tree.recursion.pose(body.name)
             for entry in row
         ]
 

@@ -7,19 +7,22 @@ points, weighted with the forces on them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.laws import Travel, laws_of
 from mecanique.derivation.tree.poses import times_point
 from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.action import NOTHING, Action
 from mecanique.generation.mechanics.chart import along
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, scale
+from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
 from mecanique.generation.program.sweeps import pull_back
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.forces import BodyLoad, End, JointLoad, LineLoad
+from mecanique.model.joints import Single
 
 __all__ = ["Forces", "on_velocities"]
 
@@ -131,6 +134,65 @@ class Forces:
                     total = total + law.scalar(path)
         return total
 
+    def on_bodies(self) -> list[Action]:
+        """Return what each force does: on body a or the child, then on body b or the parent.
+
+        Raises:
+            DerivationError: if a force acts in a way that is not known here.
+        """
+        found: list[Action] = []
+        for force in self._letters.mechanism.forces:
+            match force:
+                case LineLoad():
+                    found += self._pull(force)
+                case JointLoad():
+                    found += self._twist(force)
+                case BodyLoad():
+                    found.append(self._push(force))
+                case _:
+                    kind = type(force).__name__
+                    raise DerivationError(f"no program is known of force {force.name!r}, a {kind}")
+        return found
+
+    def _pull(self, force: LineLoad) -> list[Action]:
+        span, (a, b) = self._span(force), force.ends
+        pull = add(*(law.pull(span) for law in laws_of(force, self._number)))
+        one = Action(force.name, force.kind, a.body, self._locate(a), pull, NOTHING)
+        return [one, replace(one.opposite(b.body), origin=self._locate(b))]
+
+    def _twist(self, force: JointLoad) -> list[Action]:
+        chart, joint = self._recursion.chart, self._letters.mechanism.joint(force.joint)
+        k = self._column[force.joint]
+        travel = Travel(chart.r[self._coordinate[force.joint]], chart.u[k])
+        size: Any = 0.0
+        for law in laws_of(force, self._number):
+            size = size - law.pull(travel)
+        if not isinstance(joint, Single):
+            raise DerivationError(f"force {force.name!r} acts in a joint of several coordinates")
+        pose = self._recursion.pose(joint.child)
+        along_axis = scale(size, apply(pose, list(joint.axis)))
+        pair = (NOTHING, along_axis) if joint.turns else (along_axis, NOTHING)
+        at = [row[3] for row in pose]
+        one = Action(force.name, force.kind, joint.child, at, *pair)
+        return [one, one.opposite(joint.parent)]
+
+    def _push(self, force: BodyLoad) -> Action:
+        wrench, turn = force.wrench, self._axes(force)
+        parts = [
+            apply(turn, [self._number(c) for c in part]) if part is not None else NOTHING
+            for part in (wrench.force, wrench.torque)
+        ]
+        point = times_point(
+            self._recursion.pose(wrench.body), [self._number(c) for c in wrench.point]
+        )
+        return Action(force.name, force.kind, wrench.body, point, *parts)
+
+    def _axes(self, force: BodyLoad) -> Rows:
+        """The axes in which a load's components are given."""
+        if force.wrench.axes == "world":
+            return [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
+        return [row[:3] for row in self._recursion.pose(force.wrench.axes)]
+
     def _number(self, scalar: Any) -> Any:
         return self._letters.arithmetic(scalar, self._recursion.chart.r)
 
@@ -144,9 +206,7 @@ class Forces:
 
     def _load(self, force: BodyLoad, moved: list[Any], weights: list[Any]) -> None:
         wrench, pose = force.wrench, self._recursion.pose(force.wrench.body)
-        turn = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
-        if wrench.axes != "world":
-            turn = [row[:3] for row in self._recursion.pose(wrench.axes)]
+        turn = self._axes(force)
         if wrench.force is not None:
             moved += times_point(pose, [self._number(c) for c in wrench.point])
             weights += apply(turn, [self._number(c) for c in wrench.force])

@@ -8,7 +8,7 @@ import hashlib
 import json
 import re
 import struct
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from html import escape
 from importlib.resources import files
@@ -45,6 +45,14 @@ MODULES = (
     "clock/history",
     "panels/place",
     "panels/sliders",
+    "engine/tableau",
+    "engine/dop853",
+    "engine/loops",
+    "engine/machine",
+    "engine/computed",
+    "engine/bench",
+    "clock/motion",
+    "panels/setup",
     "panels/notes",
     "clock/live",
     "clock/connection",
@@ -89,13 +97,20 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
     packed = pack(scene)
     meshes, mesh_bytes = mesh_parcel(scene.bodies)
     live = stream and {"id": stream.identity, "first": float(scene.t[0])}
-    header = _header(scene) | {"table": packed.header, "meshes": meshes, "live": live}
+    engine = None if stream else scene.engine
+    header = _header(scene) | {
+        "table": packed.header,
+        "meshes": meshes,
+        "live": live,
+        "engine": engine and {**asdict(engine), "script": ""},
+    }
     viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()
     connect = " ".join(stream.sources) if stream else "'none'"
+    program = [engine.script] if engine else []
     tabs, inner = panels(scene, live=stream is not None)
     subtitle = scene.document.subtitle
     parts = {
-        "policy": escape(policy([script, viewer], [style], connect)),
+        "policy": escape(policy([script, viewer, *program], [style], connect)),
         "title": escape(scene.title),
         "subtitle": f'<p dir="auto">{escape(subtitle)}</p>' if subtitle else "",
         "badge": badge(scene),
@@ -109,6 +124,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
             _FLEETING if stream else _KEPT,
         ),
         "viewer": _compressed_viewer(),
+        "program": _compress(engine.script.encode(), _KEPT) if engine else "",
         "script": script,
     }
     # in one pass, so that nothing inside a part is taken for a placeholder

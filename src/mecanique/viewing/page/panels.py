@@ -7,6 +7,7 @@ from html import escape
 
 from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.scene.document import Block, Quantity
+from mecanique.viewing.scene.engine import Engine
 from mecanique.viewing.scene.scene import Scene
 
 __all__ = ["badge", "late", "panels"]
@@ -22,10 +23,10 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
     makers: list[tuple[str, str, Callable[[], str]]] = [
         ("equations", "Equations", lambda: _equations(scene)),
         ("plots", "Plots", lambda: _plots(scene)),
+        ("parameters", "Parameters", lambda: _parameters(scene, live)),
         ("forces", "Forces", lambda: _forces(scene)),
         ("ledger", "Virtual work", lambda: _ledger(scene)),
         ("verdict", "Verdict", lambda: _verdict(scene)),
-        ("parameters", "Parameters", lambda: _parameters(scene, live)),
         ("urdf", "URDF", lambda: _urdf(scene)),
     ]
     tabs: list[str] = []
@@ -156,13 +157,17 @@ def _verdict(scene: Scene) -> str:
 
 def _parameters(scene: Scene, live: bool) -> str:
     document = scene.document
-    parts = []
+    parts = [_SETUP] if scene.engine and not live else []
+    if document.recorded:
+        parts.append(f'<p class="note">{escape(document.recorded)}</p>')
     for title, kind, quantities in (
         ("Parameters", "parameter", document.parameters),
         ("Initial values", "initial", document.initial),
     ):
         if quantities:
-            parts.append(f"<h3>{title}</h3>{_quantities(kind, quantities, live)}")
+            parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
+    if scene.engine and not live:
+        parts.append(_integration(scene.engine))
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"
@@ -171,14 +176,59 @@ def _parameters(scene: Scene, live: bool) -> str:
     return "".join(parts)
 
 
-def _quantities(kind: str, quantities: Iterable[Quantity], live: bool) -> str:
+_SETUP = (
+    '<div class="bar"><button type="button" id="setup-reset">Reset</button>'
+    '<button type="button" id="setup-undo" title="Undo (Ctrl+Z)" disabled>Undo</button>'
+    '<button type="button" id="setup-link">Copy link</button>'
+    '<button type="button" id="setup-python">Copy as Python</button>'
+    '<label class="pick"><input type="checkbox" id="setup-stay"> go on from the state now</label>'
+    '</div><p id="setup-status" class="note" role="status"></p>'
+)
+
+
+def _integration(engine: Engine) -> str:
+    """The fields of the integration, and what is known of its accuracy."""
+    rows = "".join(
+        f'<tr><th scope="row">{title}</th><td class="number">{_field(kind, "", value, unit)}</td>'
+        f'<td>{unit}</td><td class="words">{meaning}</td></tr>'
+        for kind, title, value, unit, meaning in (
+            ("duration", "Duration", engine.duration, "s", "of the motion"),
+            ("rtol", "Tolerance", engine.rtol, "", "of each step, relative"),
+        )
+    )
+    facts = "".join(
+        f'<dt>{title}</dt><dd id="setup-{key}">–</dd>'
+        for key, title in (
+            ("balance", "Energy balance, missing"),
+            ("error", "Largest error of a step"),
+            ("steps", "Steps"),
+        )
+    )
+    return f"<h3>Integration</h3><table><tbody>{rows}</tbody></table><dl>{facts}</dl>"
+
+
+def _field(kind: str, name: str, value: float, unit: str) -> str:
+    label = escape(name or {"rtol": "Tolerance"}.get(kind, kind.capitalize()))
+    return (
+        f'<input type="number" step="any" disabled data-kind="{kind}" data-name="{escape(name)}"'
+        f' data-unit="{escape(unit)}" aria-label="{label}" value="{value:.6g}">'
+    )
+
+
+def _quantities(scene: Scene, kind: str, quantities: Iterable[Quantity], live: bool) -> str:
     rows = []
+    known: tuple[str, ...] = ()
+    if scene.engine and not live:
+        known = (*scene.engine.parameters, *scene.engine.coordinates, *scene.engine.velocities)
     for each in quantities:
+        own = each.name in known
         value = f"<output>{each.value:.6g}</output>"
-        if live and each.low < each.high:
+        if own:
+            value = _field(kind, each.name, each.value, each.unit)
+        if (own or live) and each.low < each.high:
             value += (
                 f' <input type="range" disabled data-kind="{kind}" data-name="{escape(each.name)}"'
-                f' aria-label="{escape(each.name)}"'
+                f' data-unit="{escape(each.unit)}" aria-label="{escape(each.name)}"'
                 f' min="{each.low!r}" max="{each.high!r}" step="any"'
                 f' value="{each.value!r}">'
             )

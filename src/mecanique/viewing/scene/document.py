@@ -139,6 +139,7 @@ class Document:
         urdf: the mechanism as URDF text.
         file_name: stem of the files that can be saved from the page.
         undetermined: sentences on the forces that are not determined, and why.
+        recorded: why the page shows a recorded motion and cannot compute another; empty if it can.
     """
 
     subtitle: str = ""
@@ -151,3 +152,4 @@ class Document:
     urdf: str = ""
     file_name: str = "mechanism"
     undetermined: tuple[str, ...] = ()
+    recorded: str = ""

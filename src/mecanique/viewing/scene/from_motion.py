@@ -3,32 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.elements import Cord
-from mecanique.model.forces import LineLoad, loads_in
-from mecanique.model.joints import Planar, Prismatic, Single
+from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.document import Document
+from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import (
     GREY,
     Arrow,
     Floats,
     JointMark,
     Line,
-    LineKind,
     Scene,
     SceneBody,
     Series,
     Shape,
     Trace,
 )
+from mecanique.viewing.scene.spots import Spot, spans_of, tips_of
 from mecanique.viewing.scene.texts import letter
 
 __all__ = ["actions_of", "scene_of"]
@@ -140,53 +139,23 @@ def _stays_planar(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> bo
 
 
 def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
-    used: dict[str, int] = {}
-    for action in actions:
-        for vector, unit, what in ((action.force, "N", ""), (action.moment, "N·m", " moment")):
-            if not (complete or np.abs(vector).max(initial=0.0) > 1e-9):
-                continue
-            plain = {"weight": f"weight of {action.body}", "inertia": f"inertia of {action.body}"}
-            name = plain.get(action.kind, f"{action.name} on {action.body}") + what
-            used[name] = used.get(name, 0) + 1
-            unique = name if used[name] == 1 else f"{name} ({used[name]})"
-            yield Arrow(
-                unique,
-                action.kind,
-                action.body,
-                action.origin,
-                vector,
-                "N" if unit == "N" else "N·m",
-            )
+    for name, action, unit in name_arrows(actions):
+        vector = action.force if unit == "N" else action.moment
+        if complete or np.abs(vector).max(initial=0.0) > 1e-9:
+            yield Arrow(name, action.kind, action.body, action.origin, vector, unit)
 
 
 def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Line]:
-    def point(body: str, xyz: Sequence[Any]) -> Floats:
-        pose = poses[:, at[body]]
-        return np.asarray(pose[:, :3, 3] + pose[:, :3, :3] @ np.array(mechanism.evaluate_all(xyz)))
+    for span in spans_of(mechanism):
+        points = [_follow(mechanism, poses, at, end) for end in span.ends]
+        yield Line(span.name, span.kind, np.stack(points, axis=1))
 
-    sprung = {
-        joint.name for joint in mechanism.joints if loads_in(mechanism.forces, joint.name, "spring")
-    }
-    for force in mechanism.forces:
-        if isinstance(force, LineLoad):
-            points = [point(end.body, end.point) for end in force.ends]
-            kind: LineKind = "spring" if force.kind == "spring" else "damper"
-            yield Line(force.name, kind, np.stack(points, axis=1))
-    for loop in mechanism.loops:
-        if loop.kind == "distance":
-            ends = (point(loop.body_a, loop.frame_a.xyz), point(loop.body_b, loop.frame_b.xyz))
-            yield Line(loop.name, "rod", np.stack(ends, axis=1))
-    for joint in mechanism.joints:
-        # a slide without a visible body is shown by the cable or the spring that spans it
-        if isinstance(joint, Prismatic) and (
-            joint.name in sprung or joint.parent != mechanism.ground
-        ):
-            ends = (point(joint.parent, joint.origin.xyz), point(joint.child, (0.0, 0.0, 0.0)))
-            yield Line(
-                f"joint {joint.name}",
-                "spring" if joint.name in sprung else "rod",
-                np.stack(ends, axis=1),
-            )
+
+def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) -> Floats:
+    """A point of a body along the motion."""
+    pose = poses[:, at[end.body]]
+    turned = pose[:, :3, :3] @ np.array(mechanism.evaluate_all(end.point))
+    return np.asarray(pose[:, :3, 3] + turned)
 
 
 def _cords(motion: Motion) -> Iterator[Line]:
@@ -202,30 +171,10 @@ def _cords(motion: Motion) -> Iterator[Line]:
 def _traces(
     mechanism: Mechanism, poses: Floats, at: dict[str, int], complete: bool
 ) -> Iterator[Trace]:
-    """The path of the farthest point from the joint on each last body of a chain."""
-    parents = {joint.parent for joint in mechanism.joints}
-    for body in mechanism.bodies:
-        if body.name in parents or body.name == mechanism.ground or not body.visuals:
-            continue
-        tips = [tip for visual in body.visuals for tip in _tips(mechanism, visual)]
-        tip = max(tips, key=lambda xyz: round(float(np.linalg.norm(xyz)), 9))
-        pose = poses[:, at[body.name]]
-        path = pose[:, :3, 3] + pose[:, :3, :3] @ tip
+    for tip in tips_of(mechanism):
+        path = _follow(mechanism, poses, at, tip)
         if complete or np.ptp(path, axis=0).max() > 1e-9:
-            yield Trace(f"path of {body.name}", path)
-
-
-def _tips(mechanism: Mechanism, visual: Visual) -> Iterator[Floats]:
-    pose = mechanism.matrix(visual.placement)
-    half = 0.0
-    if isinstance(visual.geometry, Cylinder):
-        length, radius = (
-            mechanism.evaluate(visual.geometry.length),
-            mechanism.evaluate(visual.geometry.radius),
-        )
-        half = length / 2 if length > 4 * radius else 0.0
-    for side in (half, -half):
-        yield np.asarray(pose[:3, 3] + side * pose[:3, 2])
+            yield Trace(f"path of {tip.body}", path)
 
 
 def _marks(mechanism: Mechanism) -> Iterator[JointMark]:

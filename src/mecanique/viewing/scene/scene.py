@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mecanique.errors import InputError
 from mecanique.viewing.scene.document import Document
+from mecanique.viewing.scene.engine import Engine
 
 __all__ = [
     "Arrow",
@@ -33,6 +34,7 @@ Floats: TypeAlias = NDArray[np.float64]
 Rgba: TypeAlias = tuple[float, float, float, float]
 ShapeKind: TypeAlias = Literal["box", "cylinder", "sphere", "mesh"]
 ArrowKind: TypeAlias = Literal["weight", "spring", "damper", "load", "reaction", "inertia"]
+ArrowUnit: TypeAlias = Literal["N", "N·m"]
 LineKind: TypeAlias = Literal["spring", "damper", "rod"]
 
 GREY: Rgba = (0.55, 0.58, 0.62, 1.0)
@@ -115,7 +117,7 @@ class Arrow:
     body: str
     origin: Floats
     vector: Floats
-    unit: Literal["N", "N·m"] = "N"
+    unit: ArrowUnit = "N"
 
 
 @final
@@ -235,6 +237,7 @@ class Scene:
         ground: height of the ground [m]; None puts it below everything.
         bounds: shape (2, 3), the corners of the box the camera frames [m]; None frames the whole
             motion.
+        engine: computes the motion in the page; None if the page shows this one alone.
     """
 
     title: str
@@ -251,6 +254,7 @@ class Scene:
     planar: bool = False
     ground: float | None = None
     bounds: Floats | None = None
+    engine: Engine | None = None
 
     def __post_init__(self) -> None:
         n, nb = np.size(self.t), len(self.bodies)

@@ -24,9 +24,17 @@ from mecanique.viewing.scene.document import (
     Quantity,
     VerdictTable,
 )
+from mecanique.viewing.scene.naming import group_work
 from mecanique.wording import say_count
 
-__all__ = ["derivation_of", "document_of", "ledger_of", "letter", "table_of"]
+__all__ = [
+    "derivation_of",
+    "document_of",
+    "ledger_of",
+    "letter",
+    "quantities_of_inputs",
+    "table_of",
+]
 
 MOST_LEDGER_ENTRIES = 200
 """A ledger with more entries than this is left out: nobody would read it."""
@@ -111,6 +119,20 @@ def _parameters(mechanism: Mechanism) -> Iterator[Quantity]:
         )
 
 
+def quantities_of_inputs(mechanism: Mechanism) -> tuple[Quantity, ...]:
+    """Return the inputs that are constant, with the values they have."""
+    found = []
+    for signal in mechanism.inputs:
+        if isinstance(signal.signal, float):
+            reach = max(10.0, 2 * abs(signal.signal))
+            unit = "" if signal.unit == "1" else signal.unit
+            symbol = letter(signal.symbol)
+            found.append(
+                Quantity(signal.symbol, symbol, signal.signal, unit, signal.meaning, -reach, reach)
+            )
+    return tuple(found)
+
+
 def _initial(motion: Motion) -> Iterator[Quantity]:
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
@@ -180,9 +202,7 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
     """
     mechanism: Mechanism = motion.mechanism
     unit = units(mechanism)
-    groups: dict[tuple[str, str], list[Action]] = {}
-    for action in actions:
-        groups.setdefault((action.kind, action.name), []).append(action)
+    groups = group_work(mechanism, actions)
     if not groups or len(groups) * mechanism.nv > MOST_LEDGER_ENTRIES:
         return Ledger()
     jacobians = {
@@ -192,19 +212,13 @@ def ledger_of(motion: Motion, actions: Sequence[Action]) -> Ledger:
     }
     poses = motion.poses()
     origins = {body.name: poses[:, k, :3, 3] for k, body in enumerate(mechanism.bodies)}
-    held = {each.name for each in (*mechanism.joints, *mechanism.loops, *mechanism.contacts)}
     rows = []
-    for (kind, name), group in groups.items():
+    for name, group in groups:
         work = sum(
             _virtual_work(action, jacobians[action.body], origins[action.body]) for action in group
         )
-        titles = {
-            "weight": f"weight of {name}",
-            "inertia": f"inertia of {name}",
-            "reaction": f"reaction at {name}" if name in held else name,
-        }
         where = " and ".join(dict.fromkeys(action.body for action in group))
-        rows.append(LedgerRow(titles.get(kind, name), kind, f"of {where}", np.asarray(work)))
+        rows.append(LedgerRow(name, group[0].kind, f"of {where}", np.asarray(work)))
     largest = max(float(np.abs(row.values).max(initial=0.0)) for row in rows)
     for row in rows:
         # rounding leaves a little work even of an ideal joint's reaction

@@ -1,5 +1,8 @@
 // Opens the parcel, builds the picture and what steers it, and starts the loop.
 
+import { Bench } from "./engine/bench.js";
+import { Machine } from "./engine/machine.js";
+import { Motion } from "./clock/motion.js";
 import { wireLive } from "./clock/connection.js";
 import {
   wireCameras,
@@ -16,6 +19,7 @@ import { findPlace } from "./panels/place.js";
 import { listenToKeys, Player, Transport } from "./clock/player.js";
 import { Plots, quantities } from "./panels/plots.js";
 import { Recording, Stream } from "./clock/sources.js";
+import { Setup } from "./panels/setup.js";
 import { ForceTable, LedgerTable } from "./panels/tables.js";
 import { wireSave, wireTabs } from "./panels/tabs.js";
 import { bytesOf, gunzip, layoutOf, openParcel, Table } from "./data/unpack.js";
@@ -24,6 +28,26 @@ async function loadViewer() {
   const script = document.createElement("script");
   script.textContent = new TextDecoder().decode(await gunzip(bytesOf("viewer")));
   document.head.append(script);
+}
+
+// The program stands in the page like the viewer; its hash in the page's policy admits it.
+async function loadSetup(scene, layout, motion) {
+  if (!scene.engine) return null;
+  const script = document.createElement("script");
+  script.textContent = new TextDecoder().decode(await gunzip(bytesOf("program")));
+  document.head.append(script);
+  const machine = new Machine(scene.engine, globalThis.mecaniqueProgram);
+  return new Setup(new Bench(machine, scene, layout), motion);
+}
+
+function wirePicture(picture, forces, transport) {
+  const keys = wireCameras(picture.camera, picture.scene);
+  wireShow(picture);
+  wireForces(picture);
+  wireFreeBody(picture, forces);
+  wireTooltip(picture.stage, picture.arrows);
+  listenToKeys(transport, keys);
+  picture.companion?.wire(document.getElementById("follow"));
 }
 
 async function start() {
@@ -41,25 +65,24 @@ async function start() {
   const forces = new ForceTable(scene, layout);
   const tables = [new LedgerTable(scene, layout), forces];
 
-  const keys = wireCameras(picture.camera, scene);
-  wireShow(picture);
-  wireForces(picture);
-  wireFreeBody(picture, forces);
-  wireTooltip(picture.stage, picture.arrows);
+  wirePicture(picture, forces, transport);
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
-  listenToKeys(transport, keys);
-  picture.companion?.wire(document.getElementById("follow"));
-  if (live) wireLive(live, picture, transport);
 
   const source = live
     ? new Stream(live, picture, plots)
     : new Recording(table, clock, picture, plots);
+  const motion = { source, picture, layout, plots, clock, transport, tables };
+  const setup = await loadSetup(scene, layout, new Motion(motion));
   picture.stage.resize();
   picture.camera.look(scene.planar ? "front" : "free");
-  if (live) findPlace();
+  if (live) {
+    wireLive(live, picture, transport);
+    findPlace();
+  }
   plots.draw();
-  window.mecanique = { ...picture, picture, layout, table, clock, plots };
+  setup?.open(location.hash);
+  window.mecanique = { ...picture, picture, layout, table, clock, plots, setup };
   document.body.classList.add("ready");
   if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
   new Loop(source, picture, tables, transport).start();

@@ -2,13 +2,18 @@
 
 export class Player {
   constructor(table) {
+    this.speed = 1;
+    this.playing = false;
+    this.looping = true;
+    this.take(table);
+  }
+
+  // Plays another motion from its start.
+  take(table) {
     this.table = table;
     this.time = table.first;
     this.first = table.first;
     this.last = table.last;
-    this.speed = 1;
-    this.playing = false;
-    this.looping = true;
     this.seekable = table.n > 1;
     this.stamp = null;
   }

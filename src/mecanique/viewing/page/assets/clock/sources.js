@@ -5,12 +5,20 @@ const PLOT_PERIOD = 120;
 
 export class Recording {
   constructor(table, clock, picture, plots) {
-    Object.assign(this, { table, clock, picture, plots });
+    Object.assign(this, { clock, picture, plots });
+    this.take(table);
+  }
+
+  // Shows another motion from now on.
+  take(table) {
+    this.table = table;
     this.shown = null;
-    const width = picture.row.length;
-    if (picture.scene.traces.length)
-      for (let k = 0; k < table.n; k++)
-        picture.traces.add(table.row(table.time(k), this.bodies, new Float64Array(width)));
+    const { picture } = this;
+    picture.traces.clear();
+    if (!picture.scene.traces.length) return;
+    const row = new Float64Array(picture.row.length);
+    for (let k = 0; k < table.n; k++)
+      picture.traces.add(table.row(table.time(k), this.bodies, row));
   }
 
   get bodies() {

@@ -60,6 +60,16 @@ export class Plots {
     new ResizeObserver(() => this.draw()).observe(this.holder);
   }
 
+  // Shows another motion.
+  take(data) {
+    this.data = data;
+    this.range = null;
+    const size = this.peaks.get("m");
+    this.peaks = new Map([["rad", 1], ...(size ? [["m", size]] : [])]);
+    for (let k = 0; k < data.n; k += Math.ceil(data.n / 200)) this.learn(k);
+    this.draw();
+  }
+
   buildPicker() {
     const picker = document.getElementById("picker");
     const groups = new Map();
@@ -226,7 +236,7 @@ export class Plots {
         if (value(data, i) > value(data, high)) high = i;
       }
       for (const i of low === high ? [low] : [Math.min(low, high), Math.max(low, high)])
-        path.push([data.time(i), value(data, i)]);
+        if (!Number.isNaN(value(data, i))) path.push([data.time(i), value(data, i)]);
     }
     return path;
   }

@@ -1,6 +1,6 @@
 // Sliders for parameters and initial values of a live view.
 
-function round(value) {
+export function round(value) {
   return String(Number(Number(value).toPrecision(6)));
 }
 

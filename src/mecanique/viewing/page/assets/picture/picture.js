@@ -9,6 +9,8 @@ import { Stage } from "./stage.js";
 
 // How many points of a stream's path are kept: a longer one is slow to draw and hard to read.
 const RECENT = 1500;
+// How many points there is room for where the length of the motion can be changed.
+const MOST_POINTS = 7200;
 // How many instants of a motion are looked at to frame it.
 const SAMPLES = 240;
 
@@ -22,7 +24,8 @@ export class Picture {
     this.arrows = new Arrows(this.stage, scene, layout);
     this.arrows.survey(table);
     this.lines = new Lines(this.stage, scene, layout, this.row);
-    this.traces = new Traces(this.stage, scene, layout, streamed ? RECENT : table.n);
+    const points = scene.engine ? MOST_POINTS : table.n;
+    this.traces = new Traces(this.stage, scene, layout, streamed ? RECENT : points);
     this.marks = new JointMarks(this.stage, scene);
     this.labels = new Labels(this.stage, document.getElementById("labels"), scene, this.arrows);
     this.camera = new Camera(this.stage, box);
@@ -50,6 +53,23 @@ export class Picture {
     this.stage.nodes.forEach((node, b) => (node.visible = body === null || b === body));
     this.lines.shown = body === null;
     this.redraw();
+  }
+
+  // Frame another motion, unless it stays in the picture and fills a good part of it.
+  refit(table, layout) {
+    const { camera, stage } = this;
+    const { box, far } = this.frame(table, layout, false);
+    if (far || this.companion) return;
+    const size = (each) => each.getSize(new stage.three.Vector3()).length();
+    if (
+      camera.box
+        .clone()
+        .expandByScalar(0.02 * stage.size)
+        .containsBox(box)
+    )
+      if (size(box) > 0.6 * size(camera.box)) return;
+    camera.box = box;
+    if (camera.preset) camera.look(camera.preset);
   }
 
   // Forget the path behind: the motion starts again.

@@ -3,6 +3,9 @@
 
 import { hangMeshes } from "./meshes.js";
 
+// Cylinders of three.js point along y, those of a mechanism along z.
+const UPRIGHT = (three) => new three.Matrix4().makeRotationX(Math.PI / 2);
+
 export function themeIsDark() {
   return matchMedia("(prefers-color-scheme: dark)").matches;
 }
@@ -64,7 +67,8 @@ export class Stage {
         box.union(own.clone().applyMatrix4(pose));
       });
       for (let j = layout.lines; j < layout.series; j += 3)
-        box.expandByPoint(new Vector3(row[j], row[j + 1], row[j + 2]));
+        // what a program does not know is not a number
+        if (!Number.isNaN(row[j])) box.expandByPoint(new Vector3(row[j], row[j + 1], row[j + 2]));
     }
     if (box.isEmpty()) box.set(new Vector3(-0.5, -0.5, -0.5), new Vector3(0.5, 0.5, 0.5));
     const size = box.getSize(new Vector3());
@@ -75,6 +79,27 @@ export class Stage {
       Math.max(0, least - size.z),
     );
     return box.expandByVector(grow.multiplyScalar(0.5));
+  }
+
+  // Draws shapes that follow the parameters in another size and at another place: size and twelve
+  // entries of the place of each, one after the other.
+  reshape(resized, numbers) {
+    let at = 0;
+    for (const { body, shape, size } of resized) {
+      const now = numbers.subarray(at, at + size.length);
+      const place = numbers.subarray(at + size.length, (at += size.length + 12));
+      const node = this.viewer.scene_tree.find(["meshcat", `n${body}`, `s${shape}`]).object;
+      const [a, b = a, c = a] = [...now].map((x, i) => x / size[i]);
+      // cylinders stand along y in their own axes: radius, length, radius
+      const scale = size.length === 2 ? [a, b, a] : [a, b, c];
+      const pose = new this.three.Matrix4().set(...place, 0, 0, 0, 1);
+      if (size.length === 2) pose.multiply(UPRIGHT(this.three));
+      pose.decompose(node.position, node.quaternion, node.scale);
+      node.scale.set(...scale);
+      node.updateMatrix();
+    }
+    this.boxes = this.nodes.map((node) => this.localBox(node));
+    this.viewer.set_dirty();
   }
 
   boxFrom([low, high]) {

@@ -1,0 +1,43 @@
+"""A force and a moment on a body, in scalars of a tape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import final
+
+from mecanique.generation.mechanics.vectors import Triple, scale
+
+__all__ = ["NOTHING", "Action"]
+
+NOTHING: Triple = [0.0, 0.0, 0.0]
+
+
+@final
+@dataclass(frozen=True)
+class Action:
+    """A force and a moment on a body, world axes.
+
+    Args:
+        name: of the force, the joint or loop, or the body for weight and inertia.
+        kind: what makes it: "weight", "reaction", "inertia", or that of the force.
+        body: the body it acts on.
+        origin: point of application.
+        force: in scalars of a tape.
+        moment: about that point.
+    """
+
+    name: str
+    kind: str
+    body: str
+    origin: Triple
+    force: Triple
+    moment: Triple
+
+    def opposite(self, body: str) -> Action:
+        """Return what acts on the other body.
+
+        Args:
+            body: its name.
+        """
+        force, moment = scale(-1.0, self.force), scale(-1.0, self.moment)
+        return replace(self, body=body, force=force, moment=moment)

@@ -1,0 +1,190 @@
+"""All forces on all bodies on a tape: weights, loads, reactions and d'Alembert's inertia forces.
+
+A joint's reaction is what its child and all that hangs on it need beyond the forces applied to
+them: the sum of m (x'' − g) and of the rates of angular momentum, minus the forces of springs,
+dampers, drives, loads and loops (d'Alembert's principle, Fundamentals of Dynamics, eqs. 1.21,
+1.22).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property
+from typing import Any, final
+
+from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
+from mecanique.generation.mechanics.action import NOTHING, Action
+from mecanique.generation.mechanics.dynamics import Dynamics
+from mecanique.generation.mechanics.forces import on_velocities
+from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
+from mecanique.generation.program.sweeps import push_forward
+from mecanique.generation.program.traced import trace, value_of, values_of
+from mecanique.model.bodies import Body
+from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.placement import Placement
+
+__all__ = ["Actions"]
+
+
+@final
+class Actions:
+    """The forces on a mechanism's bodies at the accelerations of its motion.
+
+    Args:
+        dynamics: of the mechanism.
+    """
+
+    def __init__(self, dynamics: Dynamics) -> None:
+        self._dynamics = dynamics
+        self._letters = dynamics.letters
+        self._recursion = dynamics.tree.recursion
+        self._mechanism = dynamics.letters.mechanism
+        self._values = self._recursion.chart.r
+        ground = self._mechanism.ground
+        self._heavy = [
+            body
+            for body in self._mechanism.bodies
+            if body.name != ground and self._mechanism.evaluate(body.mass)
+        ]
+
+    def all(self) -> list[Action]:
+        """Return every force; reactions are left out where elements or contacts share them."""
+        m = self._mechanism
+        held = m.elements or m.contacts or m.velocity_constraints
+        reactions = [] if held else self.reactions()
+        return [*self.weights(), *self.loads, *reactions, *self.inertia]
+
+    def weights(self) -> Iterator[Action]:
+        """Yield the weight of each body."""
+        gravity = self._recursion.gravity
+        for body in self._heavy:
+            weight = scale(self._number(body.mass), gravity)
+            yield Action(body.name, "weight", body.name, self._center(body), weight, NOTHING)
+
+    @cached_property
+    def loads(self) -> list[Action]:
+        """What springs, dampers, drives and loads do, on each body."""
+        return self._dynamics.tree.loads.on_bodies()
+
+    @cached_property
+    def inertia(self) -> list[Action]:
+        """D'Alembert's forces: −m a in the center of mass, and minus the rate of momentum about it.
+
+        The rate is Σ x × x'' over the second moments, as in `mecanique.motion.analysis.forces`.
+        """
+        found = []
+        for body in self._heavy:
+            center, turn = self._center(body), self._pose(body.name)
+            a = self.accelerate(center)
+            entries = [entry for row in turn for entry in row[:3]]
+            change = self.accelerate(entries)
+            E, second = [row[:3] for row in turn], _second_moments(body, self._number)
+            rows = [change[3 * i : 3 * i + 3] for i in range(3)]
+            moments = [apply(E, apply(second, row)) for row in rows]  # R'' S Rᵀ
+            rate = [moments[k][i] - moments[i][k] for i, k in ((1, 2), (2, 0), (0, 1))]
+            force = scale(-1.0 * self._number(body.mass), a)
+            found.append(Action(body.name, "inertia", body.name, center, force, scale(-1.0, rate)))
+        return found
+
+    def reactions(self) -> Iterator[Action]:
+        """Yield what joints and loops do to the bodies they hold."""
+        m = self._mechanism
+        closing = [pair for loop in m.loops for pair in self._close(loop)]
+        needed: dict[str, list[Action]] = {body.name: [] for body in m.bodies}
+        for each in [*self.weights(), *self.loads, *self.inertia, *closing]:
+            needed[each.body].append(each)
+        found: dict[str, Action] = {}
+        for joint in reversed(m.tree):
+            at = self._point(joint.child, NOTHING)
+            force, moment = NOTHING, NOTHING
+            for each in needed[joint.child]:
+                arm = [x - y for x, y in zip(each.origin, at, strict=True)]
+                force = add(force, scale(-1.0, each.force))
+                moment = add(moment, scale(-1.0, add(each.moment, cross(arm, each.force))))
+            reaction = Action(joint.name, "reaction", joint.child, at, force, moment)
+            found[joint.name] = reaction
+            needed[joint.parent].append(reaction.opposite(joint.parent))
+        for joint in m.joints:
+            yield found[joint.name]
+            yield found[joint.name].opposite(joint.parent)
+        yield from closing
+
+    def work(self, action: Action) -> list[Any]:
+        """Return the virtual work of a force, F·δx + M·δφ, for each velocity.
+
+        Args:
+            action: the force.
+        """
+        pose = self._pose(action.body)
+        arm = [x - row[3] for x, row in zip(action.origin, pose, strict=True)]
+        moment = add(action.moment, cross(arm, action.force))
+        moved, weights = [row[3] for row in pose], list(action.force)
+        # M·δφ = ½ Σ δe·(M × e) over the body's axes e
+        for e in transpose(pose)[:3]:
+            moved += e
+            weights += scale(0.5, cross(moment, e))
+        return on_velocities(self._letters, moved, weights)
+
+    def accelerate(self, scalars: Sequence[Any]) -> list[Any]:
+        """Return second derivatives along the motion.
+
+        Args:
+            scalars: functions of t and q.
+        """
+        letters, tape = self._letters, self._letters.tape
+        rates = {q.place: value_of(r) for q, r in zip(letters.q, letters.rates, strict=True)}
+        rates[letters.t.place] = 1.0
+        first = push_forward(tape, values_of(scalars), rates)
+        a = self._dynamics.acceleration
+        rates |= {v.place: value_of(x) for v, x in zip(letters.v, a, strict=True)}
+        return [trace(tape, value) for value in push_forward(tape, first, rates)]
+
+    def _close(self, loop: Loop) -> tuple[Action, Action]:
+        """What a loop does to its two bodies, by its multipliers."""
+        A = self._frame(loop.body_a, loop.frame_a)
+        B = self._frame(loop.body_b, loop.frame_b)
+        at = [row[3] for row in B]
+        multiplier = dict(zip(CLOSED[loop.kind], self._multipliers(loop), strict=True))
+        axes = transpose([row[:3] for row in A])
+        force, moment = NOTHING, NOTHING
+        if loop.kind == "distance":
+            apart = [b[3] - a[3] for a, b in zip(A, B, strict=True)]
+            length = self._letters.call("sqrt", sum((c * c for c in apart), 0.0))
+            force = scale(multiplier["length"] / length, apart)
+        for key, factor in multiplier.items():
+            match key:
+                case "x" | "y" | "z":
+                    force = add(force, scale(factor, axes["xyz".index(key)]))
+                case "rx" | "ry" | "rz":
+                    moment = add(moment, scale(factor, axes["xyz".index(key[1])]))
+        held = Action(loop.name, "reaction", loop.body_b, at, force, moment)
+        return held, held.opposite(loop.body_a)
+
+    def _multipliers(self, loop: Loop) -> list[Any]:
+        """The multipliers of a loop's rows."""
+        loops = self._mechanism.loops
+        first = sum(len(CLOSED[each.kind]) for each in loops[: loops.index(loop)])
+        return self._dynamics.multipliers[first : first + len(CLOSED[loop.kind])]
+
+    def _frame(self, body: str, frame: Placement) -> Matrix:
+        placed = origin(frame, self._letters.values, self._letters.arithmetic)
+        return product(self._pose(body), placed)
+
+    def _pose(self, body: str) -> Matrix:
+        return self._recursion.pose(body)
+
+    def _center(self, body: Body) -> Triple:
+        return self._point(body.name, [self._number(c) for c in body.center])
+
+    def _point(self, body: str, point: Sequence[Any]) -> Triple:
+        return times_point(self._pose(body), point)
+
+    def _number(self, scalar: Any) -> Any:
+        return self._letters.arithmetic(scalar, self._values)
+
+
+def _second_moments(body: Body, number: Callable[[Any], Any]) -> Rows:
+    """∫ ρ ρᵀ dm about the center of mass: ½ tr(I) 1 − I."""
+    ixx, iyy, izz, ixy, ixz, iyz = map(number, body.inertia)
+    half = (ixx + iyy + izz) * 0.5
+    return [[half - ixx, -ixy, -ixz], [-ixy, half - iyy, -iyz], [-ixz, -iyz, half - izz]]

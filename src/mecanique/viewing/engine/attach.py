@@ -1,0 +1,116 @@
+"""Give a scene its engine, and the verdict a row on the page's own program."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from mecanique.derivation import derive
+from mecanique.derivation.equations import Equations
+from mecanique.errors import MecaniqueError
+from mecanique.generation.languages import TARGETS
+from mecanique.generation.verdict.cases import cases_of
+from mecanique.generation.verdict.verdict import CodeVerdict, judge
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.analysis.forces import Action
+from mecanique.motion.record.motion import Motion
+from mecanique.textbook import load, names
+from mecanique.viewing.engine.make import Maker
+from mecanique.viewing.scene.document import Document, VerdictTable
+from mecanique.viewing.scene.from_motion import scene_of
+from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.scene.texts import quantities_of_inputs
+
+__all__ = ["SAMPLES", "computed_scene"]
+
+SAMPLES = 100
+"""Number of states at which a page's program is compared with Pinocchio."""
+
+_SEED = 0
+
+
+def computed_scene(
+    motion: Motion, document: Document, actions: Sequence[Action], equations: Sequence[Equations]
+) -> Scene:
+    """Return the scene of a motion with its engine; without one, the page says why.
+
+    Args:
+        motion: what was simulated.
+        document: the texts of the page.
+        actions: the forces on the moving bodies, as many states as the motion has samples.
+        equations: derived equations, one per method; the first is taken.
+    """
+    mechanism = motion.mechanism
+    try:
+        maker = Maker(motion, equations[0] if equations else derive(mechanism))
+        scene = maker.thin(scene_of(motion, document, actions, complete=True))
+        engine = maker.make(scene, write_python(mechanism))
+        verdict = add_row(document.verdict, judge_page(maker))
+    except MecaniqueError as error:
+        reason = f"This page shows a recorded motion and computes no other: {error}."
+        return scene_of(motion, replace(document, recorded=reason), actions)
+    constants = quantities_of_inputs(mechanism)
+    document = replace(document, verdict=verdict, parameters=(*document.parameters, *constants))
+    return replace(scene, engine=engine, document=document)
+
+
+def judge_page(maker: Maker) -> CodeVerdict:
+    """Run a page's program under node, or else as text in Python, and compare it with Pinocchio.
+
+    Raises:
+        MecaniqueError: if they disagree, or Pinocchio cannot treat the mechanism.
+    """
+    program = maker.proof()
+    target = TARGETS["javascript" if shutil.which("node") else "python"]
+    return judge(program, target, cases_of(program, SAMPLES, _SEED), _SEED)
+
+
+def add_row(table: VerdictTable, code: CodeVerdict) -> VerdictTable:
+    """Return the verdict with what was found of the page's program.
+
+    Args:
+        table: the verdict on the equations.
+        code: the verdict on the program.
+    """
+    if table.agrees is None:
+        return table
+    columns = table.columns or ("difference from Pinocchio",)
+    title = {
+        "rhs": "rates of the state",
+        "energy": "energies",
+        "poses": "poses of bodies",
+        "closure": "closure of loops",
+    }
+    rows = [(*row, "") for row in table.rows]
+    blank = ("",) * (len(columns) - 1)
+    rows += [(title[name], *blank, f"{worst:.1e}") for name, worst in code.worst.items()]
+    run = code.versions.get("run by", "")
+    note = (
+        f"The program that this page computes with was run by {run} at {code.samples} random "
+        f"states (seed {code.seed}), {code.varied} of them with other parameters."
+    )
+    return replace(
+        table, columns=(*columns, "this page"), rows=tuple(rows), notes=(*table.notes, note)
+    )
+
+
+def write_python(mechanism: Mechanism) -> str:
+    """Return the Python that makes a mechanism: from the catalogue, or from the URDF of the page.
+
+    Args:
+        mechanism: what moves.
+    """
+    if mechanism.name in names():
+        known = load(mechanism.name)
+        if tuple(known.coordinates) == tuple(mechanism.coordinates):
+            values = {
+                symbol: value
+                for symbol, value in mechanism.values.items()
+                if not np.isclose(value, known.values.get(symbol, np.nan), rtol=1e-15, atol=0)
+            }
+            changed = "".join(f", {symbol}={value!r}" for symbol, value in values.items())
+            return f'mq.textbook.load("{mechanism.name}"{changed})'
+    return f'mq.read_urdf("{mechanism.name}.urdf")'

@@ -1,0 +1,164 @@
+// What has been set on the page: parameters, start, length and tolerance of the motion, with a way
+// back; and the motion that follows.
+
+import { Computed } from "./computed.js";
+
+const UNDONE = 200; // settings kept to go back to
+
+function copy(setting) {
+  return { ...setting, p: [...setting.p], start: [...setting.start] };
+}
+
+export class Bench {
+  constructor(machine, scene, layout) {
+    Object.assign(this, { machine, scene, layout, bodies: scene.bodies.length });
+    this.setting = machine.initial();
+    this.past = [];
+    this.table = null;
+  }
+
+  // The number that is set, by its kind: parameter, initial, duration or rtol.
+  get(kind, name) {
+    const { engine, names } = this.machine;
+    if (kind === "parameter") return this.setting.p[engine.parameters.indexOf(name)];
+    if (kind === "initial") return this.setting.start[names.indexOf(name)];
+    return this.setting[kind];
+  }
+
+  // Sets numbers, [kind, name, value] each, and computes the motion; if there is none, everything
+  // stays as it was and the error says why.
+  set(changes, { keep = true } = {}) {
+    const next = copy(this.setting);
+    const { engine, names } = this.machine;
+    const held = [];
+    for (const [kind, name, value] of changes) {
+      if (!Number.isFinite(value)) throw new Error(`A number is expected for ${name || kind}.`);
+      if (kind === "parameter") next.p[engine.parameters.indexOf(name)] = value;
+      else if (kind === "initial") {
+        next.start[names.indexOf(name)] = value;
+        held.push(name);
+      } else next[kind] = value;
+    }
+    if (!(next.duration > 0)) throw new Error("The motion must last longer than 0 s.");
+    if (!(next.rtol >= 1e-14 && next.rtol <= 1e-1))
+      throw new Error("The tolerance lies between 1e-14 and 0.1.");
+    return this.adopt(next, { keep, held });
+  }
+
+  // Takes a setting as it is and computes its motion.
+  adopt(next, { keep = true, held = [] } = {}) {
+    const y = this.machine.begin(next, held);
+    next.start = [...y.subarray(0, this.machine.names.length)];
+    const begun = performance.now();
+    const path = this.machine.move(next, y, next.first + next.duration);
+    if (!path.steps) throw new Error("There is no motion with these values.");
+    const table = new Computed(this.machine, next, path, this.layout, this.bodies);
+    this.spent = performance.now() - begun;
+    if (keep) {
+      this.past.push(copy(this.setting));
+      if (this.past.length > UNDONE) this.past.shift();
+    }
+    this.setting = next;
+    this.table = table;
+    return table;
+  }
+
+  get undoable() {
+    return this.past.length > 0;
+  }
+
+  undo() {
+    const before = this.past.pop();
+    return before ? this.adopt(before, { keep: false }) : null;
+  }
+
+  reset() {
+    return this.adopt(this.machine.initial());
+  }
+
+  // What differs from the page as it was made: [kind, name, value] each.
+  changes() {
+    const { engine, names } = this.machine;
+    const { setting } = this;
+    const found = [];
+    const first = this.machine.initial();
+    engine.parameters.forEach((name, k) => {
+      if (setting.p[k] !== first.p[k]) found.push(["parameter", name, setting.p[k]]);
+    });
+    names.forEach((name, k) => {
+      if (setting.start[k] !== first.start[k]) found.push(["initial", name, setting.start[k]]);
+    });
+    for (const kind of ["duration", "rtol"])
+      if (setting[kind] !== first[kind]) found.push([kind, "", setting[kind]]);
+    return found;
+  }
+
+  // The largest departure of the energy from its balance with the work done, in terms of the energy
+  // that is exchanged.
+  balance() {
+    const { scene, table, layout } = this;
+    const at = (name) => layout.series + scene.series.findIndex((s) => s.name === `energy ${name}`);
+    const [T, V, E, W] = ["kinetic", "potential", "total", "work"].map(at);
+    if (!table || E < layout.series) return null;
+    let [worst, most, low, high] = [0, 0, Infinity, -Infinity];
+    for (let k = 0; k < table.n; k++) {
+      const gap = table.value(k, E) - table.value(0, E) - (table.value(k, W) - table.value(0, W));
+      worst = Math.max(worst, Math.abs(gap));
+      most = Math.max(most, table.value(k, T), Math.abs(table.value(k, W)));
+      [low, high] = [Math.min(low, table.value(k, V)), Math.max(high, table.value(k, V))];
+    }
+    return worst / (most + high - low || 1);
+  }
+}
+
+const PREFIXES = { parameter: "p.", initial: "s." };
+
+// The part of an address behind # that makes a page show the same motion, and back.
+export function writeFragment(changes, extra = {}) {
+  const pairs = changes.map(([kind, name, value]) => [
+    kind in PREFIXES ? `${PREFIXES[kind]}${name}` : kind,
+    String(value),
+  ]);
+  return new URLSearchParams([...pairs, ...Object.entries(extra)]).toString();
+}
+
+export function readFragment(text, { parameters, coordinates, velocities }) {
+  const states = [...coordinates, ...velocities];
+  const changes = [];
+  const extra = {};
+  for (const [key, value] of new URLSearchParams(text.replace(/^#/, ""))) {
+    const name = key.slice(2);
+    if (key.startsWith(PREFIXES.parameter) && parameters.includes(name))
+      changes.push(["parameter", name, Number(value)]);
+    else if (key.startsWith(PREFIXES.initial) && states.includes(name))
+      changes.push(["initial", name, Number(value)]);
+    else if (key === "duration" || key === "rtol") changes.push([key, "", Number(value)]);
+    else extra[key] = value;
+  }
+  return { changes, extra };
+}
+
+// The Python that repeats a motion.
+export function writePython(bench) {
+  const { machine, setting } = bench;
+  const { engine } = machine;
+  const changed = bench.changes().filter(([kind]) => kind === "parameter");
+  const values = changed.map(([, name, value]) => `${JSON.stringify(name)}: ${value}`).join(", ");
+  const mapping = (names, from) =>
+    `{${names.map((name, k) => `${JSON.stringify(name)}: ${setting.start[from + k]}`).join(", ")}}`;
+  return [
+    "import mecanique as mq",
+    "",
+    `mechanism = ${engine.python}`,
+    ...(values ? [`mechanism = mechanism.replace(**{${values}})`] : []),
+    "motion = mq.simulate(",
+    "    mechanism,",
+    `    q=${mapping(engine.coordinates, 0)},`,
+    `    v=${mapping(engine.velocities, engine.coordinates.length)},`,
+    `    duration=${setting.duration},`,
+    `    t0=${setting.first},`,
+    `    rtol=${setting.rtol},`,
+    ")",
+    "",
+  ].join("\n");
+}

@@ -1,0 +1,221 @@
+// Integrates y' = f(t, y) to a tolerance by the method of order 8(5, 3) of Dormand & Prince, and
+// keeps each step's dense output, so that the state is known at any time.
+
+import { DENSE, ERRORS, NODES, STAGES } from "./tableau.js";
+
+const STEP = 12; // the stage whose state is the end of the step
+const DAMPING = 0.04;
+const EXPONENT = 1 / 8 - 0.2 * DAMPING;
+const SAFETY = 0.9;
+const SHRINKAGE = 0.2;
+const GROWTH = 6;
+const SHORTEST = 1e-14;
+
+// The states of a motion at any time between its first and its last.
+export class Path {
+  constructor(size, t) {
+    Object.assign(this, { size, times: [t], pieces: [], evaluations: 0, refused: 0, worst: 0 });
+    this.stopped = "";
+  }
+
+  get first() {
+    return this.times[0];
+  }
+
+  get last() {
+    return this.times[this.times.length - 1];
+  }
+
+  get steps() {
+    return this.pieces.length;
+  }
+
+  add(t, piece) {
+    this.times.push(t);
+    this.pieces.push(piece);
+  }
+
+  // The number of the step in which a time lies.
+  find(t) {
+    let [low, high] = [0, this.steps];
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= t) low = middle;
+      else high = middle;
+    }
+    return low;
+  }
+
+  at(t, out) {
+    const k = this.find(t);
+    const piece = this.pieces[k];
+    const n = this.size;
+    const x = (t - this.times[k]) / (this.times[k + 1] - this.times[k]);
+    for (let i = 0; i < n; i++) {
+      let sum = 0;
+      for (let j = 7; j > 0; j--) sum = (sum + piece[j * n + i]) * (j % 2 ? x : 1 - x);
+      out[i] = sum + piece[i];
+    }
+    return out;
+  }
+}
+
+export class Integrator {
+  // rates(t, y, out) are those of the state; settle(t, y) puts a state right after a step and says
+  // whether it moved it; only the first `counted` numbers of the state are held to the tolerance.
+  constructor(rates, { rtol, atol = rtol, counted, settle = null, most = 200_000 }) {
+    Object.assign(this, { rates, rtol, atol, counted, settle, most });
+  }
+
+  // The path from a state to a time; a halt says why it ends before.
+  run(t, start, end) {
+    const n = start.length;
+    const path = new Path(n, t);
+    Object.assign(this, { n, t, path, y: Float64Array.from(start), before: 1e-4, grows: true });
+    this.trial = new Float64Array(n);
+    this.stages = Array.from({ length: NODES.length }, () => new Float64Array(n));
+    this.evaluate(0, t, this.y);
+    this.h = this.guess(end - t);
+    while (this.t < end && !path.stopped) this.step(end);
+    return path;
+  }
+
+  evaluate(stage, t, y) {
+    this.rates(t, y, this.stages[stage]);
+    this.path.evaluations += 1;
+  }
+
+  // y + h Σ weight k, in place.
+  combine(weights, h, out) {
+    const { n, y, stages } = this;
+    for (let i = 0; i < n; i++) {
+      let sum = 0;
+      for (const [stage, weight] of weights) sum += weight * stages[stage][i];
+      out[i] = y[i] + h * sum;
+    }
+  }
+
+  step(end) {
+    const { path, trial, stages, t } = this;
+    const left = end - t;
+    const last = this.h * 1.000001 >= left;
+    const h = last ? left : Math.min(this.h, left / (left < 2 * this.h ? 2 : 1));
+    for (let stage = 1; stage <= STEP; stage++) {
+      this.combine(STAGES[stage], h, trial);
+      this.evaluate(stage, t + NODES[stage] * h, trial);
+    }
+    const error = this.measure(h);
+    if (!(error <= 1)) return this.refuse(h, error);
+    path.worst = Math.max(path.worst, error);
+    const piece = this.interpolate(h);
+    this.t = last ? end : t + h;
+    this.y.set(trial);
+    path.add(this.t, piece);
+    if (this.settle?.(this.t, this.y)) this.evaluate(0, this.t, this.y);
+    else stages[0].set(stages[STEP]);
+    const growth = error ? (SAFETY * this.before ** DAMPING) / error ** EXPONENT : GROWTH;
+    this.h = Math.max(
+      h * Math.max(SHRINKAGE, Math.min(this.grows ? GROWTH : 1, growth)),
+      last ? this.h : 0,
+    );
+    this.before = Math.max(error, 1e-4);
+    this.grows = true;
+    if (path.steps >= this.most) path.stopped = `after ${path.steps} steps`;
+    return undefined;
+  }
+
+  refuse(h, error) {
+    this.path.refused += 1;
+    this.h =
+      h * (Number.isFinite(error) ? Math.max(SHRINKAGE, SAFETY / error ** EXPONENT) : SHRINKAGE);
+    this.grows = false;
+    if (this.h < SHORTEST * Math.max(1, Math.abs(this.t)))
+      this.path.stopped = "where no step is short enough";
+  }
+
+  // The error of a step in tolerances.
+  measure(h) {
+    const { counted, stages, y, trial } = this;
+    const squares = [0, 0];
+    for (let i = 0; i < counted; i++) {
+      const scale = this.atol + this.rtol * Math.max(Math.abs(y[i]), Math.abs(trial[i]));
+      ERRORS.forEach((weights, k) => {
+        let sum = 0;
+        for (const [stage, weight] of weights) sum += weight * stages[stage][i];
+        squares[k] += (sum / scale) ** 2;
+      });
+    }
+    const [fifth, third] = squares;
+    if (fifth === 0 && third === 0) return 0;
+    return (h * fifth) / Math.sqrt((fifth + 0.01 * third) * counted);
+  }
+
+  // The state at the start of a step and seven coefficients, one after the other.
+  interpolate(h) {
+    const { n, y, trial, stages, t } = this;
+    const between = new Float64Array(n);
+    for (let stage = STEP + 1; stage < NODES.length; stage++) {
+      this.combine(STAGES[stage], h, between);
+      this.evaluate(stage, t + NODES[stage] * h, between);
+    }
+    const piece = new Float64Array(8 * n);
+    for (let i = 0; i < n; i++) {
+      const change = trial[i] - y[i];
+      piece[i] = y[i];
+      piece[n + i] = change;
+      piece[2 * n + i] = h * stages[0][i] - change;
+      piece[3 * n + i] = 2 * change - h * (stages[0][i] + stages[STEP][i]);
+      DENSE.forEach((weights, k) => {
+        let sum = 0;
+        for (const [stage, weight] of weights) sum += weight * stages[stage][i];
+        piece[(4 + k) * n + i] = h * sum;
+      });
+    }
+    return piece;
+  }
+
+  // A first step from the sizes of the state and its rate (Hairer et al., II.4).
+  guess(length) {
+    let [size, rate] = [0, 0];
+    for (let i = 0; i < this.counted; i++) {
+      const scale = this.atol + this.rtol * Math.abs(this.y[i]);
+      size += (this.y[i] / scale) ** 2;
+      rate += (this.stages[0][i] / scale) ** 2;
+    }
+    const h = size > 1e-10 && rate > 1e-10 ? 0.01 * Math.sqrt(size / rate) : 1e-6;
+    return Math.min(Math.max(h, 1e-6), length);
+  }
+}
+
+// The times at which a function of time and state passes through zero from below, or from above if
+// the direction is −1, or both ways if it is 0.
+export function findEvents(path, g, direction = 1) {
+  const y = new Float64Array(path.size);
+  const value = (t) => g(t, path.at(t, y));
+  const found = [];
+  let [before, low] = [path.first, value(path.first)];
+  for (let k = 0; k < path.steps; k++) {
+    const [from, to] = [path.times[k], path.times[k + 1]];
+    // within a step the function may turn back: four looks find what a single one would miss
+    for (let part = 1; part <= 4; part++) {
+      const t = part === 4 ? to : from + ((to - from) * part) / 4;
+      const high = value(t);
+      const rises = low < 0 && high >= 0;
+      const falls = low > 0 && high <= 0;
+      if ((rises && direction >= 0) || (falls && direction <= 0))
+        found.push(bisect(value, before, t));
+      [before, low] = [t, high];
+    }
+  }
+  return found;
+}
+
+function bisect(value, a, b) {
+  const sign = Math.sign(value(a));
+  for (let k = 0; k < 60 && b - a > 1e-14 * Math.max(1, Math.abs(b)); k++) {
+    const middle = (a + b) / 2;
+    if (Math.sign(value(middle)) === sign) a = middle;
+    else b = middle;
+  }
+  return b;
+}

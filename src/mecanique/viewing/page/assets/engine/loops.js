@@ -1,0 +1,92 @@
+// Closes the loops of a mechanism: at the start by Newton's method, and after each step of a motion
+// by projection, which costs no accuracy.
+
+const ROUNDS = 60;
+const CLOSED = 1e-13;
+const FARTHEST = 0.4; // of a round, in the units of the coordinates
+const DEPENDENT = 1e-8;
+const DRIFTED = 1e-15;
+
+export class Loops {
+  constructor(program, { loops, nq, nv }, p) {
+    Object.assign(this, { program, count: loops, nq, nv, p });
+    this.found = new Float64Array(loops * (2 + nv));
+    this.moved = new Float64Array(nq + nv + 1);
+    this.slopes = new Float64Array(nq + nv + 1);
+  }
+
+  evaluate(t, y) {
+    return this.program.closure(t, y, this.p, this.found);
+  }
+
+  // The shortest x with J x = b, b being the rows from `first` on; zero where something is held.
+  solve(first, held) {
+    const { count, nv, found } = this;
+    const basis = [];
+    for (let r = 0; r < count; r++) {
+      const row = Array.from({ length: nv }, (_, k) =>
+        held?.[k] ? 0 : found[2 * count + r * nv + k],
+      );
+      const size = Math.hypot(...row);
+      let part = found[first + r];
+      for (let pass = 0; pass < 2; pass++)
+        for (const { axis, share } of basis) {
+          const along = axis.reduce((sum, x, k) => sum + x * row[k], 0);
+          for (let k = 0; k < nv; k++) row[k] -= along * axis[k];
+          part -= along * share;
+        }
+      const rest = Math.hypot(...row);
+      if (rest > DEPENDENT * size)
+        basis.push({ axis: row.map((x) => x / rest), share: part / rest });
+    }
+    const x = new Float64Array(nv);
+    for (const { axis, share } of basis) for (let k = 0; k < nv; k++) x[k] += share * axis[k];
+    return x;
+  }
+
+  // Moves the coordinates by what velocities x would do in a unit of time.
+  move(t, y, x, factor) {
+    const { nq, nv, moved, slopes } = this;
+    moved.set(y.subarray(0, nq));
+    for (let k = 0; k < nv; k++) moved[nq + k] = factor * x[k];
+    this.program.rates(t, moved, this.p, slopes);
+    for (let k = 0; k < nq; k++) y[k] += slopes[k];
+  }
+
+  get miss() {
+    let worst = 0;
+    for (let r = 0; r < this.count; r++) worst = Math.max(worst, Math.abs(this.found[r]));
+    return worst;
+  }
+
+  // Closes a state, keeping the velocities' numbers that are held; says whether that was possible.
+  close(t, y, held = null) {
+    for (let round = 0; round < ROUNDS; round++) {
+      this.evaluate(t, y);
+      if (this.miss <= CLOSED) break;
+      const x = this.solve(0, held);
+      const size = Math.hypot(...x);
+      this.move(t, y, x, -Math.min(1, FARTHEST / (size || 1)));
+    }
+    this.evaluate(t, y);
+    if (!(this.miss <= 1e3 * CLOSED)) return false;
+    this.closeRates(y, held);
+    return true;
+  }
+
+  closeRates(y, held = null) {
+    const x = this.solve(this.count, held);
+    for (let k = 0; k < this.nv; k++) y[this.nq + k] -= x[k];
+  }
+
+  // Puts a state that has drifted back onto the loops.
+  settle(t, y) {
+    this.evaluate(t, y);
+    if (this.miss > DRIFTED) {
+      this.move(t, y, this.solve(0, null), -1);
+      this.evaluate(t, y);
+    }
+    this.closeRates(y);
+    return true;
+  }
+}

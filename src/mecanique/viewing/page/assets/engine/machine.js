@@ -1,0 +1,75 @@
+// The mechanism itself: its program, with parameters and a start, and the motion that follows.
+
+import { Integrator } from "./dop853.js";
+import { Loops } from "./loops.js";
+
+// Scales of lengths of motions and steps.
+const MOST_STEPS = 100_000;
+
+export class Machine {
+  constructor(engine, program) {
+    Object.assign(this, { engine, program });
+    this.nq = engine.coordinates.length;
+    this.nv = engine.velocities.length;
+    this.names = [...engine.coordinates, ...engine.velocities];
+    this.force = null; // generalized forces besides those of the mechanism
+  }
+
+  // What a page starts with.
+  initial() {
+    const { values, start, first, duration, rtol } = this.engine;
+    return { p: [...values], start: [...start], first, duration, rtol };
+  }
+
+  normalize(y) {
+    for (const at of this.engine.quaternions) {
+      const size = Math.hypot(y[at], y[at + 1], y[at + 2], y[at + 3]) || 1;
+      for (let k = at; k < at + 4; k++) y[k] /= size;
+    }
+    return this.engine.quaternions.length > 0;
+  }
+
+  loopsWith(p) {
+    if (!this.engine.loops) return null;
+    return new Loops(this.program, { ...this.engine, nq: this.nq, nv: this.nv }, p);
+  }
+
+  // The state to start from: unit quaternions, closed loops; held are numbers of the state that
+  // should stay as they are.
+  begin({ p, start, first }, held = []) {
+    const y = new Float64Array(this.nq + this.nv + 1);
+    y.set(start);
+    this.normalize(y);
+    const loops = this.loopsWith(p);
+    if (!loops) return y;
+    const kept = Array.from({ length: this.nv }, (_, k) =>
+      held.some(
+        (name) => this.engine.velocities[k] === `${name}'` || this.engine.velocities[k] === name,
+      ),
+    );
+    const trial = y.slice();
+    if (kept.includes(true) && loops.close(first, trial, kept)) return trial;
+    if (!loops.close(first, y)) throw new Error("The loops cannot be closed with these values.");
+    return y;
+  }
+
+  // The motion from a start, as a path of states with the work done as their last number.
+  move(setting, y, end) {
+    const { program, nq, nv } = this;
+    const p = Float64Array.from(setting.p);
+    const loops = this.loopsWith(p);
+    const unit = this.engine.quaternions.length > 0;
+    const settle = (t, state) => {
+      if (unit) this.normalize(state);
+      return loops ? loops.settle(t, state) : unit;
+    };
+    const rates = (t, state, out) => program.rates(t, state, p, out, this.force);
+    const integrator = new Integrator(rates, {
+      rtol: setting.rtol * (loops ? 0.1 : 1),
+      counted: nq + nv,
+      settle: loops || unit ? settle : null,
+      most: MOST_STEPS,
+    });
+    return integrator.run(setting.first, y, end);
+  }
+}

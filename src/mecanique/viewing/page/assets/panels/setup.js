@@ -1,0 +1,153 @@
+// Number fields and sliders of a page that integrates by itself: what is set moves at once.
+
+import { readFragment, writeFragment, writePython } from "../engine/bench.js";
+import { measure } from "../data/numbers.js";
+import { round } from "./sliders.js";
+
+export class Setup {
+  constructor(bench, motion) {
+    Object.assign(this, { bench, motion });
+    this.fields = [...document.querySelectorAll("#panel-parameters [data-kind]")];
+    for (const field of this.fields) this.wire(field);
+    const find = (id) => document.getElementById(id);
+    this.status = find("setup-status");
+    this.stay = find("setup-stay");
+    this.undoing = find("setup-undo");
+    this.undoing.onclick = () => this.attempt(() => bench.undo(), "Undone");
+    find("setup-reset").onclick = () => this.attempt(() => bench.reset(), "As at first");
+    find("setup-link").onclick = (event) => this.copy(event.target, () => this.link());
+    find("setup-python").onclick = (event) => this.copy(event.target, () => writePython(bench));
+    document.addEventListener("keydown", (event) => {
+      const typed = event.target.tagName === "INPUT" && event.target.type === "number";
+      if (!(event.ctrlKey || event.metaKey) || event.key !== "z" || typed || !bench.undoable)
+        return;
+      event.preventDefault();
+      this.undoing.click();
+    });
+    addEventListener("hashchange", () => this.open(location.hash));
+    this.show();
+  }
+
+  wire(field) {
+    field.disabled = false;
+    const { kind, name } = field.dataset;
+    const dragged = field.type === "range";
+    if (dragged) {
+      field.onpointerdown = () => (this.sliding = false);
+      field.onchange = () => (this.sliding = false);
+    }
+    field.oninput = () => {
+      if (field.value === "" && !dragged) return;
+      // all of one drag is one step to go back
+      const keep = !(dragged && this.sliding);
+      this.sliding = dragged;
+      this.change([[kind, name, Number(field.value)]], keep, field);
+    };
+  }
+
+  // Sets numbers and moves on from the start, or from the state now.
+  change(changes, keep = true, field = null) {
+    const now = this.stay.checked ? this.motion.present() : null;
+    const from = now ? this.bench.machine.names.map((n, k) => ["initial", n, now[k]]) : [];
+    const given = new Map([...from, ...changes].map((each) => [`${each[0]} ${each[1]}`, each]));
+    return this.attempt(() => this.bench.set([...given.values()], { keep }), null, field);
+  }
+
+  attempt(make, said, field = null) {
+    let table;
+    try {
+      table = make();
+    } catch (error) {
+      this.say(error.message, true);
+      field?.setAttribute("aria-invalid", "true");
+      return false;
+    }
+    if (!table) return false;
+    this.motion.adopt(table);
+    this.show(field);
+    this.say(said ?? this.describe());
+    return true;
+  }
+
+  // Takes over what an address says after its #.
+  open(fragment) {
+    const { changes, extra } = readFragment(fragment, this.bench.machine.engine);
+    if (changes.length) {
+      const setting = () => {
+        const first = this.bench.machine.initial();
+        this.bench.setting = first;
+        return this.bench.set(changes, { keep: false });
+      };
+      this.attempt(setting, "As the address says");
+    }
+    return extra;
+  }
+
+  link() {
+    const page = location.href.replace(/#.*/, "");
+    const text = writeFragment(this.bench.changes());
+    return text ? `${page}#${text}` : page;
+  }
+
+  async copy(button, make) {
+    const text = make();
+    const words = button.textContent;
+    const field = Object.assign(document.createElement("textarea"), { value: text });
+    field.className = "copied";
+    button.after(field);
+    field.select();
+    let done = false;
+    try {
+      await navigator.clipboard.writeText(text);
+      done = true;
+    } catch {
+      done = document.execCommand("copy");
+    }
+    field.remove();
+    button.textContent = done ? "Copied" : "Not copied";
+    this.copied = text;
+    setTimeout(() => (button.textContent = words), 1500);
+  }
+
+  show(typed = null) {
+    for (const field of this.fields) {
+      field.removeAttribute("aria-invalid");
+      const { kind, name, unit } = field.dataset;
+      const value = this.bench.get(kind, name);
+      if (field !== typed || field.type === "range") {
+        if (field.type === "range") {
+          if (value < Number(field.min)) field.min = value;
+          if (value > Number(field.max)) field.max = value;
+        }
+        field.value = field.type === "range" ? value : round(value);
+      }
+      field.setAttribute("aria-valuetext", `${round(value)} ${unit ?? ""}`.trim());
+    }
+    this.undoing.disabled = !this.bench.undoable;
+  }
+
+  describe() {
+    const { table, setting } = this.bench;
+    const { path } = table;
+    const ends = path.stopped
+      ? ` The motion stops ${path.stopped}, at ${measure(path.last)} s.`
+      : "";
+    return `${setting.duration.toPrecision(3)} s in ${path.steps} steps.${ends}`;
+  }
+
+  say(text, wrong = false) {
+    this.status.textContent = text;
+    this.status.classList.toggle("wrong", wrong);
+    const { table } = this.bench;
+    if (!table) return;
+    const { path } = table;
+    const gap = this.bench.balance();
+    const facts = {
+      "setup-balance": gap === null ? "–" : measure(gap, 3),
+      "setup-error": `${measure(path.worst, 2)} of the tolerance`,
+      "setup-steps": `${path.steps}, ${path.evaluations} evaluations, ${this.bench.spent.toFixed(1)} ms`,
+    };
+    for (const [id, value] of Object.entries(facts))
+      document.getElementById(id).textContent = value;
+  }
+}

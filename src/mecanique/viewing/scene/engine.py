@@ -1,0 +1,67 @@
+"""What a page needs to integrate by itself, as pure data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+__all__ = ["Engine", "Resized"]
+
+
+@final
+@dataclass(frozen=True)
+class Resized:
+    """A shape whose size or place follows the parameters.
+
+    Args:
+        body: number of the body.
+        shape: number of the shape among those of the body that are no meshes.
+        size: what it is drawn with: edges, radius and length, or radius [m].
+    """
+
+    body: int
+    shape: int
+    size: tuple[float, ...]
+
+
+@final
+@dataclass(frozen=True)
+class Engine:
+    """A mechanism's program in JavaScript, and the start of its motion.
+
+    The program is the text of functions (t, y, p, out): `rates` of the state and of the work done;
+    `row`, every number of the scene in the order of its table, with the nine entries of a rotation
+    in place of a quaternion; `shapes`, sizes and places of what follows the parameters; with loops
+    `closure`, what they miss, its rate and the rows of its Jacobian.
+
+    Args:
+        script: the text of the functions.
+        coordinates: names, in order.
+        velocities: names, in order.
+        parameters: names, in the order of p.
+        values: of the parameters.
+        start: shape (nq + nv,), the state at the start.
+        first: time at the start [s].
+        duration: length of the motion [s].
+        rtol: relative tolerance of a step.
+        quaternions: where the quaternions stand in the state.
+        loops: number of equations that close loops.
+        unknown: columns of the scene's table that the program does not know.
+        resized: shapes that follow the parameters.
+        python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
+    """
+
+    script: str
+    coordinates: tuple[str, ...]
+    velocities: tuple[str, ...]
+    parameters: tuple[str, ...]
+    values: tuple[float, ...]
+    start: tuple[float, ...]
+    first: float
+    duration: float
+    rtol: float
+    quaternions: tuple[int, ...] = ()
+    loops: int = 0
+    unknown: tuple[int, ...] = ()
+    resized: tuple[Resized, ...] = ()
+    python: str = ""

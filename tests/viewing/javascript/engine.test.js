@@ -1,0 +1,173 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { assets, assertNear } from "./pages.js";
+
+const load = (name) => import(new URL(`engine/${name}.js`, assets));
+const { Integrator, findEvents } = await load("dop853");
+const { Machine } = await load("machine");
+const { Bench, readFragment, writeFragment, writePython } = await load("bench");
+const { Computed, quaternionOf } = await load("computed");
+
+function oscillator(t, y, out) {
+  out[0] = y[1];
+  out[1] = -y[0];
+}
+
+test("an oscillation ends where it should, in the order of the method", () => {
+  const errors = [1e-5, 1e-8, 1e-11].map((rtol) => {
+    const path = new Integrator(oscillator, { rtol, counted: 2 }).run(0, [1, 0], 20);
+    const [x, v] = path.at(20, new Float64Array(2));
+    assert.equal(path.last, 20);
+    return Math.hypot(x - Math.cos(20), v + Math.sin(20));
+  });
+  errors.forEach((error, k) => assert.ok(error < 50 * [1e-5, 1e-8, 1e-11][k], errors.join()));
+  assert.ok(errors[2] < 1e-4 * errors[0]);
+});
+
+test("the state between steps is as accurate as the steps", () => {
+  const path = new Integrator(oscillator, { rtol: 1e-10, counted: 2 }).run(0, [1, 0], 10);
+  for (let t = 0; t <= 10; t += 0.0371)
+    assertNearly(path.at(t, new Float64Array(2)), [Math.cos(t), -Math.sin(t)], 1e-8);
+});
+
+function assertNearly(found, expected, tolerance) {
+  expected.forEach((x, i) =>
+    assert.ok(Math.abs(found[i] - x) < tolerance, `${found} ≉ ${expected}`),
+  );
+}
+
+test("events are found where a function passes through zero, in the direction asked for", () => {
+  const path = new Integrator(oscillator, { rtol: 1e-12, counted: 2 }).run(0, [1, 0], 10);
+  const crossing = (t, y) => y[0];
+  const up = findEvents(path, crossing, 1);
+  const all = findEvents(path, crossing, 0);
+  assertNearly(up, [1.5 * Math.PI], 1e-10);
+  assertNearly(
+    all,
+    [0.5, 1.5, 2.5].map((k) => k * Math.PI),
+    1e-10,
+  );
+  assert.equal(all.length, 3);
+});
+
+test("a motion that runs away says where it stops", () => {
+  const explode = (t, y, out) => (out[0] = y[0] * y[0]);
+  const path = new Integrator(explode, { rtol: 1e-8, counted: 1, most: 5000 }).run(0, [1], 2);
+  assert.match(path.stopped, /step/);
+  assert.ok(Math.abs(path.last - 1) < 1e-6);
+});
+
+test("a rotation matrix becomes its quaternion, whichever component is the largest", () => {
+  for (const q of [
+    [0.1, 0.2, 0.3, 0.9],
+    [0.9, 0.2, -0.3, 0.1],
+    [0.1, -0.9, 0.3, 0.2],
+    [0.2, 0.1, 0.9, -0.3],
+  ]) {
+    const size = Math.hypot(...q);
+    const [x, y, z, w] = q.map((c) => c / size);
+    const matrix = [
+      1 - 2 * (y * y + z * z),
+      2 * (x * y - z * w),
+      2 * (x * z + y * w),
+      2 * (x * y + z * w),
+      1 - 2 * (x * x + z * z),
+      2 * (y * z - x * w),
+      2 * (x * z - y * w),
+      2 * (y * z + x * w),
+      1 - 2 * (x * x + y * y),
+    ];
+    const out = new Float64Array(4);
+    quaternionOf(Float64Array.from(matrix), 0, out, 0);
+    const sign = Math.sign(out[3] * w + out[0] * x);
+    assertNear(
+      [...out].map((c) => sign * c),
+      [x, y, z, w],
+    );
+  }
+});
+
+// A mass on a spring: x" = −k x / m.
+const engine = {
+  coordinates: ["x"],
+  velocities: ["x'"],
+  parameters: ["m", "k"],
+  values: [1, 4],
+  start: [1, 0],
+  first: 0,
+  duration: 2,
+  rtol: 1e-10,
+  quaternions: [],
+  loops: 0,
+  unknown: [],
+  resized: [],
+  python: 'mq.textbook.load("spring")',
+};
+const program = {
+  rates(t, y, p, out) {
+    out[0] = y[1];
+    out[1] = (-p[1] * y[0]) / p[0];
+    out[2] = 0;
+    return out;
+  },
+  row(t, y, p, out) {
+    out.set([y[0], 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]);
+    const [T, V] = [(p[0] * y[1] ** 2) / 2, (p[1] * y[0] ** 2) / 2];
+    out.set([T, V, T + V, y[2]], 12);
+    return out;
+  },
+};
+const names = ["kinetic", "potential", "total", "work"];
+const scene = { bodies: [{}], series: names.map((name) => ({ name: `energy ${name}` })) };
+const layout = { series: 7, end: 11 };
+const bench = () => new Bench(new Machine(engine, program), scene, layout);
+
+test("what is set moves, can be undone and reset, and the energy stays", () => {
+  const set = bench();
+  const table = set.set([["parameter", "k", 9]]);
+  assert.ok(table instanceof Computed);
+  assert.deepEqual([table.first, table.last, table.n], [0, 2, 121]);
+  assertNearly([table.row(1.234, 1, new Float64Array(11))[0]], [Math.cos(3 * 1.234)], 1e-8);
+  assertNearly([table.value(60, 0)], [Math.cos(3)], 1e-8);
+  assert.ok(set.balance() < 1e-9);
+  set.set([["initial", "x", 2]]);
+  assert.equal(set.get("initial", "x"), 2);
+  set.undo();
+  assert.deepEqual([set.get("initial", "x"), set.get("parameter", "k")], [1, 9]);
+  set.reset();
+  assert.equal(set.get("parameter", "k"), 4);
+});
+
+test("what makes no sense is refused, and nothing changes", () => {
+  const set = bench();
+  set.set([["parameter", "k", 9]]);
+  assert.throws(() => set.set([["parameter", "k", NaN]]), /A number is expected for k/);
+  assert.throws(() => set.set([["duration", "", 0]]), /longer than 0 s/);
+  assert.throws(() => set.set([["rtol", "", 1]]), /between/);
+  assert.throws(() => set.set([["parameter", "m", 0]]), /no motion/);
+  assert.deepEqual([set.get("parameter", "k"), set.get("parameter", "m")], [9, 1]);
+});
+
+test("an address keeps what was changed and nothing else", () => {
+  const set = bench();
+  set.set([
+    ["parameter", "k", 9.5],
+    ["initial", "x'", -1],
+    ["rtol", "", 1e-6],
+  ]);
+  const text = writeFragment(set.changes());
+  assert.equal(text, "p.k=9.5&s.x%27=-1&rtol=0.000001");
+  const { changes, extra } = readFragment(`#${text}&p.unknown=3&embed=`, engine);
+  assert.deepEqual(changes, set.changes());
+  assert.deepEqual(extra, { "p.unknown": "3", embed: "" });
+});
+
+test("the Python repeats the motion", () => {
+  const set = bench();
+  set.set([["parameter", "k", 9]]);
+  const text = writePython(set);
+  assert.match(text, /mechanism = mq\.textbook\.load\("spring"\)\n/);
+  assert.match(text, /replace\(\*\*\{"k": 9\}\)/);
+  assert.match(text, /q=\{"x": 1\},\n +v=\{"x'": 0\}/);
+});

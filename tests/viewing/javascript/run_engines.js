@@ -1,0 +1,21 @@
+// Moves each engine of a list to its end at the tolerances asked for; both lists are JSON.
+// Usage: node run_engines.js FILE, with [{engine, rtol, times}] in the file.
+
+import { readFileSync } from "node:fs";
+import { runInThisContext } from "node:vm";
+
+import { assets } from "./pages.js";
+
+const { Machine } = await import(new URL("engine/machine.js", assets));
+
+const tasks = JSON.parse(readFileSync(process.argv[2], "utf8"));
+const found = tasks.map(({ engine, rtol, times }) => {
+  runInThisContext(engine.script);
+  const machine = new Machine(engine, globalThis.mecaniqueProgram);
+  const setting = { ...machine.initial(), rtol };
+  const begun = performance.now();
+  const path = machine.move(setting, machine.begin(setting), setting.first + setting.duration);
+  const states = times.map((t) => [...path.at(t, new Float64Array(path.size))]);
+  return { states, stopped: path.stopped, steps: path.steps, ms: performance.now() - begun };
+});
+process.stdout.write(JSON.stringify(found));

@@ -1,0 +1,233 @@
+"""The engine of a page: its program against Pinocchio, its motions against `simulate`."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import DOP853
+from scipy.special import ellipj, ellipk
+from viewing_browser import Visit
+
+import mecanique as mq
+from mecanique.textbook import entry, load, names
+from mecanique.viewing.engine.make import Maker
+from mecanique.viewing.page.page import page
+from mecanique.viewing.scene.engine import Engine
+from mecanique.viewing.scene.from_motion import actions_of, scene_of
+from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.scene.texts import document_of
+from mecanique.viewing.show import scene as scene_with_texts
+
+SCRIPT = Path(__file__).parent / "javascript" / "run_engines.js"
+TABLEAU = Path(mq.__file__).parent / "viewing" / "page" / "assets" / "engine" / "tableau.js"
+
+QUICK = ("simple_pendulum", "slider_crank", "tennis_racket", "crane", "shear_building")
+
+ROLLING = {"rolling_coin", "chaplygin_sleigh"}
+
+SINGULAR = {"chained_four_bars"}
+"""Passes positions in which its loops lose rank; at small tolerances the page stops there."""
+
+CHAOTIC = {"double_pendulum": 1e-6, "n_link_pendulum": 1e-4, "kapitza_pendulum": 1e-8}
+"""Neighboring motions part quickly: largest difference, of motions that differ by rounding."""
+
+needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="no node found")
+
+
+def start_of(name: str) -> dict[str, Any]:
+    system = entry(name)
+    v = {key.removesuffix("'"): value for key, value in system.start_velocity.items()}
+    return {"q": dict(system.start), "v": v}
+
+
+def motion_of(name: str, **options: Any) -> mq.Motion:
+    given = {"duration": entry(name).duration} | options
+    return mq.simulate(load(name), **start_of(name), **given)
+
+
+@cache
+def maker_of(name: str) -> tuple[Maker, Scene]:
+    motion = motion_of(name, samples=20, duration=1.0)
+    maker, actions = Maker(motion, mq.derive(motion.mechanism)), actions_of(motion)
+    document = document_of(motion, (), None, actions)
+    return maker, maker.thin(scene_of(motion, document, actions, complete=True))
+
+
+def engine_of(motion: mq.Motion) -> Engine:
+    maker = Maker(motion, mq.derive(motion.mechanism))
+    return maker.make(maker.thin(scene_of(motion, None, (), complete=True)))
+
+
+def run(tasks: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
+    path = folder / "tasks.json"
+    path.write_text(json.dumps(tasks))
+    done = subprocess.run(
+        ["node", str(SCRIPT), str(path)], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    found: list[dict[str, Any]] = json.loads(done.stdout)
+    return found
+
+
+def differences(systems: list[str], folder: Path, longest: float = math.inf) -> dict[str, float]:
+    """The largest difference of the states at the end from those of `simulate`, relative."""
+    tasks, ends = [], []
+    for name in systems:
+        length = min(longest, entry(name).duration)
+        motion = motion_of(name, rtol=1e-12, samples=5, duration=length)
+        ends.append(np.array([*motion.q[-1], *motion.v[-1]]))
+        task = {"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": [motion.t[-1]]}
+        tasks.append(task)
+    found = run(tasks, folder)
+    for name, each in zip(systems, found, strict=True):
+        assert not each["stopped"], name
+    return {
+        name: float(np.max(np.abs(each["states"][0][:-1] - end) / np.maximum(1, np.abs(end))))
+        for name, each, end in zip(systems, found, ends, strict=True)
+    }
+
+
+@needs_node
+def test_motions_end_where_simulate_says(tmp_path: Path) -> None:
+    assert max(differences(list(QUICK), tmp_path, 1.0).values()) < 1e-9
+
+
+@needs_node
+@pytest.mark.slow
+def test_all_motions_end_where_simulate_says(tmp_path: Path) -> None:
+    systems = [name for name in names() if name not in ROLLING | SINGULAR]
+    for name, difference in differences(systems, tmp_path).items():
+        assert difference < CHAOTIC.get(name, 1e-9), name
+
+
+@needs_node
+def test_the_pendulum_swings_by_the_elliptic_function(tmp_path: Path) -> None:
+    """Sin(θ/2) = k sn(K − ω t, k) from rest."""
+    start, times = 2.0, [0.7, 3.0, 10.0]
+    motion = mq.simulate(load("simple_pendulum"), q=[start], duration=10, samples=3)
+    values = motion.mechanism.values
+    omega, k = np.sqrt(values["g"] / values["l"]), np.sin(start / 2)
+    task = {"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": times}
+    (found,) = run([task], tmp_path)
+    sn = ellipj(ellipk(k * k) + omega * np.array(times), k * k)[0]
+    theta = [state[0] for state in found["states"]]
+    assert theta == pytest.approx(2 * np.arcsin(k * sn), abs=1e-10)
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "slider_crank", "gyroscope"])
+def test_the_program_gives_every_number_of_the_scene(name: str) -> None:
+    """Poses, every force and reaction, energies and virtual work, as Pinocchio gives them."""
+    maker, scene = maker_of(name)
+    kinds = {arrow.kind for arrow in scene.arrows}
+    assert {"weight", "reaction", "inertia"} <= kinds
+    assert maker.make(scene).unknown == ()
+
+
+def test_what_the_program_does_not_give_is_unknown() -> None:
+    maker, scene = maker_of("double_pendulum")
+    wrong = replace(scene.arrows[2], vector=scene.arrows[2].vector * 1.001)
+    arrows = (*scene.arrows[:2], wrong, *scene.arrows[3:])
+    first = 7 * len(scene.bodies) + 12
+    assert maker.make(replace(scene, arrows=arrows)).unknown == tuple(range(first, first + 6))
+
+
+def test_a_program_that_moves_otherwise_is_refused() -> None:
+    maker, scene = maker_of("double_pendulum")
+    with pytest.raises(mq.DerivationError, match="another pose of rod2 than the motion"):
+        maker.make(replace(scene, positions=scene.positions * 1.001))
+
+
+def test_the_tableau_is_that_of_dormand_and_prince() -> None:
+    text = TABLEAU.read_text()
+    tables = {}
+    for part in text.split("export const ")[1:]:
+        name, rows = part.split(" = ", 1)
+        tables[name] = json.loads(re.sub(r",\s*\]", "]", rows.split(";")[0]))
+    weights = np.zeros((12, 12))
+    for k, row in enumerate(tables["STAGES"][:12]):
+        for stage, weight in row:
+            weights[k, stage] = weight
+    tableau: Any = DOP853
+    assert np.array_equal(weights, tableau.A)
+    errors = np.zeros((2, 13))
+    for k, row in enumerate(tables["ERRORS"]):
+        for stage, weight in row:
+            errors[k, stage] = weight
+    assert np.array_equal(errors, [tableau.E5, tableau.E3])
+    last = np.zeros(12)
+    for stage, weight in tables["STAGES"][12]:
+        last[stage] = weight
+    assert np.array_equal(last, tableau.B)
+
+
+def test_a_page_that_cannot_compute_says_why() -> None:
+    motion = mq.simulate(load("rolling_coin"), **start_of("rolling_coin"), duration=0.1)
+    found = scene_with_texts(motion, equations=(), verdict=None)
+    assert found.engine is None
+    assert "contacts and velocity constraints" in found.document.recorded
+    assert "computes no other" in page(found)
+
+
+@pytest.fixture(scope="module")
+def crank() -> Scene:
+    return scene_with_texts(motion_of("slider_crank", duration=1.0, fps=30))
+
+
+def test_the_page_carries_its_proof(crank: Scene) -> None:
+    verdict = crank.document.verdict
+    assert verdict.columns[-1] == "this page"
+    rows = {row[0]: float(row[-1]) for row in verdict.rows if row[-1]}
+    assert set(rows) == {"rates of the state", "energies", "poses of bodies", "closure of loops"}
+    assert max(rows.values()) < 1e-9
+    assert any("100 random states" in note for note in verdict.notes)
+
+
+def test_the_engine_takes_little_room(crank: Scene) -> None:
+    assert len(page(crank)) - len(page(replace(crank, engine=None))) < 60_000
+
+
+def test_what_is_set_in_the_page_moves(crank: Scene, show: Callable[..., Visit]) -> None:
+    seen = show(crank)
+    seen.page.click("#tab-parameters")
+    engine = crank.engine
+    assert engine is not None
+    symbol = engine.parameters[0]
+    value = engine.values[0]
+    field = f'input[type=number][data-name="{symbol}"]'
+    seen.page.fill(field, str(1.1 * value))
+    assert seen.js("k => mecanique.setup.bench.setting.p[k]", 0) == pytest.approx(1.1 * value)
+    assert seen.js("mecanique.clock.table.path.steps") > 0
+    changed = crank_state(seen)
+    seen.page.click("#setup-undo")
+    assert seen.js("mecanique.setup.bench.setting.p[0]") == value
+    assert crank_state(seen) != changed
+    seen.page.fill(field, "0")
+    assert seen.page.get_attribute(field, "aria-invalid") == "true"
+    seen.clean()
+
+
+def crank_state(seen: Visit) -> list[float]:
+    found: list[float] = seen.js("[...mecanique.clock.table.stateAt(0.7)]")
+    return found
+
+
+def test_an_address_sets_the_page(
+    crank: Scene, visit: Callable[..., Visit], tmp_path: Path
+) -> None:
+    path = tmp_path / "crank.html"
+    path.write_text(page(crank), encoding="utf-8")
+    seen = visit(f"{path.as_uri()}#duration=0.25&rtol=1e-6", offline=True)
+    assert seen.js("mecanique.clock.last") == 0.25
+    assert seen.js("mecanique.setup.link()").endswith("#duration=0.25&rtol=0.000001")
+    seen.clean()
