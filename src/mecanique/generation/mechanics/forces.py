@@ -179,13 +179,11 @@ class Forces:
     def _push(self, force: BodyLoad) -> Action:
         wrench, turn = force.wrench, self._axes(force)
         parts = [
-            apply(turn, [self._number(c) for c in part]) if part is not None else NOTHING
+            NOTHING if part is None else apply(turn, list(map(self._number, part)))
             for part in (wrench.force, wrench.torque)
         ]
-        point = times_point(
-            self._recursion.pose(wrench.body), [self._number(c) for c in wrench.point]
-        )
-        return Action(force.name, force.kind, wrench.body, point, *parts)
+        pose, place = self._recursion.pose(wrench.body), list(map(self._number, wrench.point))
+        return Action(force.name, force.kind, wrench.body, times_point(pose, place), *parts)
 
     def _axes(self, force: BodyLoad) -> Rows:
         """The axes in which a load's components are given."""
