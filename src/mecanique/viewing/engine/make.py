@@ -101,7 +101,7 @@ class Maker:
         chosen = np.unique(np.linspace(0, len(motion.t) - 1, 40).astype(int))
         numbers = self._evaluate(known, chosen)
         unknown = find_unknown(scene, numbers, chosen, [column is None for column in columns])
-        resized = list(self._resized())
+        resized = list(self._find_resized())
         shapes = [entry for _, entries in resized for entry in entries]
         answers = [
             self._answer("rates", self._columns.rates),
@@ -178,7 +178,7 @@ class Maker:
         least = _FAINT * sizes.max(initial=0.0)
         return dict(zip(vectors, (sizes > least).tolist(), strict=True))
 
-    def _resized(self) -> Iterator[tuple[Resized, list[Any]]]:
+    def _find_resized(self) -> Iterator[tuple[Resized, list[Any]]]:
         """Shapes that depend on a parameter, with size and place on the tape."""
         for k, body in enumerate(self._mechanism.bodies):
             solids = [visual for visual in body.visuals if sizes_of(visual)]
