@@ -88,7 +88,7 @@ ORDER: dict[str, list[str]] = {
         "causes",
         "verdict",
         "closed_form facts given rows",
-        "conditioning",
+        "conditioning contributions",
         "against derivations transformation",
         "answers",
         "compare",

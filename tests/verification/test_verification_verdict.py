@@ -96,6 +96,7 @@ def test_json_holds_everything() -> None:
         "worst": 0.25,
         "agrees": False,
         "tolerance": 1e-9,
+        "entry": [],
         "q": {"q": 0.1},
         "v": {"q'": -2.0},
         "t": 3.0,

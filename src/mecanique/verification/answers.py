@@ -15,9 +15,10 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification import derivations
 from mecanique.verification.conditioning import rounding
+from mecanique.verification.contributions import entry_rounding
 from mecanique.verification.derivations import InHouse
 from mecanique.verification.difference import scales
-from mecanique.verification.rows import TOLERANCE, evaluate, rows_of
+from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.verdict import Row
 from mecanique.wording import say_count
 
@@ -61,7 +62,7 @@ class Answers:
         return Answers(cut(self.engine), forms, self.notes)
 
     def rows(
-        self, mechanism: Mechanism, states: States, tolerance: float = TOLERANCE
+        self, mechanism: Mechanism, states: States, tolerance: float | None = None
     ) -> tuple[Row, ...]:
         """Compare every form with the engine, quantity by quantity.
 
@@ -69,9 +70,9 @@ class Answers:
             mechanism: whose answers they are.
             states: where they were asked.
             tolerance: largest relative difference that counts as agreement wherever rounding
-                explains less.
+                explains less; None for the usual one, and none of single entries.
         """
-        usual = rounding(mechanism, states, self.engine)
+        usual, entries = rounding(mechanism, states, self.engine), entry_rounding(mechanism, states)
         rows: list[Row] = []
         for name, ours in self.forms.items():
             most = usual
@@ -85,6 +86,7 @@ class Answers:
                 states.at(np.arange(count)),
                 mechanism,
                 rounding=most,
+                entries=entries,
                 tolerance=tolerance,
             )
         return tuple(rows)

@@ -35,7 +35,7 @@ def verify(
     seed: int = 0,
     *,
     against: Other | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     engines: Sequence[str] = ("pinocchio",),
 ) -> Verdict:
     """Compare the equations of motion derived in-house with another source at random states.
@@ -56,8 +56,10 @@ def verify(
             functions by name, e.g. `{"M": …, "C": …, "g": …}` (see
             `mecanique.verification.given.Functions`); or the path of a CSV file with states and
             forces, whose states are then used (see `mecanique.verification.given.read_samples`).
-        tolerance: largest relative difference that counts as agreement. Accelerations and reactions
-            may differ by more at states where rounding alone explains it; the verdict says so.
+        tolerance: largest relative difference that counts as agreement. When left out, each entry
+            of the mass matrix, and of bias and gravity, may differ by what rounding may make of it
+            (`mecanique.verification.contributions`), everything else, and another source, by 1e-9.
+            Where rounding alone explains more, it may differ by so much; the verdict says so.
         engines: those that read the file itself, if the mechanism was read from one, with their own
             parsers: "pinocchio", "mujoco", "drake" (extra `engines`). Where their mass matrix or
             bias differs, the verdict says why, and does not agree.
@@ -67,10 +69,10 @@ def verify(
             a positive number, or the other source is of no known kind.
         MecaniqueError: if a source cannot treat the mechanism at all.
     """
-    if not 0 < tolerance < math.inf:
+    if tolerance is not None and not 0 < tolerance < math.inf:
         raise InputError(f"expected a positive, finite tolerance, got {tolerance!r}")
     if against is not None:
-        return compare_with(mechanism, against, samples, seed, tolerance)
+        return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance)
     found = verdict if verdict.agrees else _explain(verdict, mechanism)
     return replace(found, readings=read_by(mechanism, engines, seed))
@@ -82,7 +84,7 @@ def compare(
     seed: int,
     *,
     quick: bool = False,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
 ) -> Verdict:
     """Compare every form of the in-house derivation with the engine, without looking for causes.
 
@@ -92,7 +94,7 @@ def compare(
         seed: of the random states.
         quick: whether only the jets and the recursion take part, and no reactions.
         tolerance: largest relative difference that counts as agreement wherever rounding explains
-            less.
+            less; None for the usual one, and none of single entries.
     """
     ours = derivations.derive_quickly(mechanism) if quick else derivations.derive_all(mechanism)
     states = random_states(mechanism, samples, seed, ours.assumptions)
@@ -105,7 +107,7 @@ def judge(
     answers: Answers,
     states: States,
     seed: int,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
 ) -> Verdict:
     """Return the verdict on what all sources answer.
 
@@ -115,7 +117,7 @@ def judge(
         states: where they were asked.
         seed: of the states.
         tolerance: largest relative difference that counts as agreement wherever rounding explains
-            less.
+            less; None for the usual one, and none of single entries.
     """
     rows = answers.rows(mechanism, states, tolerance)
     return Verdict(
@@ -123,7 +125,7 @@ def judge(
         tuple(sorted(rows, key=lambda row: QUANTITIES.index(row.quantity))),
         len(states),
         seed,
-        tolerance,
+        tolerance or TOLERANCE,
         mechanism.coordinates.names,
         mechanism.velocities,
         versions(),

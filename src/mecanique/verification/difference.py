@@ -9,7 +9,10 @@ engine's mass matrix:
 - acceleration: a_i d_i,
 - energies and momenta: as they are.
 
-The relative difference of x and y at a state is ‖x − y‖ / max(‖x‖, ‖y‖, floor). The floor keeps a
+Of the mass matrix each entry is judged by itself, on its own scale d_i d_j, so that a light part is
+seen wherever it moves with little else; of bias and gravity each entry is judged beside the whole
+vector (`mecanique.verification.contributions` has what rounding may make of each). Otherwise the
+relative difference of x and y at a state is ‖x − y‖ / max(‖x‖, ‖y‖, floor). The floor keeps a
 value that happens to pass through zero from being judged against its own rounding errors: a
 thousandth of the root mean square of ‖y‖ over all states, and not less than a thousandth of what 1
 m/s² or 1 m/s makes of the moving mass.
@@ -24,7 +27,15 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["QUANTITIES", "SMALL", "relative_difference", "relative_rounding", "scale", "scales"]
+__all__ = [
+    "QUANTITIES",
+    "SMALL",
+    "relative_difference",
+    "relative_differences",
+    "relative_rounding",
+    "scale",
+    "scales",
+]
 
 QUANTITIES = (
     "mass matrix",
@@ -88,19 +99,33 @@ def relative_difference(x: Array, y: Array, least: float) -> Array:
     return np.where(finite, difference, np.inf)
 
 
-def relative_rounding(rounding: Array, x: Array, y: Array, least: float) -> Array:
-    """Return the part of the relative difference that rounding explains, shape (n,).
+def relative_differences(x: Array, y: Array, least: float | None) -> Array:
+    """Return the relative difference of each entry, shape (n, k); infinite if not finite.
+
+    Args:
+        x: vectors of one source, shape (n, k).
+        y: vectors of the other, shape (n, k).
+        least: smallest size to judge a difference against; None if entries have size one.
+    """
+    with np.errstate(all="ignore"):
+        difference = np.abs(x - y) / (1.0 if least is None else _sizes(x, y, least)[:, None])
+    return np.where(np.isfinite(difference), difference, np.inf)
+
+
+def relative_rounding(rounding: Array, x: Array, y: Array, least: float | None) -> Array:
+    """Return the part of the relative difference that rounding explains, shape as given.
 
     It is at most a thousandth, however close to a singular one a state is.
 
     Args:
-        rounding: bound on ‖x − y‖ at each state, shape (n,).
+        rounding: bound on ‖x − y‖ at each state, shape (n,), or on each entry, shape (n, k).
         x: vectors of one source, shape (n, k).
         y: vectors of the other, shape (n, k).
-        least: smallest size to judge a difference against.
+        least: smallest size to judge a difference against; None if entries have size one.
     """
     with np.errstate(all="ignore"):
-        part = rounding / _sizes(x, y, least)
+        sizes = np.ones(len(x)) if least is None else _sizes(x, y, least)
+        part = rounding / sizes.reshape(-1, *[1] * (rounding.ndim - 1))
     return np.where(np.isnan(part), 0.0, np.minimum(part, _MOST))
 
 

@@ -13,10 +13,11 @@ from mecanique.model.states import States
 from mecanique.verification.difference import (
     QUANTITIES,
     relative_difference,
+    relative_differences,
     relative_rounding,
     scale,
 )
-from mecanique.verification.verdict import Row
+from mecanique.verification.verdict import TOLERANCE, Row
 from mecanique.wording import say_count
 
 __all__ = [
@@ -32,9 +33,6 @@ __all__ = [
 
 Values: TypeAlias = Mapping[str, Array]
 """What one source gives at all states: quantity -> shape (n, …)."""
-
-TOLERANCE = 1e-9
-"""Largest relative difference that counts as agreement."""
 
 _BY_MASS = (
     "kinetic energy",
@@ -121,11 +119,13 @@ def rows_of(
     mechanism: Mechanism,
     *,
     rounding: Values | None = None,
-    tolerance: float = TOLERANCE,
+    entries: Values | None = None,
+    tolerance: float | None = TOLERANCE,
 ) -> tuple[Row, ...]:
     """Compare two sources quantity by quantity.
 
-    A row reports the state where the difference is largest compared with what is allowed there.
+    A row reports the state, and the entry, where the difference is largest compared with what is
+    allowed there.
 
     Args:
         names: of the two sources.
@@ -135,45 +135,73 @@ def rows_of(
         mechanism: whose values they are.
         rounding: how far rounding may drive them apart, scaled, shape (n,) or more; see
             `mecanique.verification.conditioning`.
+        entries: how far rounding may drive single entries apart; see
+            `mecanique.verification.contributions`.
         tolerance: largest relative difference that counts as agreement wherever rounding makes
-            less.
+            less; None for the usual one, and none of what is judged entry by entry.
     """
     mass = moving_mass(mechanism)
+    usual = TOLERANCE if tolerance is None else tolerance
+    bounds = entries or {}
     rows = []
     for quantity in (name for name in QUANTITIES if name in ours):
         x, y = (
             scale(quantity, values[quantity], theirs["mass matrix"]) for values in (ours, theirs)
         )
-        least = least_size(quantity, mass)
-        difference, remark = relative_difference(x, y, least), ""
-        if quantity == "potential energy" and difference.max() > tolerance:
+        least, least_allowed, remark = least_size(quantity, mass), usual, ""
+        by_entry = quantity in bounds
+        if by_entry:
+            least_allowed = tolerance or 0.0
+            size = None if quantity == "mass matrix" else least
+            difference = relative_differences(x, y, size)
+            bound = scale(quantity, bounds[quantity][: len(states)], theirs["mass matrix"])
+            excused = relative_rounding(bound, x, y, size)
+        else:
+            difference = relative_difference(x, y, least)[:, None]
+            excused = np.zeros_like(difference)
+            if rounding is not None and quantity in rounding:
+                bound = rounding[quantity][: len(states)]
+                excused = relative_rounding(bound, x, y, least)[:, None]
+        if quantity == "potential energy" and difference.max() > usual:
             # a potential is known up to a constant only; differences decide
             offset, middle = float(np.median(x - y)), float(np.median(y))
             shifted = relative_difference(x - offset - middle, y - middle, least)
-            if shifted.max() <= tolerance:
-                difference = shifted
+            if shifted.max() <= usual:
+                difference = shifted[:, None]
                 remark = f"up to a constant of {offset:.6g} J, which no equation of motion sees"
         for name, values in zip(names, (ours, theirs), strict=True):
             bad = _count_not_finite(values[quantity])
             if bad:
                 remark = f"{name} is not finite at {bad} of {say_count(len(states), 'state')}"
-        excused = np.zeros(len(states))
-        if rounding is not None and quantity in rounding:
-            excused = relative_rounding(rounding[quantity][: len(states)], x, y, least)
-        worst = int(np.argmax(difference / np.maximum(excused, tolerance)))
+        part = difference / np.maximum(excused, max(least_allowed, np.finfo(float).tiny))
+        worst, entry = np.unravel_index(int(np.argmax(part)), part.shape)
         rows.append(
             Row(
                 quantity,
                 names,
-                float(difference[worst]),
+                float(difference[worst, entry]),
                 tuple(states.q[worst].tolist()),
                 tuple(states.v[worst].tolist()),
                 float(states.t[worst]),
                 remark,
-                float(excused[worst]),
+                float(excused[worst, entry]),
+                _names_of(int(entry), quantity, mechanism) if by_entry else (),
+                by_entry,
+                least_allowed,
             )
         )
     return tuple(rows)
+
+
+def _names_of(entry: int, quantity: str, mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of an entry's velocities or axis, of the mass matrix by its flat place."""
+    names = mechanism.velocities
+    if quantity == "mass matrix":
+        row, column = divmod(entry, len(names))
+        return names[row], names[column]
+    if quantity == "kinetic energy":
+        return ()
+    return (("xyz" if "momentum" in quantity else names)[entry],)
 
 
 def moving_mass(mechanism: Mechanism) -> float:

@@ -35,12 +35,13 @@ class Entry:
         name: of the robot or system.
         root: how the root link is held; empty for a textbook system.
         velocities: number of generalized velocities, 0 if it was refused.
-        worst: relative difference where it is largest compared with what is allowed; infinite if a
+        worst: the largest relative difference, of a disagreement if there is one; infinite if a
             number is not finite or it was refused.
         quantity: where that difference is, or what went wrong.
         refused: why it was refused, in one sentence; empty if it was compared.
         seconds: how long it took [s].
         rounding: relative difference that rounding alone explains there.
+        allowed: relative difference that counts as agreement there.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Entry:
     refused: str
     seconds: float
     rounding: float = 0.0
+    allowed: float = TOLERANCE
 
 
 @final
@@ -83,7 +85,7 @@ class Survey:
         Args:
             entry: one of the entries that were compared.
         """
-        return entry.worst <= max(self.tolerance, entry.rounding)
+        return entry.worst <= entry.allowed
 
     @property
     def summary(self) -> str:
@@ -232,7 +234,7 @@ def _entries(
 def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
     name, root = task
     start = perf_counter()
-    size, worst, quantity, refused, excused = 0, math.inf, "", "", 0.0
+    size, worst, quantity, refused, excused, allowed = 0, math.inf, "", "", 0.0, TOLERANCE
     try:
         mechanism = _load(name, root)
         from mecanique.verification.compare import compare
@@ -240,8 +242,9 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
         verdict = compare(mechanism, samples, seed, quick=bool(root))
         size = mechanism.nv
         if verdict.rows:
-            row = max(verdict.rows, key=lambda row: row.worst / verdict.tolerance_of(row))
-            worst, quantity, excused = row.worst, row.quantity, row.rounding
+            bad = [row for row in verdict.rows if not row.agrees]
+            row = max(bad or verdict.rows, key=lambda row: row.worst)
+            worst, quantity, excused, allowed = row.worst, row.quantity, row.rounding, row.allowed
     except MecaniqueError as error:
         refused = _short(str(error))
     except Exception as error:
@@ -249,7 +252,7 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
         # told
         quantity = f"{type(error).__name__}: {error}"
     seconds = perf_counter() - start
-    return Entry(name, root, size, worst, quantity, refused, seconds, excused)
+    return Entry(name, root, size, worst, quantity, refused, seconds, excused, allowed)
 
 
 def _load(name: str, root: str) -> Mechanism:

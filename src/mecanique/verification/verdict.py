@@ -17,7 +17,10 @@ from mecanique.verification.causes.cause import Cause
 from mecanique.verification.originals.reading import EngineReading
 from mecanique.wording import say_count
 
-__all__ = ["Row", "Verdict", "versions"]
+__all__ = ["TOLERANCE", "Row", "Verdict", "versions"]
+
+TOLERANCE = 1e-9
+"""Largest relative difference that counts as agreement of what is solved for, or has forces."""
 
 _MOST_FLAWS = 10
 """As many flaws of a description stand in the text of a verdict; JSON has all of them."""
@@ -40,7 +43,11 @@ class Row:
         t: time where it occurs [s].
         remark: what else is to be known, or empty.
         rounding: relative difference that rounding alone explains there, from the conditioning of
-            what is solved; 0 if nothing is solved for.
+            what is solved, or the terms of the entry; 0 if it is not known.
+        entry: names of the velocities, or the axis, of the entry where it is, if any.
+        by_entry: whether each entry is judged by itself, by the terms that it sums.
+        tolerance: what counts as agreement however little rounding explains; 0 if rounding alone
+            decides.
     """
 
     quantity: str
@@ -51,11 +58,24 @@ class Row:
     t: float
     remark: str = ""
     rounding: float = 0.0
+    entry: tuple[str, ...] = ()
+    by_entry: bool = False
+    tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
         # a NaN compares false with everything and would be lost by max(): it counts as infinitely
         # wrong
         object.__setattr__(self, "worst", math.inf if math.isnan(self.worst) else float(self.worst))
+
+    @property
+    def allowed(self) -> float:
+        """The largest difference that agrees: the tolerance, or what rounding makes."""
+        return max(self.tolerance, self.rounding)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the difference is within what is allowed."""
+        return self.worst <= self.allowed
 
 
 @final
@@ -69,7 +89,7 @@ class Verdict:
         samples: number of states.
         seed: of the random states.
         tolerance: largest relative difference that counts as agreement wherever rounding explains
-            less.
+            less; rows whose `tolerance` is 0 are judged by rounding alone.
         coordinates: names of the generalized coordinates.
         velocities: names of the generalized velocities.
         versions: of mecanique and what it stands on, by name.
@@ -108,23 +128,7 @@ class Verdict:
     def agrees(self) -> bool:
         """Whether every difference is within what is allowed, and engines read the file alike."""
         differ = any(reading.differs for reading in self.readings)
-        return bool(self.rows) and all(map(self.accepts, self.rows)) and not differ
-
-    def accepts(self, row: Row) -> bool:
-        """Return whether a row is within what is allowed.
-
-        Args:
-            row: one of the rows.
-        """
-        return row.worst <= self.tolerance_of(row)
-
-    def tolerance_of(self, row: Row) -> float:
-        """Return the relative difference allowed of a row: the tolerance, or what rounding makes.
-
-        Args:
-            row: one of the rows.
-        """
-        return max(self.tolerance, row.rounding)
+        return bool(self.rows) and all(row.agrees for row in self.rows) and not differ
 
     @property
     def summary(self) -> str:
@@ -138,11 +142,13 @@ class Verdict:
         if self.agrees:
             agreed = f"{self.mechanism}: agrees at {where}"
             return f"{agreed}, worst relative difference {self.worst:.1e}{rest}"
-        bad = dict.fromkeys(row.quantity for row in self.rows if not self.accepts(row))
+        rows = [row for row in self.rows if not row.agrees]
+        bad = dict.fromkeys(row.quantity for row in rows)
+        allowed = max((row.allowed for row in rows), default=self.tolerance)
         differ = [f"{r.engine} reads the file itself otherwise" for r in self.readings if r.differs]
         names = ", ".join([*bad, *differ]) or "nothing was compared"
         said = f"{self.mechanism}: DISAGREES at {where}: {names} "
-        return f"{said}(tolerance {self.tolerance:.0e}){rest}"
+        return f"{said}(tolerance {allowed:.0e}){rest}"
 
     @property
     def _random(self) -> str:
@@ -166,8 +172,9 @@ class Verdict:
                     "quantity": row.quantity,
                     "sources": list(row.sources),
                     "worst": _number(row.worst),
-                    "agrees": self.accepts(row),
-                    "tolerance": self.tolerance_of(row),
+                    "agrees": row.agrees,
+                    "tolerance": row.allowed,
+                    "entry": list(row.entry),
                     "q": dict(zip(self.coordinates, map(_number, row.q), strict=True)),
                     "v": dict(zip(self.velocities, map(_number, row.v), strict=True)),
                     "t": row.t,
@@ -214,13 +221,16 @@ class Verdict:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
             if row.remark:
                 told.append(f"{pair}: {row.remark}")
-            if row.rounding > self.tolerance:
+            if row.rounding > self.tolerance and not row.by_entry:
                 told.append(
                     f"{pair}: rounding may make {row.rounding:.1e}, from the conditioning at "
                     f"{self.state(row)}"
                 )
-            if not self.accepts(row):
-                told.append(f"{pair}: worst at {self.state(row)}")
+            if not row.agrees:
+                entry = f" in entry ({', '.join(row.entry)})" if row.entry else ""
+                more = f", rounding may make {row.rounding:.1e}," if row.by_entry else ""
+                told.append(f"{pair}: worst{entry}{more} at {self.state(row)}")
+        told += self._by_entry
         known = self.causes[0].alike if self.causes else ()
         causes = [cause for cause in self.causes if cause not in known]
         told += [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
@@ -234,6 +244,19 @@ class Verdict:
             rest = len(listed) - _MOST_FLAWS
             listed[_MOST_FLAWS:] = [f"… and {say_count(rest, 'flaw')} more; mecanique lint has all"]
         return tuple(listed)
+
+    @property
+    def _by_entry(self) -> list[str]:
+        """What is judged entry by entry, and how strictly."""
+        rows = [row for row in self.rows if row.by_entry]
+        if not rows:
+            return []
+        names = ", ".join(dict.fromkeys(row.quantity for row in rows))
+        most = max(row.rounding for row in rows)
+        allowed = "what rounding may make of its terms"
+        if any(row.tolerance for row in rows):
+            allowed = f"the tolerance, or {allowed}"
+        return [f"judged entry by entry, each within {allowed}, here up to {most:.0e}: {names}"]
 
     def __str__(self) -> str:
         widths = [max(map(len, column)) for column in zip(*self.table, strict=True)]
@@ -250,7 +273,7 @@ class Verdict:
         if row is None:
             return ""
         worst = f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite"
-        return worst if self.accepts(row) else f"{worst} !"
+        return worst if row.agrees else f"{worst} !"
 
 
 def _row(tag: str, cells: Sequence[str]) -> str:

@@ -26,6 +26,7 @@ class Frame:
     Args:
         turn: shape (n, 3, 3), its axes in the world.
         seat: shape (n, 3), its origin [m].
+        step: shape (n, 3), its origin from that of the link that carries it [m].
         velocity: shape (n, 3), of the origin [m/s].
         spin: shape (n, 3), angular velocity [rad/s].
         gamma: shape (n, 3), acceleration of the origin while the generalized velocities are
@@ -39,6 +40,7 @@ class Frame:
 
     turn: np.ndarray
     seat: np.ndarray
+    step: np.ndarray
     velocity: np.ndarray
     spin: np.ndarray
     gamma: np.ndarray
@@ -71,6 +73,7 @@ def frames(tree: tuple[Link, ...], places: list[np.ndarray], move: Motions) -> l
     ground = Frame(
         turn=np.broadcast_to(np.eye(3), (n, 3, 3)),
         seat=np.zeros((n, 3)),
+        step=np.zeros((n, 3)),
         velocity=np.zeros((n, 3)),
         spin=np.zeros((n, 3)),
         gamma=np.zeros((n, 3)),
@@ -108,6 +111,7 @@ def _carry(parent: Frame, link: Link, place: np.ndarray, move: Motions, own: sli
     return Frame(
         turn=turn,
         seat=parent.seat + r,
+        step=r,
         velocity=parent.velocity + np.cross(parent.spin, r) + sliding,
         spin=spin,
         gamma=parent.gamma

@@ -14,6 +14,7 @@ from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.tree.links import links, moving, place_of
 from mecanique.derivation.tree.poses import placement_matrix
 from mecanique.model.expression import Scalar
+from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
@@ -33,6 +34,8 @@ class FreeBody:
         seat: shape (n, 3), where its joint is, the origin of its frame [m].
         turn: shape (n, 3, 3), rotation of its frame.
         center: shape (n, 3), its center of mass [m].
+        step: shape (n, 3), its seat from its parent's [m].
+        arm: shape (n, 3), its center of mass from its seat [m].
         velocity: shape (n, 3), of the center of mass [m/s].
         spin: shape (n, 3), angular velocity [rad/s].
         inertia: shape (n, 3, 3), about the center of mass [kg·m²].
@@ -51,6 +54,8 @@ class FreeBody:
     seat: np.ndarray
     turn: np.ndarray
     center: np.ndarray
+    step: np.ndarray
+    arm: np.ndarray
     velocity: np.ndarray
     spin: np.ndarray
     inertia: np.ndarray
@@ -153,7 +158,8 @@ class FreeBodies:
         wrenches = self._wrenches(found, loaded, drives[:, None, :] * axes)
         bodies = []
         for k, joint in enumerate(self._joints):
-            bodies.append(self._body(k, found[self._place[joint.child]], move, *wrenches[k]))
+            chain = self._chain(joint)
+            bodies.append(self._body(k, [found[place] for place in chain], move, *wrenches[k]))
         springs = self._loads.energy(poses, move.r, len(states))
         return Snapshot(tuple(bodies), move, axes, self._holders, self._armature, springs)
 
@@ -161,10 +167,18 @@ class FreeBodies:
         """Return the free bodies that can move relative to the ground."""
         return [body for body in self.at(states).bodies if self._free[self._place[body.name]]]
 
+    def _chain(self, joint: Joint) -> list[int]:
+        """Return the places of a joint's links, from the child inward."""
+        place, chain = self._place[joint.child], list[int]()
+        while place != self._place[joint.parent]:
+            chain.append(place)
+            place = self._tree[place].parent
+        return chain
+
     def _body(
-        self, k: int, frame: Frame, move: Motions, force: np.ndarray, moment: np.ndarray
+        self, k: int, chain: list[Frame], move: Motions, force: np.ndarray, moment: np.ndarray
     ) -> FreeBody:
-        mass, center, inertia = self._masses[k]
+        frame, (mass, center, inertia) = chain[0], self._masses[k]
         arm = frame.turn @ center
         at = frame.seat + arm
         inward = np.cross(frame.spin, arm)
@@ -176,6 +190,9 @@ class FreeBodies:
             seat=frame.seat,
             turn=frame.turn,
             center=at,
+            # not as differences of places, which far from the world's origin lose digits
+            step=sum((link.step for link in chain[1:]), frame.step),
+            arm=arm,
             velocity=frame.velocity + inward,
             spin=frame.spin,
             inertia=frame.turn @ inertia @ np.swapaxes(frame.turn, 1, 2),

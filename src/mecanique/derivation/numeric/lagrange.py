@@ -35,6 +35,9 @@ from mecanique.model.states import States
 
 __all__ = ["Definition"]
 
+_LARGE = 2.0**40
+"""Accelerations beside which those of prescribed motions leave no rounding error in M."""
+
 
 @final
 class _Along:
@@ -77,15 +80,15 @@ class Definition(BatchDynamics):
         self._gravity = np.array(mechanism.evaluate_all(mechanism.gravity))
 
     def mass_matrix(self, states: States) -> np.ndarray:
-        """Return M: what Lagrange's operator adds for unit accelerations."""
+        """Return M: what Lagrange's operator adds for accelerations, by unit."""
         n, nv = len(states), self._mechanism.nv
         # M depends on neither v nor gravity; leaving them out avoids rounding errors
         q, t = np.tile(states.q, (nv + 1, 1)), np.tile(states.t, nv + 1)
         rest = np.zeros((len(q), nv))
         many = States(self._mechanism, q, rest, t, rest)
-        a = np.concatenate([np.zeros((1, nv)), np.eye(nv)]).repeat(n, axis=0)
+        a = np.concatenate([np.zeros((1, nv)), _LARGE * np.eye(nv)]).repeat(n, axis=0)
         E = self._inertia(many, a).reshape(nv + 1, n, nv)
-        return np.asarray(np.moveaxis(E[1:] - E[0], 0, -1))
+        return np.asarray(np.moveaxis(E[1:] - E[0], 0, -1)) / _LARGE
 
     def bias(self, states: States) -> np.ndarray:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity, shape (n, nv)."""

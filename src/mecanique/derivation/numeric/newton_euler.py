@@ -227,14 +227,11 @@ class Balances(BatchDynamics):
 
     def _transmit(self, at: Snapshot, needs: list[np.ndarray]) -> list[np.ndarray]:
         """Force and moment at the seat of each body's joint, each shape (n, 6, k)."""
-        needs = list(needs)
-        found: list[np.ndarray] = [np.zeros(0)] * len(needs)
-        for k in range(len(needs) - 1, -1, -1):
-            body, need = at.bodies[k], needs[k]
-            found[k] = _shift(need, body.center - body.seat)
+        found = [_shift(need, body.arm) for need, body in zip(needs, at.bodies, strict=True)]
+        for k in range(len(found) - 1, -1, -1):
+            body = at.bodies[k]
             if body.parent >= 0:
-                arm = body.center - at.bodies[body.parent].center
-                needs[body.parent] = needs[body.parent] + _shift(need, arm)
+                found[body.parent] = found[body.parent] + _shift(found[k], body.step)
         return found
 
     def _along(self, at: Snapshot, wrenches: list[np.ndarray]) -> np.ndarray:
@@ -281,11 +278,11 @@ class Balances(BatchDynamics):
             known[:, turn] = body.moment - body.tumbling
             # the reaction acts on the body, and its opposite on the parent
             force, couple = _rows(k, nv)
-            for other, sign in ((k, -1.0), (body.parent, 1.0)):
+            for other, sign, step in ((k, -1.0, 0.0), (body.parent, 1.0, body.step)):
                 if other < 0:
                     continue
                 push, turn = _rows(other)
-                arm = body.seat - at.bodies[other].center
+                arm = step - at.bodies[other].arm
                 A[:, push, force] += sign * np.eye(3)
                 A[:, turn, couple] += sign * np.eye(3)
                 A[:, turn, force] += sign * _cross(arm)
