@@ -114,7 +114,8 @@ def largest_of_entries(
                 with np.errstate(all="ignore"):
                     part = np.where(off > 0, off / bound.reshape(off.shape), 0.0)
                 largest = np.maximum(largest, np.nan_to_num(part, nan=np.inf).max(axis=1))
-    return largest.reshape(-1, samples).max(axis=1)
+    by_seed: Array = largest.reshape(-1, samples).max(axis=1)
+    return by_seed
 
 
 def largest_differences(answers: Answers, mechanism: Mechanism, samples: int) -> Array:

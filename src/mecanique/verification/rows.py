@@ -184,10 +184,10 @@ def rows_of(
                 tuple(states.v[worst].tolist()),
                 float(states.t[worst]),
                 remark,
-                float(excused[worst, entry]),
-                _names_of(int(entry), quantity, mechanism) if by_entry else (),
-                by_entry,
-                least_allowed,
+                rounding=float(excused[worst, entry]),
+                entry=_names_of(int(entry), quantity, mechanism) if by_entry else (),
+                by_entry=by_entry,
+                tolerance=least_allowed,
             )
         )
     return tuple(rows)
