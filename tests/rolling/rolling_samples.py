@@ -53,7 +53,9 @@ def coin() -> Mechanism:
     )
 
 
-def wheel(crown: float = 0.0, plane: Placement | None = None) -> Mechanism:
+def wheel(
+    crown: float = 0.0, plane: Placement | None = None, friction: float | None = None
+) -> Mechanism:
     """A free disk on a plane."""
     return Mechanism(
         "wheel",
@@ -61,7 +63,9 @@ def wheel(crown: float = 0.0, plane: Placement | None = None) -> Mechanism:
         (Floating("free", "ground", "disk"),),
         parameters=(m, r, g),
         gravity=(0, 0, -g),
-        contacts=(Rolling("rim", "disk", r, crown=crown, plane=plane or Placement()),),
+        contacts=(
+            Rolling("rim", "disk", r, crown=crown, plane=plane or Placement(), friction=friction),
+        ),
     )
 
 

@@ -15,11 +15,14 @@ ALL = [
     sleigh(),
     bowl(-2.0),
     stone(),
+    wheel(friction=0.3),
 ]
 
 
 @pytest.mark.parametrize(
-    "mechanism", ALL, ids=["tilted", "wheel", "turntable", "sleigh", "dome", "ellipsoid"]
+    "mechanism",
+    ALL,
+    ids=["tilted", "wheel", "turntable", "sleigh", "dome", "ellipsoid", "friction"],
 )
 def test_contacts_are_read_as_they_were_written(mechanism: Mechanism) -> None:
     text = write_urdf(mechanism)

@@ -44,6 +44,8 @@ class Rolling:
             frame, which makes an ellipsoid of it.
         bowl: radius of a sphere that takes the plane's place and touches it at its origin [m]: of a
             bowl that a ball rolls in, or minus that of a dome that it rolls on; zero for a plane.
+        friction: coefficient of friction, the ratio of friction to normal force beyond which it
+            would slip: motions say when; None if that is not asked.
     """
 
     name: str
@@ -56,6 +58,7 @@ class Rolling:
     plane: Placement = field(default=Placement())
     stretch: Vector = (1.0, 1.0, 1.0)
     bowl: Scalar = 0.0
+    friction: Scalar | None = None
 
     def __post_init__(self) -> None:
         where = f"rolling {self.name!r}"
@@ -64,6 +67,8 @@ class Rolling:
         object.__setattr__(self, "crown", self.radius if self.axis is None else plain(self.crown))
         object.__setattr__(self, "stretch", vector(self.stretch, f"stretch of {where}"))
         object.__setattr__(self, "bowl", plain(self.bowl))
+        if self.friction is not None:
+            object.__setattr__(self, "friction", plain(self.friction))
         if self.axis is not None:
             object.__setattr__(self, "axis", _unit(self.axis, f"the axis of {where}"))
         if (self.axis is not None or self.curved) and self.stretched:
@@ -89,8 +94,10 @@ class Rolling:
     @property
     def scalars(self) -> tuple[Scalar, ...]:
         """All expressions in it."""
-        place = (*self.center, *self.plane.xyz, *self.plane.rpy)
-        return (self.radius, self.crown, *place, *self.stretch, self.bowl)
+        sizes = [self.radius, self.crown, self.bowl]
+        sizes += [] if self.friction is None else [self.friction]
+        vectors = (self.center, self.plane.xyz, self.plane.rpy, self.stretch)
+        return (*sizes, *(scalar for each in vectors for scalar in each))
 
 
 @final

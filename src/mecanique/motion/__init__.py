@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from mecanique.motion.record.events import Event, Occurrence
     from mecanique.motion.record.motion import Motion, Statistics
     from mecanique.motion.simulation.simulate import simulate
+    from mecanique.motion.simulation.validity import contact_events
 
 __all__ = [
     "Audit",
@@ -44,6 +45,7 @@ __all__ = [
     "Statistics",
     "SteadyLinearization",
     "Trust",
+    "contact_events",
     "equilibria",
     "frequency_response",
     "inertial_check",
@@ -71,6 +73,7 @@ _HOMES = {
     "Statistics": "record.motion",
     "SteadyLinearization": "linear.steady",
     "Trust": "analysis.trust",
+    "contact_events": "simulation.validity",
     "equilibria": "linear.equilibria",
     "frequency_response": "linear.response",
     "inertial_check": "analysis.inertial",

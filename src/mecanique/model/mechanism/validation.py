@@ -416,8 +416,11 @@ def _radii(m: Description) -> Iterator[str]:
 
 
 def _surface(m: Description, contact: Rolling, radius: float) -> Iterator[str]:
-    """What an ellipsoid's stretch and a bowl's radius must be."""
+    """What an ellipsoid's stretch, a bowl's radius and a coefficient of friction must be."""
     where = f"contact {contact.name!r}"
+    if contact.friction is not None and not float(evaluate(contact.friction, m.values)) >= 0:
+        friction = float(evaluate(contact.friction, m.values))
+        yield f"{where}: expected a coefficient of friction of at least 0, got {friction:g}"
     for factor in (float(evaluate(s, m.values)) for s in contact.stretch):
         if not 0 < factor < math.inf:
             yield f"{where}: expected a stretch above 0, got {factor:g}"

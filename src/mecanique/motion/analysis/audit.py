@@ -10,12 +10,13 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.elements import Cord
+from mecanique.motion.simulation.validity import Pressing, pressings
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust
     from mecanique.motion.record.motion import Motion
 
-__all__ = ["Audit", "AuditRow", "audit"]
+__all__ = ["Audit", "AuditRow", "FrictionNeed", "audit"]
 
 _SLACK = 1e-9
 """A cord that would have to push by this part of its largest tension is slack."""
@@ -59,6 +60,30 @@ class AuditRow:
 
 @final
 @dataclass(frozen=True)
+class FrictionNeed:
+    """The coefficient of friction that a contact needs along a motion.
+
+    Args:
+        contact: its name.
+        coefficient: largest ratio of friction to normal force; NaN where that is undetermined.
+        time: when it is largest [s].
+    """
+
+    contact: str
+    coefficient: float
+    time: float
+
+    def __str__(self) -> str:
+        if np.isnan(self.coefficient):
+            return f"friction at {self.contact}: undetermined, other contacts share it"
+        return (
+            f"friction at {self.contact}: needs a coefficient of {self.coefficient:.4g}, "
+            f"at t = {self.time:.4g} s"
+        )
+
+
+@final
+@dataclass(frozen=True)
 class Audit:
     """What the audit of a motion found; its text is a table.
 
@@ -66,11 +91,13 @@ class Audit:
         rows: the balances.
         speed: largest speed of a body's center of mass [m/s].
         trust: until when the motion can be trusted, if it was asked for.
+        friction: what each body that rolls needs not to slip.
     """
 
     rows: tuple[AuditRow, ...]
     speed: float
     trust: Trust | None = None
+    friction: tuple[FrictionNeed, ...] = ()
 
     @property
     def ok(self) -> bool:
@@ -102,6 +129,7 @@ class Audit:
             f"largest speed {self.speed:.4g} m/s, {self.speed_of_light_fraction:.1e} of the speed "
             "of light"
         )
+        lines += map(str, self.friction)
         if self.trust is not None:
             lines.append(str(self.trust))
         return "\n".join(lines)
@@ -137,7 +165,33 @@ def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Au
         rows.append(_row("loops, in lengths or radians", drift[:, :1], 1.0, most, "", motion.t))
         rows.append(_row("rates of the loops", drift[:, 1:], speed, most, "1/s", motion.t))
     rows += _pulls(motion)
-    return Audit(tuple(rows), _largest_speed(motion), trust(motion, accuracy) if refine else None)
+    pressed = pressings(motion.reference, motion.q, motion.v, motion.t)
+    rows += _lifts(motion, pressed)
+    return Audit(
+        tuple(rows),
+        _largest_speed(motion),
+        trust(motion, accuracy) if refine else None,
+        tuple(_need(motion, each) for each in pressed),
+    )
+
+
+def _lifts(motion: Motion, pressed: tuple[Pressing, ...]) -> Iterator[AuditRow]:
+    """How far normal forces would have to pull, where bodies leave the ground."""
+    for each in pressed:
+        pull = np.maximum(-np.nan_to_num(each.normal), 0.0)[:, None]
+        size = float(np.nan_to_num(np.abs(each.normal)).max(initial=0.0)) or 1.0
+        yield _row(f"pull of {each.contact.name}, off", pull, size, _SLACK, "N", motion.t)
+
+
+def _need(motion: Motion, pressed: Pressing) -> FrictionNeed:
+    """The largest ratio of friction to normal force where the contact presses."""
+    with np.errstate(all="ignore"):
+        ratio = np.where(pressed.normal > 0, pressed.friction / pressed.normal, np.nan)
+    name = pressed.contact.name
+    if np.isnan(ratio).all():
+        return FrictionNeed(name, float("nan"), float("nan"))
+    worst = int(np.nanargmax(ratio))
+    return FrictionNeed(name, float(ratio[worst]), float(motion.t[worst]))
 
 
 def _pulls(motion: Motion) -> Iterator[AuditRow]:

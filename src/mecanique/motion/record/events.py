@@ -9,11 +9,13 @@ from typing import TypeAlias, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.contacts import Rolling
+from mecanique.model.elements import Cord
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
 
-__all__ = ["Event", "Occurrence", "Quantity"]
+__all__ = ["Event", "Occurrence", "Quantity", "break_names"]
 
 Quantity: TypeAlias = Callable[[float, np.ndarray, np.ndarray], float]
 """A function of t, q and v."""
@@ -159,6 +161,17 @@ class Occurrence:
     def impact(self) -> bool:
         """Whether the velocities jump."""
         return not np.array_equal(self.v, self.after)
+
+
+def break_names(mechanism: Mechanism) -> tuple[str, ...]:
+    """Return the names of the events at which contacts and cords cease to hold, in order."""
+    names = []
+    for each in mechanism.contacts:
+        if isinstance(each, Rolling):
+            names.append(f"{each.name} would pull")
+            names += [f"{each.name} would slip"] if each.friction is not None else []
+    cords = [each for each in mechanism.elements if isinstance(each, Cord)]
+    return *names, *(f"{name} would push" for cord in cords for name in cord.forces)
 
 
 def _functions(

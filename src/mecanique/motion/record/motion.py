@@ -16,7 +16,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.analysis.audit import Audit, audit
 from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.energies import Energies, energies
-from mecanique.motion.record.events import Event, Occurrence
+from mecanique.motion.record.events import Event, Occurrence, break_names
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -286,6 +286,7 @@ class Motion:
         if self.watched is not None:
             known = [each.name for each in self.watched]
             known += [occurrence.name for occurrence in self.events]
+            known += break_names(self.mechanism)
             if event not in known:
                 raise UnknownNameError("event", event, known)
         return np.array([occurrence.t for occurrence in self.events if occurrence.name == event])

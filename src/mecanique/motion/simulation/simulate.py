@@ -31,6 +31,7 @@ from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.limits import limit_events, refuse_limit, report_end
 from mecanique.motion.simulation.methods import METHODS
 from mecanique.motion.simulation.problem import Problem
+from mecanique.motion.simulation.validity import add_breaks
 from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
@@ -63,7 +64,8 @@ def simulate(
     The accelerations are the reference's, or those of the closed form derived in-house once both
     have been compared. Loops are closed at the start, what is given by name staying as it is if
     that is possible, and kept closed by projection. The motion is accurate to the tolerance at any
-    time, not only at the samples.
+    time, not only at the samples. Where what rolls would pull at its plane or slip, or a cord would
+    have to push, an event of the motion says so, e.g. "rim would pull"; `contact_events` stop it.
 
     Args:
         mechanism: what moves.
@@ -168,6 +170,7 @@ def simulate(
         engine=reference if own else None,
         rank=None if reference.closed is None else reference.closed.most,
     )
+    motion = add_breaks(motion, reference)
     if not integration.outcome.complete:
         raise failure(problem, integration, motion, q)
     refuse_indefinite(reference, motion.t, motion.q)

@@ -70,6 +70,8 @@ def contact_tag(mechanism: Mechanism, contact: Contact, anchors: Mapping[str, st
         shape["stretch"] = text(contact.stretch)
     if contact.curved:
         shape["bowl"] = write_number(mechanism.evaluate(contact.bowl), where)
+    if contact.friction is not None:
+        shape["friction"] = write_number(mechanism.evaluate(contact.friction), where)
     return Tag(ROLLING, **ends, **shape)
 
 
@@ -130,6 +132,10 @@ def _read_rolling(element: Element, report: Report, where: str) -> dict[str, Any
         return None
     plane = Placement(vector(xyz, "plane_xyz"), vector(rpy, "plane_rpy"))
     found: dict[str, Any] = {"radius": radius, "center": center, "plane": plane}
+    if "friction" in element.attributes:
+        found["friction"] = number(element, "friction", report, where)
+        if found["friction"] is None:
+            return None
     if "axis" not in element.attributes:
         stretch = numbers(element, "stretch", 3, report, where, default=_ONES)
         bowl = number(element, "bowl", report, where, default=0.0)

@@ -1,0 +1,193 @@
+"""Where contacts and cords cease to hold: forces that would pull or push, friction out of reach.
+
+What rolls presses on its plane, and a cord pulls; equations of motion know neither. Where the
+normal force or a tension passes zero, or friction the coefficient that a contact has, the motion
+from there on is that of no real mechanism.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.model.contacts import Rolling
+from mecanique.model.elements import Cord
+from mecanique.model.mechanism import Mechanism
+from mecanique.motion.record.curve import Curve
+from mecanique.motion.record.events import Event, Occurrence, break_names
+
+if TYPE_CHECKING:
+    from mecanique.motion.record.motion import Motion
+    from mecanique.reference import Reference
+
+__all__ = ["Pressing", "add_breaks", "contact_events", "pressings"]
+
+
+@final
+@dataclass(frozen=True)
+class Pressing:
+    """Normal force and friction of what rolls, along a motion.
+
+    Args:
+        contact: the contact.
+        normal: shape (n,); NaN where it is undetermined [N].
+        friction: shape (n,), its magnitude, likewise [N].
+    """
+
+    contact: Rolling
+    normal: Array
+    friction: Array
+
+
+def contact_events(mechanism: Mechanism, *, stop: bool = False) -> tuple[Event, ...]:
+    """Return the events at which contacts and cords cease to hold.
+
+    `simulate` finds them by itself in the motion it returns; given to it, they can stop it.
+
+    Args:
+        mechanism: a mechanism with contacts or cords.
+        stop: whether a motion ends at the first of them.
+    """
+    names = break_names(mechanism)
+    return tuple(Event(name, _Margin(mechanism, k), -1, stop) for k, name in enumerate(names))
+
+
+def add_breaks(motion: Motion, reference: Reference) -> Motion:
+    """Return a motion with the events at which its contacts and cords cease to hold.
+
+    Args:
+        motion: the motion; of events that it watched for itself nothing is added.
+        reference: the mechanism inside the engine.
+    """
+    if not break_names(motion.mechanism):
+        return motion
+    known = {event.name for event in motion.watched or ()}
+    found = _find_breaks(motion.mechanism, reference, motion.curve)
+    events = (*motion.events, *(each for each in found if each.name not in known))
+    return replace(motion, events=tuple(sorted(events, key=lambda each: each.t)))
+
+
+def _find_breaks(
+    mechanism: Mechanism, reference: Reference, curve: Curve
+) -> tuple[Occurrence, ...]:
+    """Return where along a motion contacts and cords cease to hold, amiss at its start or later.
+
+    Args:
+        mechanism: what moves.
+        reference: the mechanism inside the engine.
+        curve: the motion.
+    """
+    margins = _Margins(mechanism, reference)
+    from scipy.optimize import brentq
+
+    times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
+    rows = np.array([margins.at_time(curve, t) for t in times.tolist()])
+    found = []
+    for k, name in enumerate(margins.names):
+        falls = np.flatnonzero((rows[:-1, k] > 0) & (rows[1:, k] <= 0))
+        moments = [float(times[0])] if rows[0, k] < 0 else []
+        for i in falls.tolist():
+
+            def margin(t: float, k: int = k) -> float:
+                return float(margins.at_time(curve, t)[k])
+
+            moments.append(float(brentq(margin, times[i], times[i + 1], xtol=1e-13, rtol=1e-13)))
+        for t in moments:
+            state = curve(t)
+            found.append(Occurrence(name, t, state.q, state.v, state.v))
+    return tuple(found)
+
+
+def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Pressing, ...]:
+    """Return normal force and friction of all that rolls, in n states.
+
+    Args:
+        reference: the mechanism inside the engine.
+        q: shape (n, nq).
+        v: shape (n, nv).
+        t: shape (n,) [s].
+    """
+    rolling = [each for each in reference.mechanism.contacts if isinstance(each, Rolling)]
+    if not rolling:
+        return ()
+    states = zip(q, v, t.tolist(), strict=True)
+    forces = np.array([_contact_forces(reference, *state) for state in states])
+    names = _row_names(reference)
+    found = []
+    for contact in rolling:
+        N, x, y = (forces[:, names.index(f"{contact.name}: {row}")] for row in contact.rows)
+        found.append(Pressing(contact, N, np.hypot(x, y)))
+    return tuple(found)
+
+
+@final
+@dataclass(frozen=True)
+class _Margin:
+    """How far one of the limits is, as the quantity of an event."""
+
+    mechanism: Mechanism
+    which: int
+
+    def __call__(self, t: float, q: Array, v: Array) -> float:
+        from mecanique.reference import Reference
+
+        return float(_Margins(self.mechanism, Reference.of(self.mechanism)).at(q, v, t)[self.which])
+
+
+@final
+class _Margins:
+    """How far all limits are [N]: normal forces, what friction could add, tensions.
+
+    Args:
+        mechanism: whose they are.
+        reference: the mechanism inside the engine.
+    """
+
+    def __init__(self, mechanism: Mechanism, reference: Reference) -> None:
+        self._reference = reference
+        self._rolling = [each for each in mechanism.contacts if isinstance(each, Rolling)]
+        self._coefficients = [
+            None if each.friction is None else mechanism.evaluate(each.friction)
+            for each in self._rolling
+        ]
+        cords = [each for each in mechanism.elements if isinstance(each, Cord)]
+        self._tensions = [name for cord in cords for name in cord.forces]
+        self.names = break_names(mechanism)
+
+    def at_time(self, curve: Curve, t: float) -> Array:
+        """Return the margins on a motion, shape (n,)."""
+        state = curve(t)
+        return self.at(state.q, state.v, t)
+
+    def at(self, q: Array, v: Array, t: float) -> Array:
+        """Return the margins in a state, shape (n,); NaN where forces are undetermined."""
+        found: list[float] = []
+        if self._rolling:
+            forces, names = _contact_forces(self._reference, q, v, t), _row_names(self._reference)
+            for contact, coefficient in zip(self._rolling, self._coefficients, strict=True):
+                N, x, y = (forces[names.index(f"{contact.name}: {row}")] for row in contact.rows)
+                found.append(N)
+                if coefficient is not None:
+                    found.append(coefficient * N - np.hypot(x, y))
+        if self._tensions:
+            tensions = self._reference.guide_forces(q, v, t)
+            found += [float(tensions[name]) for name in self._tensions]
+        return np.array(found)
+
+
+def _contact_forces(reference: Reference, q: Array, v: Array, t: float) -> Array:
+    """The multipliers in a state that may be off the loops by the tolerance, NaN if not known."""
+    closed = reference.closed
+    assert closed is not None, "the mechanism has contacts"
+    solved = closed.solve(q, v, t)
+    known: Array = np.where(solved.determined, solved.multipliers, np.nan)
+    return known
+
+
+def _row_names(reference: Reference) -> tuple[str, ...]:
+    closed = reference.closed
+    assert closed is not None, "the mechanism has contacts"
+    return tuple(closed.closures.names)

@@ -1,0 +1,115 @@
+"""Where contacts and cords cease to hold, by hand."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rolling_samples import bowl, g, r, wheel
+
+import mecanique as mq
+from mecanique import Mechanism, Placement, Rolling, contact_events, simulate, textbook
+from mecanique.motion.analysis.audit import FrictionNeed
+from mecanique.motion.simulation.validity import pressings
+
+TOP = {"free_z": r.value}
+RADIUS, SPEED = 2.0, 0.3
+OFF = {"free_vx": SPEED}
+PART = 7 * SPEED**2 / (g.value * (RADIUS + r.value))
+
+
+def dome(friction: float | None = None) -> Mechanism:
+    """A ball that rolls down from the top of a dome."""
+    mechanism = bowl(-RADIUS)
+    (contact,) = mechanism.contacts
+    assert isinstance(contact, Rolling)
+    return replace(mechanism, contacts=(replace(contact, friction=friction),))
+
+
+def slope_of(q: np.ndarray) -> float:
+    """The angle of the normal with the vertical on the dome."""
+    return float(np.arccos((q[2] + RADIUS) / (RADIUS + r.value)))
+
+
+def test_a_ball_leaves_a_dome_where_theory_says() -> None:
+    """A ball that rolls off at v leaves where 17 cos = 10 + 7 v²/(g (R + r)) (Lamb, 1914)."""
+    motion = simulate(dome(), q=TOP, v=OFF, duration=2.3, rtol=1e-8)
+    (event,) = motion.events
+    assert event.name == "inside would pull"
+    assert np.cos(slope_of(event.q)) == pytest.approx((10 + PART) / 17, abs=1e-6)
+    assert motion.times("inside would pull").tolist() == [event.t]
+    assert "event inside would pull: t = " in motion.summary()
+    assert not motion.audit()["pull of inside, off"].ok
+    stopped = simulate(
+        dome(),
+        q=TOP,
+        v=OFF,
+        duration=2.3,
+        rtol=1e-8,
+        events=contact_events(dome(), stop=True),
+    )
+    assert stopped.t[-1] == pytest.approx(event.t, abs=1e-7)
+    assert [each.name for each in stopped.events] == ["inside would pull"]
+
+
+def test_a_ball_slips_before_it_leaves() -> None:
+    """Friction is 2 m g sin/7, the normal force m g (17 cos − 10)/7 less m v²/(R + r)."""
+    motion = simulate(dome(0.4), q=TOP, v=OFF, duration=2.3, rtol=1e-8)
+    assert [each.name for each in motion.events] == ["inside would slip", "inside would pull"]
+    angle = slope_of(motion.events[0].q)
+    assert 2 * np.sin(angle) / (17 * np.cos(angle) - 10 - PART) == pytest.approx(0.4, abs=1e-6)
+
+
+def test_the_friction_that_is_needed() -> None:
+    """tan(slope)/3 for a disk."""
+    slope = 0.3
+    disk = wheel(plane=Placement(rpy=(0, slope, 0)))
+    start = {
+        "free_x": r.value * np.sin(slope),
+        "free_z": r.value * np.cos(slope),
+        "free_qy": np.sin(slope / 2),
+        "free_qw": np.cos(slope / 2),
+    }
+    audit = simulate(disk, q=start, duration=0.3, rtol=1e-8).audit()
+    (need,) = audit.friction
+    assert need.coefficient == pytest.approx(np.tan(slope) / 3, rel=1e-6)
+    assert "friction at rim: needs a coefficient of 0.1031" in str(audit)
+    assert audit["pull of rim, off"].ok
+
+
+def test_friction_that_contacts_share_is_undetermined() -> None:
+    cart = textbook.load("two_wheeled_cart")
+    q = mq.assemble(cart, {"z": 0.3, "pitch": 0.3})
+    left, right = pressings(mq.Reference(cart), q[None], np.zeros((1, cart.nv)), np.zeros(1))
+    assert left.normal == pytest.approx(right.normal)
+    assert np.isnan([left.friction, right.friction]).all()
+    need = FrictionNeed("left_contact", float("nan"), float("nan"))
+    assert str(need) == "friction at left_contact: undetermined, other contacts share it"
+
+
+def test_a_cord_that_would_push_is_an_event() -> None:
+    """The weight follows its cord while the push is less than its weight less m2 a."""
+    machine = textbook.load("atwood_machine")
+    rising = mq.Force("push", "weight2", (0, 0, 0), (0, 0, 50.0 * mq.time()))
+    pushed = replace(machine, forces=(rising,))
+    motion = simulate(pushed, q={"x": -0.5}, duration=0.5, rtol=1e-9)
+    named = {each.name: each for each in motion.events}
+    s = machine.values
+    inertia = s["m1"] + s["m2"] + s["M"] / 2
+    # T2 = m2 (g + a) − P = 0 with a = ((m1 − m2) g + P)/inertia
+    a = (s["m1"] - s["m2"]) * s["g"] / inertia
+    expected = s["m2"] * (s["g"] + a) / (1 - s["m2"] / inertia) / 50.0
+    assert named["cord_2 would push"].t == pytest.approx(expected, rel=1e-6)
+
+
+def test_what_is_amiss_at_the_start_is_told() -> None:
+    mechanism = bowl(RADIUS)
+    lifted = replace(mechanism, gravity=(0.0, 0.0, float(g.value)))
+    motion = simulate(lifted, q=TOP, duration=0.1)
+    assert [(each.name, each.t) for each in motion.events] == [("inside would pull", 0.0)]
+
+
+def test_a_coefficient_below_zero_is_refused() -> None:
+    with pytest.raises(mq.MechanismError, match=r"friction of at least 0, got -0\.1"):
+        dome(-0.1)
