@@ -14,7 +14,7 @@ from mecanique.cli import app
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
-INSTALLERS = ("pip ", "pytest")
+INSTALLERS = ("pip ", "pytest", "sphinx-build ")
 
 COMMANDS = [
     command.strip()

@@ -109,9 +109,9 @@ def floating(
 ) -> tuple[ByName, ByName]:
     """Return the positions and velocities by name that put a free body into a state.
 
-    They go where states are given by name, e.g. with q, v = floating(…) into simulate(mechanism,
-    q={**q, "elbow": 0.3}, v=v). What is not given is zero; of conventions none is taken for
-    granted. Each of shape (k,) may have the shape (n, k), for n states.
+    They go where states are given by name, e.g. with `q, v = floating(…)` into
+    `simulate(mechanism, q={**q, "elbow": 0.3}, v=v)`. What is not given is zero; no
+    convention is taken for granted. Each of shape (k,) may have the shape (n, k), for n states.
 
     Args:
         mechanism: one with a body that moves freely in the world, e.g. a robot that was read with

@@ -142,12 +142,12 @@ class Linearization:
 
     @property
     def frequencies(self) -> np.ndarray:
-        """Natural frequencies |λ|, shape (n,), ascending; 0 where nothing oscillates [rad/s]."""
+        """Natural frequencies `|λ|`, shape (n,), ascending; 0 where nothing oscillates [rad/s]."""
         return self._modal[0]
 
     @property
     def damping(self) -> np.ndarray:
-        """Damping ratios −Re λ / |λ|, shape (n,), NaN where nothing oscillates."""
+        """Damping ratios `−Re λ / |λ|`, shape (n,), NaN where nothing oscillates."""
         return self._modal[1]
 
     @property

@@ -1,0 +1,152 @@
+"""The parts of the documentation that the code already says."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import mecanique as mq
+from mecanique.urdf.dialect import EXTENSIONS
+from mecanique.urdf.rules import RULES
+from mecanique.verification.facts import check
+from mecanique.viewing.gallery import gallery
+
+BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
+SAMPLES = 20
+"""States of each verdict in the table of validation."""
+API = {
+    "Describing a mechanism": ("mecanique.model",),
+    "Equations of motion": ("mecanique.derivation", "mecanique.derivation.equations"),
+    "The reference": ("mecanique.reference",),
+    "Verdicts and checks": ("mecanique.verification", "mecanique.checking"),
+    "Motions": ("mecanique.motion",),
+    "Pages, views and figures": ("mecanique.viewing", "mecanique.figure"),
+    "URDF": ("mecanique.urdf",),
+    "Code": ("mecanique.generation",),
+    "Errors": ("mecanique.errors",),
+}
+"""The chapters of the API reference, each with the rooms its names live in."""
+
+
+def write_all(directory: Path) -> None:
+    """Write all generated pages; MECANIQUE_DOCS_SYSTEMS limits the gallery to some systems."""
+    directory.mkdir(exist_ok=True)
+    (directory / "lint_rules.md").write_text(lint_rules(), encoding="utf-8")
+    (directory / "urdf_tags.md").write_text(urdf_tags(), encoding="utf-8")
+    (directory / "benchmarks.md").write_text(benchmarks(), encoding="utf-8")
+    (directory / "validation.md").write_text(validation(chosen()), encoding="utf-8")
+    for title, text in api_pages():
+        (directory / f"api_{slug(title)}.md").write_text(text, encoding="utf-8")
+    cards = gallery(directory / "pages" / "gallery", chosen())
+    faults = [f"{card.name}: {card.fault}" for card in cards if card.fault]
+    if faults:
+        raise RuntimeError("pages of the gallery failed: " + "; ".join(faults))
+
+
+def chosen() -> list[str]:
+    """Return the systems to show: all, unless MECANIQUE_DOCS_SYSTEMS names some."""
+    return os.environ.get("MECANIQUE_DOCS_SYSTEMS", "").split() or list(mq.textbook.names())
+
+
+def validation(systems: list[str]) -> str:
+    """Return the table of verdicts, computed now."""
+    rows = []
+    for name in systems:
+        verdict = mq.verify(mq.textbook.load(name), samples=SAMPLES)
+        facts = check(name)
+        said = "agrees" if verdict.agrees else "**disagrees**"
+        holding = sum(row.holds for row in facts)
+        source = cell(mq.textbook.entry(name).source)
+        rows.append(
+            f"| `{name}` | {said} | {verdict.worst:.0e} | {holding} of {len(facts)} | {source} |"
+        )
+    head = "| system | verdict | worst difference | facts that hold | source |"
+    return table(head, rows)
+
+
+def benchmarks() -> str:
+    """Return the table of the measurements in tests/benchmarks."""
+    rows = []
+    for path in sorted(BENCHMARKS.glob("*.py")):
+        text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        says = text.partition("\n")[0]
+        rows.append(f"| `python tests/benchmarks/{path.name}` | {cell(says)} |")
+    return table("| command | what it measures |", rows)
+
+
+def lint_rules() -> str:
+    """Return the table of the linter's rules."""
+    rows = [
+        f"| {rule.code} | {rule.name} | {rule.severity} | {cell(rule.why)} | {cell(rule.remedy)} |"
+        for rule in RULES.values()
+    ]
+    return table("| code | name | severity | why it matters | remedy |", rows)
+
+
+def urdf_tags() -> str:
+    """Return the table of the extensions below `robot` that other programs share."""
+    rows = [
+        f"| `{each.tag}` | {cell(each.meaning)} | "
+        + "; ".join(f"`{child.tag}`: {cell(child.meaning)}" for child in each.children.values())
+        + " |"
+        for each in EXTENSIONS.values()
+    ]
+    return table("| tag | meaning | children |", rows)
+
+
+def api_pages() -> Iterator[tuple[str, str]]:
+    """Yield every chapter's title and page; together they hold all public names.
+
+    Raises:
+        RuntimeError: if a public name stands in no chapter.
+    """
+    homes = {name: home(name) for name in mq.__all__ if name != "textbook"}
+    told: set[str] = set()
+    for title, rooms in API.items():
+        chapter = sorted(
+            (name for name, at in homes.items() if belongs(at, rooms)), key=str.casefold
+        )
+        told.update(chapter)
+        yield title, f"# {title}\n\n" + "\n".join(directive(name) for name in chapter)
+    missing = homes.keys() - told
+    if missing:
+        raise RuntimeError(f"these public names stand in no chapter: {', '.join(sorted(missing))}")
+
+
+def home(name: str) -> str:
+    """Return the module a public name is imported from."""
+    return str(mq._HOMES[name])
+
+
+def belongs(module: str, rooms: tuple[str, ...]) -> bool:
+    """Return whether a module is one of the rooms or lies within one."""
+    return any(module == room or module.startswith(f"{room}.") for room in rooms)
+
+
+def directive(name: str) -> str:
+    """Return the directive that documents one public name."""
+    thing = getattr(mq, name)
+    if inspect.isclass(thing):
+        kind = "autoexception" if issubclass(thing, Exception) else "autoclass"
+    else:
+        kind = "autofunction" if callable(thing) else "autodata"
+    return f"```{{eval-rst}}\n.. {kind}:: mecanique.{name}\n```\n"
+
+
+def table(head: str, rows: list[str]) -> str:
+    """Return a Markdown table."""
+    ruler = "|" + " --- |" * (head.count("|") - 1)
+    return "\n".join([head, ruler, *rows, ""])
+
+
+def cell(text: str) -> str:
+    """Return text for a cell of a table."""
+    return text.replace("|", "\\|").replace("<", "&lt;")
+
+
+def slug(title: str) -> str:
+    """Return the file name of a chapter."""
+    return title.lower().replace(",", "").replace(" ", "_")
