@@ -25,8 +25,13 @@ EXAMPLES = {
 """For each recipe, what only the files that it lists name: one of its kind stands for all."""
 
 ELSEWHERE = {
-    # a joint's own damping is read where URDF's joints are, and varied with them
-    "force": {"urdf/read.py", "model/mechanism/variants.py"},
+    # a joint's own damping is read where URDF's joints are, and varied with them; a spring's free
+    # length that was forgotten is one of the mistakes that a check looks for
+    "force": {
+        "checking/mistakes/hypotheses.py",
+        "model/mechanism/variants.py",
+        "urdf/read.py",
+    },
 }
 
 MOST = {"joint": 9, "force": 8}
