@@ -69,7 +69,7 @@ ORDER: dict[str, list[str]] = {
         "scalars",
         "numeric printing",
         "symbolic",
-        "matrix_form glossary",
+        "matrix_form glossary term_units",
         "document",
         "equations",
         "methods",

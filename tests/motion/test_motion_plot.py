@@ -56,7 +56,7 @@ def test_plots_that_do_not_exist_are_refused(
 
 def test_units_follow_the_joints_and_the_map() -> None:
     q, s = mq.coordinate("q"), mq.coordinate("s")
-    L = mq.Parameter("L", 2.0, "m")
+    L = mq.Parameter("L", 2.0)
     mechanism = mq.Mechanism(
         "all",
         (mq.Body("ground"), *(mq.Body(name, mq.box(1.0, (1, 1, 1))) for name in "abcde")),

@@ -5,15 +5,21 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import mecanique as mq
+from mecanique.model.units import add_unit
 
 __all__ = ["Form", "derivation", "derivations"]
 
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
 
-def derivation(mechanism: mq.Mechanism, method: str, form: Form, steps: bool) -> str:
+def derivation(
+    mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
+) -> str:
     """Return the equations of motion by one method."""
     equations = mq.derive(mechanism, method=method)
+    if units and equations.symbolic:
+        lines = zip(map(str, equations.equations), equations.units, strict=True)
+        return "\n".join(add_unit(line, unit) for line, unit in lines)
     return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
         steps=steps
     )

@@ -68,17 +68,22 @@ def derive(
     steps: Annotated[
         bool, typer.Option("--steps", help="Show every step of the derivation.")
     ] = False,
+    units: Annotated[
+        bool, typer.Option("--units", help="Show the unit that each line's terms have, in text.")
+    ] = False,
     parameters: Parameters = None,
     *,
     reading: Reading,
 ) -> None:
     """Print the equations of motion."""
+    if units and (form != "text" or steps or method == "all"):
+        raise typer.BadParameter("expected --units without --steps, --format and --method all")
     chosen = choose(system, parameters, reading)
     with working("Deriving the equations of motion"):
         text = (
             derivations(chosen.mechanism, form)
             if method == "all"
-            else derivation(chosen.mechanism, method, form, steps)
+            else derivation(chosen.mechanism, method, form, steps, units=units)
         )
     say(text)
 

@@ -19,6 +19,7 @@ from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Stage
+from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
@@ -88,6 +89,11 @@ class Equations(Dynamics):
     def equations(self) -> tuple[Equation, ...]:
         """The equations as a textbook prints them: of each velocity, then of the loops."""
         return self.document.equations
+
+    @cached_property
+    def units(self) -> tuple[str, ...]:
+        """The unit that the terms of each equation have, as it is printed."""
+        return tuple(unit_of(self.derivation, equation) for equation in self.equations)
 
     @cached_property
     def M(self) -> Matrix:

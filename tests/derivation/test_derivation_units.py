@@ -1,0 +1,39 @@
+"""The terms of each equation are in one unit."""
+
+from __future__ import annotations
+
+import pytest
+
+from mecanique import textbook
+from mecanique.cli import derivations
+from mecanique.derivation import derive
+from mecanique.derivation.term_units import find_units
+
+NUMBERS = {"squeezer"}
+"""Systems whose description holds plain numbers for quantities with a unit."""
+
+READ = [name for name in textbook.names() if textbook.load(name).nv <= 5 and name not in NUMBERS]
+
+
+@pytest.mark.parametrize("name", READ)
+def test_all_terms_of_an_equation_are_in_one_unit(name: str) -> None:
+    equations = derive(textbook.load(name))
+    if not equations.symbolic:
+        pytest.skip(equations.why_not)
+    for equation in equations.equations:
+        found = find_units(equations.derivation, equation)
+        assert None not in found
+        assert len(set(found)) == 1
+
+
+def test_units_are_those_of_the_printed_line() -> None:
+    cart = derive(textbook.load("two_blocks"))
+    assert cart.units == ("N", "N")
+    pendulum = derive(textbook.load("rigid_bar_pendulum"))
+    assert pendulum.units == ("1/s²",)
+    loop = derive(textbook.load("slider_crank"), "newton_euler")
+    assert loop.units == ("N·m", "N", "N", "m", "m")
+    said = derivations.derivation(
+        textbook.load("two_blocks"), "lagrange", "text", False, units=True
+    )
+    assert [line[-4:] for line in said.splitlines()] == [" [N]", " [N]"]
