@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Literal, TypeAlias
 
 import mecanique as mq
-from mecanique.model.units import add_unit
 
 __all__ = ["Form", "derivation", "derivations"]
 
@@ -18,6 +17,8 @@ def derivation(
     """Return the equations of motion by one method."""
     equations = mq.derive(mechanism, method=method)
     if units and equations.symbolic:
+        from mecanique.model.units import add_unit
+
         lines = zip(map(str, equations.equations), equations.units, strict=True)
         return "\n".join(add_unit(line, unit) for line, unit in lines)
     return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
