@@ -97,7 +97,7 @@ ORDER: dict[str, list[str]] = {
     "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
-    "checking.judgement": ["truth", "motion"],
+    "checking.judgement": ["truth", "motion quantities", "formula"],
     "generation": [
         "identifiers quantities",
         "program",

@@ -10,17 +10,16 @@ import numpy as np
 
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement, define, read
-from mecanique.checking.judgement.motion import Residual, count_independent, residuals
+from mecanique.checking.judgement.formula import judge_formula
+from mecanique.checking.judgement.motion import Residual, count_missing, residuals
+from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
-from mecanique.errors import InputError, UnknownNameError
+from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["Checker", "check"]
-
-QUESTIONS = ("equation of motion",)
-"""What may be asked for."""
 
 
 def check(
@@ -39,7 +38,9 @@ def check(
     Args:
         mechanism: what the formula is about.
         text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
-        ask: what it is meant to be, e.g. "equation of motion".
+        ask: what it is meant to be: "equation of motion", "kinetic energy", "potential energy",
+            "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
+            "frequency", "equilibrium" or "reaction".
         let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to
             formula.
         seed: of the random states.
@@ -69,6 +70,7 @@ class Checker:
     def __init__(self, mechanism: Mechanism, seed: int = 0) -> None:
         self.mechanism = mechanism
         self.truth = Truth(mechanism, seed)
+        self._asked: dict[str, Quantity] = {}
         self.search = Search(self.truth, Letters.of(mechanism))
 
     def check(
@@ -84,18 +86,63 @@ class Checker:
             ask: what it is meant to be.
             let: definitions of further letters.
         """
-        if ask not in QUESTIONS:
-            raise UnknownNameError("question", ask, QUESTIONS)
-        letters = self._letters(let)
-        statements = read(text, letters)
-        return self._motion(statements, text)
+        if ask in ("equation of motion", "equations of motion"):
+            statements = read(text, self._letters(let, self.truth.further_letters))
+            return self._motion(statements, text)
+        quantity = self._ask(ask)
+        own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
+        letters = self._letters(let, [name for name in quantity.letters if name not in own])
+        return self._formula(read(text, letters), quantity, ask, text)
 
-    def _letters(self, let: Sequence[str] | Mapping[str, str]) -> Letters:
+    def _ask(self, question: str) -> Quantity:
+        if question not in self._asked:
+            self._asked[question] = ask_for(self.truth, question)
+        return self._asked[question]
+
+    def _formula(
+        self, statements: Sequence[Statement], quantity: Quantity, ask: str, text: str
+    ) -> Check:
+        """Return the verdict on formulas of a quantity."""
+        judged = judge_formula(statements, self.truth, quantity, text)
+        several = len(judged) > 1
+        lines = []
+        for number, one in enumerate(judged, 1):
+            causes: tuple[Cause, ...] = ()
+            if not one.holds and one.residual is not None:
+                causes = self.search.mend(one.residual, number if several else 0, text)
+            outcome: Outcome = "right" if one.holds else "wrong"
+            if one.holds and one.forms:
+                outcome = "right except for form"
+            lines.append(Line(one.statement.text, outcome, one.worst, one.forms, causes))
+        forms = [form for line in lines for form in line.forms]
+        wrong = any(line.outcome == "wrong" for line in lines)
+        whole: Outcome = "wrong" if wrong else "right"
+        if not wrong and quantity.kind == "several" and quantity.values is not None:
+            missing = len(quantity.values) - len({line.text for line in lines})
+            if missing > 0:
+                whole = "incomplete"
+                forms.append(f"{missing} of {len(quantity.values)} frequencies missing")
+        if whole == "right" and forms:
+            whole = "right except for form"
+        return Check(
+            mechanism=self.mechanism.name,
+            asked=ask,
+            outcome=whole,
+            lines=tuple(lines),
+            states=self.truth.sample.count,
+            varied=self.truth.sample.varied,
+            forms=tuple(dict.fromkeys(forms)),
+            causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
+        )
+
+    def _letters(
+        self, let: Sequence[str] | Mapping[str, str], further: Sequence[str] = ()
+    ) -> Letters:
         if isinstance(let, str):
             raise InputError(f"expected a list of definitions, got the text {let!r}")
         if isinstance(let, Mapping):
             let = [f"{name} = {formula}" for name, formula in let.items()]
-        letters = Letters.of(self.mechanism)
+        letters = Letters.of(self.mechanism, further)
         for definition in let:
             _, _, letters = define(definition, letters)
         return letters
@@ -114,10 +161,10 @@ class Checker:
         outcome: Outcome = "wrong" if bad else "right"
         if not bad:
             nv = self.mechanism.nv
-            independent = count_independent(found)
-            if independent < nv:
+            missing = count_missing(found)
+            if missing:
                 outcome = "incomplete"
-                forms.append(f"{nv - independent} of {nv} equations missing")
+                forms.append(f"{missing} of {nv} equations missing")
             forms += [form for line in lines for form in line.forms]
             if outcome == "right" and forms:
                 outcome = "right except for form"

@@ -32,7 +32,13 @@ def check(
         ),
     ],
     ask: Annotated[
-        str, typer.Option(metavar="WORDS", help="What it is meant to be.")
+        str,
+        typer.Option(
+            metavar="WORDS",
+            help="What it is meant to be: equation of motion, kinetic energy, potential energy, "
+            "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
+            "equilibrium or reaction.",
+        ),
     ] = "equation of motion",
     let: Annotated[
         list[str] | None,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache
@@ -366,25 +366,25 @@ class _Builder(Transformer[Any, Any]):
             raise FormulaError("a matrix within a matrix", self._text, entries[0].start)
         return tree.compound("table", *entries, columns=width)
 
-    def argument(self, parts: list[Any]) -> list[Node]:
-        found: list[Node] = parts[1]
-        return found
+    def argument(self, parts: list[Any]) -> Node:
+        return _place(tree.compound("table", *parts[1]), parts)
 
-    def argument_fraction(self, parts: list[Any]) -> list[Node]:
-        return [self.fraction(parts)]
+    def argument_fraction(self, parts: list[Any]) -> Node:
+        return _place(tree.compound("table", self.fraction(parts)), parts)
 
     def function(self, parts: list[Any]) -> Node:
         token, arguments = parts
-        return _place(self._call(token, arguments), parts)
+        return _place(self._call(token, arguments.parts), parts)
 
     def raised_function(self, parts: list[Any]) -> Node:
         token, _, exponent, arguments = parts
         inverse = exponent.kind == "negative" and exponent.parts[0].value == 1
         if inverse and token in ("sin", "cos", "tan"):
-            return _place(self._call(token.update(value=f"a{token}"), arguments), parts)
-        return _place(self._power(self._call(token, arguments), exponent), parts)
+            inverted = token.update(value=f"a{token}")
+            return _place(self._call(inverted, arguments.parts), parts)
+        return _place(self._power(self._call(token, arguments.parts), exponent), parts)
 
-    def _call(self, token: LarkToken, arguments: list[Node]) -> Node:
+    def _call(self, token: LarkToken, arguments: Sequence[Node]) -> Node:
         wanted = FUNCTIONS[token]
         if len(arguments) != wanted:
             raise FormulaError(
@@ -417,11 +417,5 @@ _MOST_FACTORS = 64
 def _place(node: Node, parts: list[Any]) -> Node:
     first, last = parts[0], parts[-1]
     start = first.start if isinstance(first, Node) else (first.start_pos or 0)
-    end = last.end_pos if isinstance(last, LarkToken) else _end(last)
+    end = last.end_pos if isinstance(last, LarkToken) else last.end
     return node.at(start, max(start, end or start))
-
-
-def _end(part: Node | list[Node]) -> int:
-    if isinstance(part, list):
-        return part[-1].end + 1
-    return part.end

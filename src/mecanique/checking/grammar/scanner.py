@@ -94,7 +94,7 @@ _DOT = re.compile(
 )
 _FONT = re.compile(
     r"\\(?:mathrm|mathit|mathbf|mathsf|text|textrm|operatorname\*?|boldsymbol|bm)\s*"
-    r"\{\s*(?P<word>[A-Za-z0-9_]+)\s*\}"
+    r"\{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}"
 )
 _SUBSCRIPT = re.compile(r"\s*_\s*(?:\{(?P<long>[^{}]{1,40})\}|(?P<short>\\?[A-Za-z]+|\d))")
 _ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*\}(?:\{[lcr|]*\})?")
@@ -252,7 +252,7 @@ class Scanner:
             return self._derivative(found["word"], int(found["order"] or 1), found)
         found = _WORD.match(text, at)
         assert found is not None
-        word, end = found[0].replace("{", "").replace("}", ""), found.end()
+        word, end = re.sub(r"[{}\\\s]", "", found[0]), found.end()
         return self._name(word, at, end)
 
     def _name(self, word: str, at: int, end: int) -> int:
@@ -361,9 +361,6 @@ class Scanner:
             return found.end()
         if found := _SPACING.match(text, at):
             return found.end()
-        if found := _FONT.match(text, at):
-            word = found["word"] + self._subscript(found.end())[0]
-            return self._name(word, at, self._subscript(found.end())[1])
         found = _COMMAND.match(text, at)
         if found is None:
             raise self._error("a backslash at the end has no meaning", at)
@@ -516,7 +513,25 @@ def _normalize(text: str) -> tuple[str, list[int]]:
         else:
             for sign in unicodedata.normalize("NFD", original):
                 put(_DOTS.get(sign, sign), place)
-    return "".join(signs), places
+    return _drop_fonts("".join(signs), places)
+
+
+def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
+    """Return a text without commands for upright and other letters: their words alone."""
+    kept: list[int] = []
+    end = 0
+    for found in _FONT.finditer(plain):
+        first, last = found.span("word")
+        # the backslash of the command becomes a space, as letters may touch it
+        kept += [*range(end, found.start()), -1]
+        kept += [k for k in range(first, last) if plain[k] != "\\"]
+        end = found.end()
+    kept += range(end, len(plain))
+    if end == 0:
+        return plain, places
+    signs = [plain[k] if k >= 0 else " " for k in kept]
+    where = [places[max(k, 0)] for k in kept]
+    return "".join(signs), where
 
 
 def _bare(word: str) -> str:

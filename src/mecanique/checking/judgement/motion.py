@@ -18,10 +18,14 @@ from mecanique.checking.grammar.tree import Node, add, negate
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.errors import FormulaError
 
-__all__ = ["TOLERANCE", "Residual", "count_independent", "difference", "residuals"]
+__all__ = ["TOLERANCE", "Residual", "count_missing", "difference", "residuals"]
 
 TOLERANCE = 1e-8
 """A difference below this part of the formula's own terms is rounding."""
+
+_RANK = 1e-7
+_RANKED = 6
+"""States at which it is counted what equations determine."""
 
 _FEWEST = 6
 """A formula must be finite at this many states at least."""
@@ -84,7 +88,7 @@ class Residual:
     @cached_property
     def says_nothing(self) -> bool:
         """Whether it holds whatever the motion is, as 0 = 0 does."""
-        if not self.holds:
+        if not self.holds or self.truth.multipliers:
             return False
         moved = {
             name: self.sample.values[name] + 1.0 + np.abs(self.sample.values[name])
@@ -167,18 +171,35 @@ def residuals(
     return found
 
 
-def count_independent(found: Sequence[Residual]) -> int:
-    """Return how many accelerations some equations determine."""
-    if not found:
-        return 0
-    rows = np.stack([one.by_acceleration for one in found], axis=1)
-    sample = found[0].sample
-    rows = rows[np.isfinite(rows).all((1, 2))]
-    if not len(rows):
-        return 0
+def count_missing(found: Sequence[Residual]) -> int:
+    """Return how many accelerations some equations, and the constraints, leave open."""
+    sample, truth = found[0].sample, found[0].truth
+    held = [truth.multipliers] if truth.multipliers else []
+    columns = [one.by_acceleration for one in found]
+    rows = np.stack(columns, axis=1)
+    for names in held:
+        forces = [
+            np.stack([one.tape.along(one.slopes, name) for name in names], axis=-1) for one in found
+        ]
+        rows = np.concatenate([rows, np.stack(forces, axis=1)], axis=2)
+    ties = np.zeros((sample.count, sample.slopes.shape[1], rows.shape[2]))
+    ties[:, :, : sample.slopes.shape[2]] = sample.slopes
     # in the unit of each acceleration's own inertia
-    scale = np.sqrt(np.abs(np.diagonal(sample.M, axis1=1, axis2=2))).mean(0)
-    rows = rows / np.where(scale > 0, scale, 1.0)
-    size = np.linalg.norm(rows, axis=2, keepdims=True)
-    rows = rows / np.where(size > 0, size, 1.0)
-    return int(np.linalg.matrix_rank(rows, tol=1e-7).max())
+    scale = np.ones(rows.shape[2])
+    inertia = np.sqrt(np.abs(np.diagonal(sample.M, axis1=1, axis2=2))).mean(0)
+    scale[: len(inertia)] = np.where(inertia > 0, inertia, 1.0)
+    whole = np.concatenate([rows, ties], axis=1) / scale
+    whole = whole[np.isfinite(whole).all((1, 2))]
+    if not len(whole):
+        return len(inertia)
+    size = np.linalg.norm(whole, axis=2, keepdims=True)
+    whole = whole / np.where(size > 0, size, 1.0)
+    return min(_count_open(matrix, len(inertia)) for matrix in whole[:_RANKED])
+
+
+def _count_open(matrix: Array, accelerations: int) -> int:
+    """How many independent accelerations the rows of a matrix leave open."""
+    _, sizes, axes = np.linalg.svd(matrix)
+    rank = int((sizes > _RANK).sum())
+    free = axes[rank:, :accelerations]
+    return int((np.linalg.svd(free, compute_uv=False) > _RANK).sum()) if len(free) else 0

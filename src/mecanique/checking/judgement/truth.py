@@ -101,9 +101,15 @@ class Truth:
     @cached_property
     def sample(self) -> Sample:
         """States with random parameters where the equations are written in letters."""
-        if self.derivation is None or self.mechanism.constrained:
-            return self._compute()
-        return self._draw(frozenset(parameter.symbol for parameter in self.mechanism.parameters))
+        return self.with_numbers(self._variable)
+
+    @cached_property
+    def _variable(self) -> frozenset[str]:
+        """The parameters that may vary: of closed loops only those that do not close them."""
+        if self.derivation is None:
+            return frozenset()
+        held = {g.name for tie in self.derivation.ties for g in tie.demand.generators()}
+        return frozenset(p.symbol for p in self.mechanism.parameters if p.symbol not in held)
 
     def with_numbers(self, varied: frozenset[str]) -> Sample:
         """Return states at which only some parameters vary; the others have their own values.
@@ -111,8 +117,10 @@ class Truth:
         Args:
             varied: symbols of the parameters that vary.
         """
+        varied &= self._variable
         if varied not in self._partly:
-            self._partly[varied] = self._draw(varied)
+            drawn = self._compute() if self.derivation is None else self._draw(varied)
+            self._partly[varied] = drawn
         return self._partly[varied]
 
     def _draw(self, varied: frozenset[str]) -> Sample:
@@ -134,17 +142,46 @@ class Truth:
             possible = np.asarray(np.isfinite(known).all(axis=1))
             for assumption in derivation.assumptions:
                 possible &= np.broadcast_to(evaluated(assumption.positive) > 0, (n,))
-            possible[possible] &= _are_regular(M[possible])
+            if not derivation.ties:
+                possible[possible] &= _are_regular(M[possible])
         at = np.flatnonzero(possible)[:STATES]
         if not len(at):
             raise InputError(
                 f"the equations of {mechanism.name!r} have a meaning at none of {n} random states"
             )
         values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
-        a = np.asarray(np.linalg.solve(M[at], (forces - bias)[at, :, None])[..., 0], dtype=float)
+        slopes, own = self._ties(evaluated, n)
+        slopes, own, M, bias, forces = slopes[at], own[at], M[at], bias[at], forces[at]
+        a, multipliers = _accelerate(M, forces - bias, slopes, own)
         values |= dict(zip(self.accelerations, a.T, strict=True))
-        slopes = np.zeros((len(at), 0, mechanism.nv))
-        return Sample(values, M[at], bias[at], forces[at], slopes, a, len(at), bool(varied))
+        values |= dict(zip(self.multipliers, multipliers.T, strict=True))
+        for name in derivation.lengths:
+            values[name] = np.broadcast_to(evaluated(derivation.algebra.ring[name]), (n,))[at]
+        return Sample(values, M, bias, forces, slopes, a, len(at), bool(varied))
+
+    @cached_property
+    def multipliers(self) -> tuple[str, ...]:
+        """Names of Lagrange's multipliers."""
+        if self.derivation is None:
+            return ()
+        return tuple(f"lambda_{tie.name}" for tie in self.derivation.ties)
+
+    @property
+    def further_letters(self) -> tuple[str, ...]:
+        """Letters beyond the mechanism's own: multipliers, and lengths of springs."""
+        lengths = () if self.derivation is None else tuple(self.derivation.lengths)
+        return (*self.multipliers, *lengths)
+
+    def _ties(self, evaluated: Evaluation, n: int) -> tuple[Array, Array]:
+        """Return J and b of J a + b = 0, shape (n, m, nv) and (n, m)."""
+        derivation, nv = self.derivation, self.mechanism.nv
+        assert derivation is not None
+        slopes, own = np.zeros((n, len(derivation.ties), nv)), np.zeros((n, len(derivation.ties)))
+        for k, tie in enumerate(derivation.ties):
+            rates, rest = tie.second.linear(self.accelerations)
+            slopes[:, k] = self._stack(rates, evaluated, n)
+            own[:, k] = evaluated(rest)
+        return slopes, own
 
     def _letters(
         self, states: States, random: np.random.Generator, varied: frozenset[str]
@@ -178,7 +215,7 @@ class Truth:
         return np.stack([np.broadcast_to(evaluated(one), (n,)) for one in series], axis=-1)
 
     def _compute(self) -> Sample:
-        """Return states whose numbers are computed; loops are closed, and λ is there by name."""
+        """Return states whose numbers are computed; without a closed form."""
         mechanism, equations = self.mechanism, self.equations
         states = random_states(mechanism, STATES, self.seed)
         n = len(states)
@@ -187,13 +224,22 @@ class Truth:
         a = equations.acceleration(*arguments)
         values |= dict(zip(self.accelerations, a.T, strict=True))
         slopes = np.zeros((n, 0, mechanism.nv))
-        if mechanism.constrained:
-            found = equations.multipliers(*arguments)
-            values |= {f"lambda_{name}": row for name, row in found.items()}
         values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
         M = equations.mass_matrix(states.q, states.t)
         bias, forces = equations.bias(*arguments), equations.forces(*arguments)
         return Sample(values, M, bias, forces, slopes, a, n, False)
+
+
+def _accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Array]:
+    """Return a and λ of M a = force + Jᵀ λ, J a + own = 0; redundant rows share their load."""
+    n, m, nv = J.shape
+    if not m:
+        return np.asarray(np.linalg.solve(M, force[..., None])[..., 0]), np.zeros((n, 0))
+    whole = np.zeros((n, nv + m, nv + m))
+    whole[:, :nv, :nv], whole[:, :nv, nv:], whole[:, nv:, :nv] = M, -J.transpose(0, 2, 1), J
+    right = np.concatenate([force, -own], axis=1)
+    found = (np.linalg.pinv(whole) @ right[..., None])[..., 0]
+    return np.asarray(found[:, :nv]), np.asarray(found[:, nv:])
 
 
 def _are_regular(M: Array) -> npt.NDArray[np.bool_]:

@@ -70,6 +70,23 @@ class Search:
             causes.append(() if one.holds else self._of_equation(one, place, common, text))
         return tuple(causes)
 
+    def mend(self, one: Residual, number: int, text: str) -> tuple[Cause, ...]:
+        """Return the single changes that would make a formula of any quantity right.
+
+        Args:
+            one: the formula minus its true value.
+            number: of the formula among several, 0 for a single one.
+            text: what it was read from.
+        """
+        zero = np.zeros(one.sample.count)
+        found = repairs(one.tape, one.values, zero, self.context, text)
+        weighed = [
+            (repair.weight, Cause(repair.kind, repair.text, repair.part, number))
+            for repair in _list_once(found)
+            if repair.part
+        ]
+        return _rank(self._misfits(one, number, text), weighed)
+
     def has_unit_fault(self, one: Residual, text: str) -> bool:
         """Return whether units do not fit in an equation."""
         return bool(self._misfits(one, 0, text))

@@ -1,0 +1,286 @@
+"""Judge formulas of single quantities: energies, momenta, matrices, frequencies and the like."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+from typing import final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.checking.grammar.reader import Statement
+from mecanique.checking.grammar.tape import Tape
+from mecanique.checking.grammar.tree import Node, add, letter, negate
+from mecanique.checking.judgement.motion import TOLERANCE, Residual
+from mecanique.checking.judgement.quantities import Quantity
+from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.errors import FormulaError
+
+__all__ = ["Judged", "judge_formula"]
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """One formula and how far it is from the truth.
+
+    Args:
+        statement: the line.
+        residual: left minus right, to look for mistakes in; None where there is no such search.
+        worst: the largest relative difference.
+        forms: what keeps it from the form that was asked for.
+    """
+
+    statement: Statement
+    residual: Residual | None
+    worst: float
+    forms: tuple[str, ...] = ()
+
+    @property
+    def holds(self) -> bool:
+        """Whether it is right."""
+        return self.worst <= TOLERANCE
+
+
+def judge_formula(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Return the verdict on each formula.
+
+    Raises:
+        FormulaError: if a formula is not of the kind that is asked for.
+    """
+    judge = {
+        "matrix": _judge_matrix,
+        "conserved": _judge_conserved,
+        "several": _judge_several,
+        "equilibrium": _judge_equilibrium,
+        "letters": _judge_letters,
+    }.get(quantity.kind, _judge_value)
+    return judge(statements, truth, quantity, text)
+
+
+def _judge_value(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    sample = truth.sample
+    assert quantity.values is not None
+    found = []
+    known = dict.fromkeys(quantity.letters, quantity.values)
+    for statement in statements:
+        one = _residual(statement, truth, sample, known, quantity.letters[0], text)
+        if quantity.again is None:
+            found.append(Judged(statement, one, one.worst))
+            continue
+        # two states with the same parameters may differ from the truth by the same constant
+        other_values, letters = quantity.again
+        other = {**letters, **dict.fromkeys(quantity.letters, other_values)}
+        moved = one.tape.evaluate(other, sample.count)
+        with np.errstate(all="ignore"):
+            difference = np.abs(one.values.whole - moved.whole)
+            relative = difference / np.maximum(one.values.size, moved.size)
+        worst = float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
+        found.append(Judged(statement, one, worst))
+    return found
+
+
+def _residual(
+    statement: Statement,
+    truth: Truth,
+    sample: Sample,
+    known: Mapping[str, Array],
+    name: str,
+    text: str,
+) -> Residual:
+    """Left minus right, where the quantity has its true value; a formula alone is the quantity."""
+    sides = statement.sides
+    other = sides[1] if len(sides) > 1 else letter(name).at(sides[0].end, sides[0].end)
+    root = add(sides[0], negate(other).at(other.start, other.end))
+    if any(node.kind == "table" for node in root.walk()):
+        raise FormulaError("expected a formula, got a matrix", text, root.start)
+    tape = Tape(root)
+    # a letter of the mechanism keeps its own meaning
+    values = {**known, **sample.values}
+    if len(sides) == 1:
+        values[name] = known[name]
+    sample = replace(sample, values=values)
+    return Residual(statement, root, tape, tape.evaluate(values, sample.count), truth, sample)
+
+
+def _judge_matrix(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    table = _find_table(statements)
+    true, nv = quantity.values, len(truth.velocities)
+    assert true is not None
+    statement = statements[0]
+    if table is None and nv > 1:
+        raise FormulaError(
+            "expected a matrix, e.g. [[a, b], [b, c]] or \\begin{pmatrix}", text, statement.start
+        )
+    entries = statement.sides[-1:] if table is None else table.parts
+    if len(entries) != nv * nv:
+        raise FormulaError(
+            f"expected a matrix of {nv} × {nv}, got {len(entries)} entries", text, statement.start
+        )
+    sample = truth.sample
+    given, sizes = [], []
+    for entry in entries:
+        values = Tape(entry).evaluate(sample.values, sample.count)
+        given.append(values.whole)
+        sizes.append(values.size)
+    M = np.stack(given, axis=-1).reshape(sample.count, nv, nv)
+    size = np.stack(sizes, axis=-1).reshape(sample.count, nv, nv)
+    size = np.maximum(size, np.sqrt(np.einsum("nii,njj->nij", true, true)))
+    if _worst(np.abs(M - true) / size) > TOLERANCE:
+        for order in permutations(range(nv)) if nv <= _MOST_ORDERED else ():
+            there = true[:, order][:, :, order]
+            if _worst(np.abs(M - there) / size) <= TOLERANCE:
+                names = ", ".join(truth.velocities[k] for k in order)
+                return [Judged(statement, None, 0.0, (f"in the order {names}",))]
+    judged = []
+    for k, entry in enumerate(entries):
+        i, j = divmod(k, nv)
+        far = _worst(np.abs(M - true)[:, i, j] / size[:, i, j])
+        place = replace(statement, sides=(entry,), text=_quote(entry, text, i, j))
+        judged.append(Judged(place, _of_entry(entry, place, truth, true[:, i, j]), far))
+    return judged
+
+
+_MOST_ORDERED = 4
+
+
+def _of_entry(entry: Node, place: Statement, truth: Truth, true: Array) -> Residual:
+    name = "#entry"
+    sample = truth.sample
+    return _residual(place, truth, sample, {name: true}, name, "")
+
+
+def _quote(entry: Node, text: str, i: int, j: int) -> str:
+    return f"entry {i + 1}, {j + 1}: {' '.join(text[entry.start : entry.end].split())}"
+
+
+def _worst(relative: Array) -> float:
+    known = relative[np.isfinite(relative)]
+    return float(known.max(initial=0.0)) if len(known) else np.inf
+
+
+def _find_table(statements: Sequence[Statement]) -> Node | None:
+    for statement in statements:
+        for side in statement.sides:
+            if side.kind == "table":
+                return side
+    return None
+
+
+def _judge_conserved(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """The rate of each formula along the true motion is zero, and it is no constant."""
+    sample = truth.sample
+    derivation = truth.derivation
+    assert derivation is not None
+    ring = derivation.algebra.ring
+    evaluated = Evaluation(ring, sample.values)
+    rates = {"t": np.ones(sample.count)}
+    for name in truth.mechanism.coordinates:
+        rates[name] = np.broadcast_to(evaluated(ring.rates[ring.index(name)]), (sample.count,))
+    for name, row in zip(truth.velocities, sample.a.T, strict=True):
+        rates[name] = row
+    found = []
+    for statement in statements:
+        moving = [side for side in statement.sides if side.letters & rates.keys()]
+        formula = moving[0] if moving else statement.sides[-1]
+        if formula.letters & set(quantity.letters) - sample.values.keys():
+            raise FormulaError(
+                "expected a formula in the letters of the system", text, formula.start
+            )
+        tape = Tape(formula)
+        values = tape.evaluate(sample.values, sample.count)
+        slopes = tape.slopes(values)
+        parts = [tape.along(slopes, name) * rate for name, rate in rates.items()]
+        total = np.abs(sum(parts[1:], parts[0]))
+        size = sum((np.abs(part) for part in parts), np.zeros(sample.count))
+        with np.errstate(all="ignore"):
+            relative = total / size
+        worst = _worst(np.where(size > 0, relative, 0.0))
+        constant = not (size > 0).any()
+        forms = ("it does not depend on the motion at all",) if constant else ()
+        found.append(Judged(statement, None, worst, forms))
+    return found
+
+
+def _judge_several(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Each formula is one of the frequencies; a period or f in 1/s is taken for what it is."""
+    assert quantity.values is not None
+    found = []
+    for statement in statements:
+        tried = []
+        for omega in quantity.values:
+            with np.errstate(all="ignore"):
+                period = 2 * np.pi / omega
+            known = dict.fromkeys(quantity.letters, omega)
+            known |= {"f": omega / (2 * np.pi), "nu": omega / (2 * np.pi)}
+            known |= {"T": period, "T0": period}
+            tried.append(
+                _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
+            )
+        best = min(tried, key=lambda one: one.worst)
+        found.append(Judged(statement, best, best.worst))
+    return found
+
+
+def _judge_letters(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Each equation holds where the letters asked for have their true values."""
+    assert quantity.values is not None
+    known = dict(zip(quantity.letters, quantity.values, strict=True))
+    found = []
+    for statement in statements:
+        if not statement.is_equation:
+            names = ", ".join(quantity.letters)
+            raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
+        one = _residual(statement, truth, truth.sample, known, "", text)
+        found.append(Judged(statement, one, one.worst))
+    return found
+
+
+def _judge_equilibrium(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Nothing accelerates where the coordinates are as stated; those left out are zero."""
+    sample, derivation = truth.sample, truth.derivation
+    assert derivation is not None
+    still = dict.fromkeys(
+        (*truth.mechanism.coordinates, *truth.velocities, *truth.accelerations),
+        np.zeros(sample.count),
+    )
+    values: dict[str, Array] = {**sample.values, **still}
+    for statement in statements:
+        left, right = statement.sides[0], statement.sides[-1]
+        if left.kind != "letter" or left.name not in truth.mechanism.coordinates:
+            raise FormulaError("expected COORDINATE = FORMULA, e.g. q = 0", text, statement.start)
+        values[left.name] = Tape(right).evaluate(values, sample.count).whole
+    evaluated = Evaluation(derivation.algebra.ring, values)
+    usual = np.abs(sample.bias - sample.forces).mean(0)
+    left_over = np.zeros(sample.count)
+    for k, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
+        with np.errstate(all="ignore"):
+            force = np.abs(np.broadcast_to(evaluated(h - Q), (sample.count,)))
+            left_over = np.fmax(left_over, force / max(usual[k], 1e-300))
+    defined = np.isfinite(np.stack([values[name] for name in truth.mechanism.coordinates])).all(0)
+    if not defined.any():
+        raise FormulaError("the formula has a value at no state", text, statements[0].start)
+    worst = float(left_over[defined].max())
+    # the balance is as exact as the coordinates, of order one
+    worst = worst if worst > _BALANCED else 0.0
+    return [Judged(statement, None, worst) for statement in statements]
+
+
+_BALANCED = 1e-9

@@ -1,0 +1,243 @@
+"""What may be asked for besides equations of motion, with its true value at many states."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal, TypeAlias, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.checking.judgement.truth import Sample, Truth
+from mecanique.derivation import derive
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.errors import DerivationError, InputError, UnknownNameError
+
+__all__ = ["QUESTIONS", "Quantity", "ask_for"]
+
+Kind: TypeAlias = Literal[
+    "value", "up to a constant", "matrix", "conserved", "several", "equilibrium", "letters"
+]
+"""How a formula is compared."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """A quantity that is asked for.
+
+    Args:
+        name: of the question.
+        kind: how a formula is compared.
+        letters: the letters that stand for it in equations.
+        values: its value at the states, shape (n,); a matrix (n, nv, nv); several (k, n).
+        again: the same at other states with the same parameters, and the letters there.
+    """
+
+    name: str
+    kind: Kind
+    letters: tuple[str, ...] = ()
+    values: Array | None = None
+    again: tuple[Array, Mapping[str, Array]] | None = None
+
+
+_LETTERS = {
+    "kinetic energy": ("T", "Ek", "Ekin", "KE", "K"),
+    "potential energy": ("V", "U", "Ep", "Epot", "PE"),
+    "Lagrangian": ("L", "Lagrangian"),
+    "energy": ("E", "H", "h"),
+    "mass matrix": (),
+    "momentum": ("p",),
+    "conserved quantity": ("E", "H", "h", "C", "p", "Lz", "const"),
+    "frequency": ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0"),
+    "equilibrium": (),
+    "reaction": (),
+}
+
+QUESTIONS = ("equation of motion", *_LETTERS)
+"""What may be asked for."""
+
+
+def ask_for(truth: Truth, question: str) -> Quantity:
+    """Return what a question asks for.
+
+    Args:
+        truth: the mechanism's own equations.
+        question: one of `QUESTIONS`, a momentum with its coordinate: "momentum of q".
+
+    Raises:
+        UnknownNameError: if there is no such question, or coordinate.
+        InputError: if the mechanism has no such quantity in letters.
+    """
+    name, _, what = question.partition(" of ")
+    if name not in QUESTIONS or (what and name != "momentum"):
+        raise UnknownNameError("question", question, QUESTIONS)
+    if truth.derivation is None:
+        raise InputError(
+            f"the equations of {truth.mechanism.name!r} have no closed form, with which a "
+            f"{name} could be compared"
+        )
+    return _Asked(truth).find(name, what)
+
+
+@final
+class _Asked:
+    """Finds true values.
+
+    Args:
+        truth: the mechanism's own equations.
+    """
+
+    def __init__(self, truth: Truth) -> None:
+        self._truth = truth
+        self._sample = truth.sample
+
+    def find(self, name: str, what: str) -> Quantity:
+        find: dict[str, Callable[[str, str], Quantity]] = {
+            "kinetic energy": self._energy,
+            "potential energy": self._energy,
+            "Lagrangian": self._energy,
+            "energy": self._energy,
+            "mass matrix": self._mass,
+            "momentum": self._momentum,
+            "conserved quantity": lambda name, _: Quantity(name, "conserved", _LETTERS[name]),
+            "frequency": self._frequency,
+            "equilibrium": lambda name, _: Quantity(name, "equilibrium"),
+            "reaction": self._reactions,
+        }
+        return find[name](name, what)
+
+    @cached_property
+    def _lagrange(self) -> Lagrange:
+        return Lagrange(self._truth.mechanism)
+
+    def _energy(self, name: str, _: str) -> Quantity:
+        T, V = self._lagrange.T, self._lagrange.V
+        series = {
+            "kinetic energy": T,
+            "potential energy": V,
+            "Lagrangian": T - V,
+            "energy": T + V,
+        }[name]
+        found = self._value(series, self._sample.values)
+        if name == "kinetic energy":
+            return Quantity(name, "value", _LETTERS[name], found)
+        moved = roll(self._truth, self._sample)
+        again = self._value(series, moved), moved
+        return Quantity(name, "up to a constant", _LETTERS[name], found, again)
+
+    def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
+        evaluated = Evaluation(series.ring, values)
+        return np.broadcast_to(np.asarray(evaluated(series), dtype=float), (self._sample.count,))
+
+    def _mass(self, name: str, _: str) -> Quantity:
+        return Quantity(name, "matrix", (), self._sample.M)
+
+    def _momentum(self, name: str, what: str) -> Quantity:
+        coordinates = [v.removesuffix("'") for v in self._truth.velocities]
+        if not what and len(coordinates) > 1:
+            raise InputError(
+                f'expected the coordinate of the momentum, e.g. "momentum of {coordinates[0]}"'
+            )
+        chosen = what or coordinates[0]
+        if chosen not in coordinates:
+            raise UnknownNameError("coordinate", chosen, coordinates)
+        velocity = self._truth.velocities[coordinates.index(chosen)]
+        found = self._value(self._lagrange.T.diff(velocity), self._sample.values)
+        return Quantity(name, "value", ("p", f"p{chosen}"), found)
+
+    def _reactions(self, name: str, _: str) -> Quantity:
+        found = reactions(self._truth, self._sample)
+        values = np.stack(list(found.values())) if found else np.zeros((0, self._sample.count))
+        return Quantity(name, "letters", tuple(found), values)
+
+    def _frequency(self, name: str, _: str) -> Quantity:
+        M, C, K = linear_matrices(self._truth, self._sample)
+        if np.abs(C).max(initial=0.0) > 1e-12:
+            raise InputError("the mechanism is damped or turns; frequencies are asked of others")
+        squares = np.linalg.eigvals(np.linalg.solve(M, K))
+        if (squares.real < -1e-9 * np.abs(squares).max()).any():
+            raise InputError("the position with all coordinates zero is not stable")
+        found = np.sort(np.sqrt(np.maximum(squares.real, 0.0)), axis=1)
+        return Quantity(name, "several", _LETTERS[name], found.T)
+
+
+def roll(truth: Truth, sample: Sample) -> dict[str, Array]:
+    """Return the letters at the same parameters, with the coordinates and rates of other states."""
+    moving = {*truth.mechanism.coordinates, *truth.velocities, *truth.accelerations}
+    return {
+        name: np.roll(value, 1) if name in moving else value
+        for name, value in sample.values.items()
+    }
+
+
+def linear_matrices(truth: Truth, sample: Sample) -> tuple[Array, Array, Array]:
+    """Return M, C and K of small motions about the position with all coordinates zero.
+
+    Raises:
+        InputError: if the mechanism is not at rest there.
+    """
+    derivation = truth.derivation
+    if derivation is None or truth.mechanism.constrained:
+        raise InputError(
+            f"frequencies of {truth.mechanism.name!r} cannot be compared: it is closed, or has no "
+            "closed form"
+        )
+    signals = [signal.symbol for signal in truth.mechanism.inputs]
+    names = (*truth.velocities, *truth.mechanism.coordinates, *signals)
+    still = {**sample.values, **dict.fromkeys(names, np.zeros(sample.count))}
+    evaluated = Evaluation(derivation.algebra.ring, still)
+    n, nv = sample.count, len(truth.velocities)
+    M, C, K = (np.zeros((n, nv, nv)) for _ in range(3))
+    with np.errstate(all="ignore"):
+        for i, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
+            force = h - Q
+            rest = np.broadcast_to(evaluated(force), (n,))
+            for j, velocity in enumerate(truth.velocities):
+                M[:, i, j] = evaluated(derivation.M[i][j])
+                C[:, i, j] = evaluated(force.diff(velocity))
+            for j, slope in enumerate(_along(force, truth.velocities)):
+                K[:, i, j] = evaluated(slope)
+            if not (np.abs(rest) <= 1e-9 * (1.0 + np.abs(K[:, i]).sum(1))).all():
+                raise InputError("the position with all coordinates zero is no equilibrium")
+    known = all(np.isfinite(matrix).all() for matrix in (M, C, K))
+    if not known or (np.linalg.matrix_rank(M) < nv).any():
+        raise InputError("the equations have no meaning with all coordinates zero")
+    return M, C, K
+
+
+def _along(force: Series, velocities: tuple[str, ...]) -> list[Series]:
+    """The slopes of a force along the coordinates of some velocities."""
+    moving = {g.name for g in force.generators()}
+    zero = force.ring.number(0)
+    return [
+        force.diff(name.removesuffix("'")) if name.removesuffix("'") in moving else zero
+        for name in velocities
+    ]
+
+
+def reactions(truth: Truth, sample: Sample) -> dict[str, Array]:
+    """Return the reactions by the names that `derive` by Newton and Euler's method shows.
+
+    Raises:
+        InputError: if they have no closed form.
+    """
+    try:
+        derivation = derive(truth.mechanism, "newton_euler").derivation
+    except DerivationError as error:
+        raise InputError(f"the reactions have no closed form: {error}") from None
+    evaluated = Evaluation(derivation.algebra.ring, sample.values)
+    found = {}
+    for name, series in derivation.reactions.items():
+        found[name] = np.broadcast_to(np.asarray(evaluated(series), dtype=float), (sample.count,))
+    return found
+
+
+def at_rest(truth: Truth, sample: Sample) -> Sample:
+    """Return the same states without velocities and accelerations."""
+    still = dict.fromkeys((*truth.velocities, *truth.accelerations), np.zeros(sample.count))
+    return replace(sample, values={**sample.values, **still})

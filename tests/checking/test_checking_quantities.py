@@ -1,0 +1,107 @@
+"""Energies, momenta, mass matrices, frequencies, equilibria, reactions, conserved quantities."""
+
+from __future__ import annotations
+
+import pytest
+
+import mecanique as mq
+
+ROD = "rigid_bar_pendulum"
+
+JUDGED = (
+    (ROD, "T = m l^2/6 q'^2", "kinetic energy", "right", ""),
+    (ROD, "1/2 m l^2/12 q'^2", "kinetic energy", "wrong", "4 times as large"),
+    (ROD, "m l^2/3 q'^2", "kinetic energy", "wrong", "twice what it should be"),
+    (ROD, "V = m g l/2 (1 - cos q)", "potential energy", "right", ""),
+    (ROD, "V = m g l/2 cos q", "potential energy", "wrong", "the sign of the term"),
+    (ROD, "L = m l^2/6 q'^2 + m g l/2 cos q", "Lagrangian", "right", ""),
+    (ROD, "E = m l^2/6 q'^2 - m g l/2 cos q", "energy", "right", ""),
+    ("cart_pole", "[[M + m, m l cos q], [m l cos q, m l^2]]", "mass matrix", "right", ""),
+    ("cart_pole", "[M + m, m l cos q; m l cos q, m l^2]", "mass matrix", "right", ""),
+    (
+        "cart_pole",
+        r"\begin{pmatrix} M + m & m l \cos q \\ m l \cos q & m l^2 \end{pmatrix}",
+        "mass matrix",
+        "right",
+        "",
+    ),
+    ("cart_pole", "[[M+m, m l sin q], [m l cos q, m l^2]]", "mass matrix", "wrong", "be cos"),
+    ("cart_pole", "Matrix([[M, 0], [0, m*l**2]])", "mass matrix", "wrong", "M + m should"),
+    (
+        "cart_pole",
+        "[[m l^2, m l cos q], [m l cos q, M + m]]",
+        "mass matrix",
+        "right except for form",
+        "",
+    ),
+    ("cart_pole", "p_x = (M + m) x' + m l q' cos q", "momentum of x", "right", ""),
+    ("cart_pole", "(M + m) x' + m l q' sin q", "momentum of x", "wrong", "should be cos"),
+    (ROD, "m l^2/6 q'^2 - m g l/2 cos q = E", "conserved quantity", "right", ""),
+    (ROD, "m l^2/3 q'^2 - m g l/2 cos q = E", "conserved quantity", "wrong", ""),
+    ("spherical_pendulum", "m l^2 sin(theta)^2 phi'", "conserved quantity", "right", ""),
+    (ROD, "m g l", "conserved quantity", "right except for form", ""),
+    (ROD, "omega = sqrt(3 g/(2 l))", "frequency", "right", ""),
+    (ROD, "omega^2 = 3 g/(2 l)", "frequency", "right", ""),
+    (ROD, "f = sqrt(3 g/(2 l))/(2 pi)", "frequency", "right", ""),
+    (ROD, "T = 2 pi sqrt(2 l/(3 g))", "frequency", "right", ""),
+    (ROD, "omega = sqrt(2 g/(3 l))", "frequency", "wrong", ""),
+    ("two_blocks", "omega = sqrt(k1/m1)", "frequency", "wrong", ""),
+    ("cart_pole", "omega = 0", "frequency", "error", "is damped"),
+    ("spherical_pendulum", "omega = sqrt(g/l)", "frequency", "error", "no meaning"),
+    ("bead_on_hoop", "theta = acos(g/(R W^2))", "equilibrium", "right", ""),
+    ("bead_on_hoop", "theta = asin(g/(R W^2))", "equilibrium", "wrong", ""),
+    (ROD, "R_pin_n = m g cos q + m l/2 q'^2", "reaction", "right", ""),
+    (ROD, "R_pin_n = m g cos q - m l/2 q'^2", "reaction", "wrong", "the sign of the term"),
+    (ROD, "m g cos q", "reaction", "error", "expected an equation for one of R_pin_n"),
+    (ROD, "q + 1 = 0", "equilibrium", "error", "expected COORDINATE = FORMULA"),
+    ("cart_pole", "M + m", "mass matrix", "error", "expected a matrix"),
+    ("cart_pole", "[[M + m]]", "mass matrix", "error", "expected a matrix"),
+    ("cart_pole", "x'", "momentum", "error", "expected the coordinate"),
+    ("cart_pole", "x'", "momentum of z", "error", "unknown coordinate"),
+    ("bricard_linkage", "0", "kinetic energy", "error", "no closed form"),
+)
+
+
+@pytest.mark.parametrize(("name", "text", "ask", "outcome", "words"), JUDGED)
+def test_a_quantity_is_judged(name: str, text: str, ask: str, outcome: str, words: str) -> None:
+    mechanism = mq.textbook.load(name)
+    if outcome == "error":
+        with pytest.raises(mq.InputError, match=words):
+            mq.check(mechanism, text, ask)
+        return
+    found = mq.check(mechanism, text, ask)
+    assert found.outcome == outcome, str(found)
+    assert words in " ".join(cause.text for cause in found.causes[:2]), str(found)
+    assert found.asked == ask
+
+
+def test_one_of_two_frequencies_is_incomplete() -> None:
+    mechanism = mq.textbook.load("two_blocks")
+    both = [
+        f"omega^2 = ((k1 + k2)/m1 + k2/m2 {sign} sqrt(((k1 + k2)/m1 - k2/m2)^2 + 4 k2^2/(m1 m2)))/2"
+        for sign in "+-"
+    ]
+    assert mq.check(mechanism, "\n".join(both), "frequency").right
+    found = mq.check(mechanism, both[0], "frequency")
+    assert found.outcome == "incomplete"
+    assert found.form == "1 of 2 frequencies missing"
+
+
+@pytest.mark.parametrize(
+    "name", ["four_bar_linkage", "chaplygin_sleigh", "rolling_coin", "coupled_pendulums"]
+)
+@pytest.mark.parametrize("form", ["text", "latex", "mathml"])
+def test_equations_with_multipliers_and_lengths_are_right(name: str, form: str) -> None:
+    mechanism = mq.textbook.load(name)
+    found = mq.check(mechanism, getattr(mq.derive(mechanism), form)())
+    assert found.right, str(found)
+
+
+def test_of_a_closed_mechanism_what_is_missing_is_counted() -> None:
+    mechanism = mq.textbook.load("four_bar_linkage")
+    lines = mq.derive(mechanism).text().splitlines()
+    assert mq.check(mechanism, "\n".join(lines[:3])).right
+    found = mq.check(mechanism, "\n".join(lines[:2]))
+    assert found.outcome == "incomplete"
+    wrong = lines[0].replace("+ 3 a g", "- 3 a g")
+    assert mq.check(mechanism, "\n".join([wrong, *lines[1:3]])).outcome == "wrong"
