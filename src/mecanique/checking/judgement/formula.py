@@ -55,7 +55,7 @@ def judge_formula(
     """
     judge = {
         "matrix": _judge_matrix,
-        "conserved": _judge_conserved,
+        "conserved": _judge_constant,
         "several": _judge_several,
         "equilibrium": _judge_equilibrium,
         "letters": _judge_letters,
@@ -176,7 +176,7 @@ def _find_table(statements: Sequence[Statement]) -> Node | None:
     return None
 
 
-def _judge_conserved(
+def _judge_constant(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
     """The rate of each formula along the true motion is zero, and it is no constant."""

@@ -174,14 +174,11 @@ def residuals(
 def count_missing(found: Sequence[Residual]) -> int:
     """Return how many accelerations some equations, and the constraints, leave open."""
     sample, truth = found[0].sample, found[0].truth
-    held = [truth.multipliers] if truth.multipliers else []
-    columns = [one.by_acceleration for one in found]
-    rows = np.stack(columns, axis=1)
-    for names in held:
-        forces = [
-            np.stack([one.tape.along(one.slopes, name) for name in names], axis=-1) for one in found
-        ]
-        rows = np.concatenate([rows, np.stack(forces, axis=1)], axis=2)
+    names = (*truth.accelerations, *truth.multipliers)
+    rows = np.empty((sample.count, len(found), len(names)))
+    for row, one in enumerate(found):
+        for column, name in enumerate(names):
+            rows[:, row, column] = one.tape.along(one.slopes, name)
     ties = np.zeros((sample.count, sample.slopes.shape[1], rows.shape[2]))
     ties[:, :, : sample.slopes.shape[2]] = sample.slopes
     # in the unit of each acceleration's own inertia
