@@ -41,7 +41,7 @@ def test_two_blocks() -> None:
     equations = derive(textbook.load("two_blocks"))
     assert str(equations).splitlines() == [
         "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0",
-        "m2 q2'' - k2 q1 + k2 q2 = F",
+        "m2 q2'' + k2 (q2 - q1) = F",
     ]
     assert equations.matrix_form().splitlines() == [
         "M q'' + K q = f",
@@ -106,7 +106,7 @@ def test_mathml_is_well_formed(steps: bool) -> None:
 def test_latex_in_notebooks() -> None:
     latex = derive(textbook.load("rigid_bar_pendulum"))._repr_latex_()
     assert latex.startswith("$\\displaystyle \\begin{aligned}")
-    assert "\\ddot{q} + \\frac{3 g}{2 l} \\sin\\left(q\\right) &= 0" in latex
+    assert "\\ddot{q} + \\frac{3 g}{2 l} \\sin q &= 0" in latex
 
 
 @pytest.mark.parametrize(
@@ -131,15 +131,15 @@ def test_a_named_root_comes_with_its_definition() -> None:
     equations = derive(textbook.load("coupled_pendulums"))
     radicand = "d^2 + 2 a^2 - 2 a d sin(q1) - 2 a^2 cos(q1 - q2) + 2 a d sin(q2)"
     assert f"length of spring [m], rho = sqrt({radicand})" in equations.text(steps=True)
-    assert r"\item[$\rho = \sqrt{d^{2} + 2 a^{2}" in equations.latex(steps=True)
+    assert r"\rho &= \sqrt{d^{2} + 2 a^{2}" in equations.latex(steps=True)
 
 
 def test_steps_in_latex() -> None:
     latex = derive(textbook.load("cart_pole")).latex(steps=True)
-    assert "\\item[$c$] damping of the cart" in latex
+    assert "\\item[{$c$}] damping of the cart" in latex
     assert "\\frac{d}{dt} \\frac{\\partial T}{\\partial \\dot{x}}" in latex
-    assert latex.count("\\[") == latex.count("\\]")
-    assert "Q_{x} = F(t)" in latex
+    assert latex.count("\\begin{align*}") == latex.count("\\end{align*}") > 5
+    assert "Q_{x} &= F(t)" in latex
 
 
 def test_a_free_body_has_eulers_equations() -> None:

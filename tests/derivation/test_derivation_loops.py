@@ -269,8 +269,8 @@ def test_the_printed_multipliers_are_the_force_of_the_loop() -> None:
     lines = derive(textbook.load("slider_crank")).text().splitlines()
     assert lines[2:] == [
         "m2 x'' - lambda_B_x = 0",
-        "x - r cos(theta) - l cos(beta + theta) = 0",
-        "r sin(theta) + l sin(beta + theta) = 0",
+        "x - r cos(theta) - l cos(theta + beta) = 0",
+        "r sin(theta) + l sin(theta + beta) = 0",
     ]
     steps = derive(textbook.load("slider_crank")).text(steps=True)
     assert steps.startswith("Slider crank: Lagrange's equations with multipliers")

@@ -327,7 +327,7 @@ TEXTBOOK: list[tuple[Callable[[], list[Series]], list[str]]] = [
             "l m cos(q) q'' + (M + m) x'' - l m sin(q) q'^2 + c x' = F",
         ],
     ),
-    (two_blocks, ["m1 q1'' + (k1 + k2) q1 - k2 q2 = 0", "m2 q2'' - k2 q1 + k2 q2 = F"]),
+    (two_blocks, ["m1 q1'' + (k1 + k2) q1 - k2 q2 = 0", "m2 q2'' + k2 (q2 - q1) = F"]),
     (
         spherical_pendulum,
         [
@@ -350,11 +350,11 @@ TEXTBOOK: list[tuple[Callable[[], list[Series]], list[str]]] = [
     (
         elastic_pendulum,
         [
-            "m r'' - m r theta'^2 + k r - k l0 - g m cos(theta) = 0",
+            "m r'' - m r theta'^2 + k (r - l0) - g m cos(theta) = 0",
             "r^2 theta'' + 2 r r' theta' + g r sin(theta) = 0",
         ],
     ),
-    (bead_on_hoop, ["q'' + (g - R W^2 cos(q)) sin(q)/R = 0"]),
+    (bead_on_hoop, ["q'' + (g/R - W^2 cos(q)) sin(q) = 0"]),
     (duffing, ["x'' + c x'/m + k x/m + b x^3/m = F0 cos(W t)/m"]),
     (moved_support, ["x'' + c x'/m + k x/m = c z'/m + k z/m"]),
     (torsion_spring, ["q'' + k q/(l^2 m) + g sin(q - alpha)/l = 0"]),
@@ -424,6 +424,7 @@ def test_latex_and_mathml_are_well_formed(system: Callable[[], list[Series]]) ->
             "msubsup",
             "mover",
             "msqrt",
+            "mspace",
         }
         assert {element.tag.partition("}")[2] for element in root.iter()} <= known
         arity = {"mfrac": 2, "msup": 2, "msub": 2, "msubsup": 3, "mover": 2}
@@ -435,7 +436,7 @@ def test_latex_and_mathml_are_well_formed(system: Callable[[], list[Series]]) ->
 def test_rod_pendulum_in_three_formats() -> None:
     (equation,) = equations(rod_pendulum())
     assert equation.text() == str(equation) == "q'' + 3 g sin(q)/(2 l) = 0"
-    assert equation.latex() == r"\ddot{q} + \frac{3 g}{2 l} \sin\left(q\right) = 0"
+    assert equation.latex() == r"\ddot{q} + \frac{3 g}{2 l} \sin q = 0"
     assert equation._repr_latex_() == f"$\\displaystyle {equation.latex()}$"
     assert '<mover accent="true"><mi>q</mi><mo>¨</mo></mover>' in equation.mathml()
     assert "<mfrac><mrow><mn>3</mn><mo>\u2062</mo><mi>g</mi></mrow>" in equation.mathml().replace(
@@ -448,10 +449,9 @@ def test_terms_are_data() -> None:
 
     (equation,) = equations(rod_pendulum())
     first, second = equation.left.terms
-    assert (first.coefficient, first.motion) == (1, sympy.Symbol("q''"))
+    assert first.sympy() == sympy.Symbol("q''")
     g, l, q = sympy.symbols("g l q")
-    assert second.coefficient.doit() == sympy.Rational(3, 2) * g * sympy.sin(q) / l
-    assert second.motion == 1
+    assert second.sympy().doit() == sympy.Rational(3, 2) * g * sympy.sin(q) / l
     assert not equation.right.terms
 
 
@@ -460,8 +460,8 @@ def test_letters_in_latex_and_mathml() -> None:
     (th, x), (v, _), m1, k, W, mass = s.q, s.v, *s.p.values()
     line = expression(m1 * v**2 * x + k * sin(th - W * s.ring.time) + mass / m1 * s.f["F"])
     assert line.latex() == (
-        r"m_{1} x_{a} \dot{\theta}_{1}^{2} + \frac{\mathrm{mass}}{m_{1}} F(t) + "
-        r"k_{\theta} \sin\left(\theta_{1} - \Omega t\right)"
+        r"m_{1} x_{a} \dot{\theta}_{1}^{2} + \frac{\text{mass}}{m_{1}} F(t) + "
+        r"k_{\theta} \sin(\theta_{1} - \Omega t)"
     )
     mathml = line.mathml()
     assert (
@@ -469,7 +469,10 @@ def test_letters_in_latex_and_mathml() -> None:
         in mathml
     )
     assert "<msub><mi>k</mi><mi>θ</mi></msub>" in mathml
-    assert "<mi>F</mi><mo>&#x2061;</mo><mo>(</mo><mi>t</mi><mo>)</mo>" in mathml
+    assert (
+        '<mi>F</mi><mo>&#x2061;</mo><mrow><mo stretchy="false">(</mo><mi>t</mi>'
+        '<mo stretchy="false">)</mo></mrow>' in mathml
+    )
 
 
 @pytest.mark.parametrize(
@@ -494,13 +497,13 @@ def test_steps_are_written_in_three_formats() -> None:
     s = System("q", "m l")
     (v,), m, l = s.v, *s.p.values()
     T = m * l**2 * v**2 / 6
-    assert Result(Left("T"), T).write(Text()) == "T = l^2 m q'^2/6"
-    assert Result(Left("T"), T).write(Latex()) == r"T = \frac{l^{2} m}{6} \dot{q}^{2}"
+    assert Result(Left("T"), T).write(Text()) == "T = m l^2 q'^2/6"
+    assert Result(Left("T"), T).write(Latex()) == r"T = \frac{m l^{2}}{6} \dot{q}^{2}"
     p = Result(Left("L", "q'"), T.diff("q'"))
-    assert p.write(Text()) == "∂L/∂q' = l^2 m q'/3"
-    assert p.write(Latex()) == r"\frac{\partial L}{\partial \dot{q}} = \frac{l^{2} m}{3} \dot{q}"
+    assert p.write(Text()) == "∂L/∂q' = m l^2 q'/3"
+    assert p.write(Latex()) == r"\frac{\partial L}{\partial \dot{q}} = \frac{m l^{2}}{3} \dot{q}"
     rate = Result(Left("L", "q'", total=True), T.diff("q'").ddt())
-    assert rate.write(Text()) == "d/dt ∂L/∂q' = l^2 m q''/3"
+    assert rate.write(Text()) == "d/dt ∂L/∂q' = m l^2 q''/3"
     assert rate.write(Latex()).startswith(r"\frac{d}{dt} \frac{\partial L}{\partial \dot{q}} = ")
     ElementTree.fromstring(rate.write(MathML()))
     assert str(expression(T - T)) == "0"

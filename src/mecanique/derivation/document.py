@@ -3,26 +3,40 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
 from typing import final
 
-from mecanique.derivation.glossary import Meaning, meanings
+from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.matrix_form import Linear, linear
 from mecanique.derivation.printing.equations import Equation, equations, expression
+from mecanique.derivation.printing.lines import PAGE, aligned, display, width
+from mecanique.derivation.printing.prose import escape as tex
+from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import Derivation
 
-__all__ = ["Document", "Section"]
+__all__ = ["Document", "Section", "to_page"]
 
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
+_TAKEN = "Taken for granted: {} is"
+_POSITIVE = "which must stay positive."
+_INLINE = 120.0  # points up to which an equality stands in a line of text
+_HANGING = 25.0  # points by which what symbols mean is indented
 _WIDTH = 100
+_PREAMBLE = r"""\documentclass[a4paper]{article}
+\usepackage[utf8]{inputenc}
+\usepackage{amsmath}
+\allowdisplaybreaks
+\emergencystretch=3em
+\setlength{\parindent}{0pt}
+\begin{document}"""
 
 
 @final
@@ -64,24 +78,27 @@ class Document:
     def equations(self) -> tuple[Equation, ...]:
         """The equations of motion, one for each velocity, then those of the loops."""
         rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
-        return equations([without_common_divisor(row) for row in rows])
+        own = () if self.derivation.quasi else self.derivation.algebra.accelerations
+        return equations([without_common_divisor(row) for row in rows], own=own)
 
     @cached_property
     def linear(self) -> Linear | None:
         """The matrices of M q'' + C q' + K q = f if the equations are linear, else None."""
         return linear(self.derivation)
 
-    def text(self, steps: bool) -> str:
+    def text(self, steps: bool, symbols: bool = False) -> str:
         """Return it as text.
 
         Args:
             steps: whether to show more than the equations of motion.
+            symbols: whether to say above the equations what they are of and what letters mean.
         """
         lines = [equation.text() for equation in self.equations] or [_STILL]
         if not steps:
-            return "\n".join(lines)
+            above = [*self._introduction(Text(), steps=False), ""] if symbols else []
+            return "\n".join([*above, *lines])
         writer = Text()
-        out = [self._heading, "", "Symbols", *self._symbols_as_text(writer)]
+        out = [self._heading, "", *self._introduction(writer, steps=True)]
         stages = self.derivation.stages
         for number, stage in enumerate(stages, 1):
             out += ["", f"{number}. {stage.title}", *_wrap(stage.explanation)]
@@ -95,55 +112,97 @@ class Document:
             out += ["", *_wrap(sentence)]
         return "\n".join(out)
 
-    def latex(self, steps: bool) -> str:
-        """Return it in LaTeX; with steps, a fragment of a document.
+    def latex(self, steps: bool, symbols: bool = False) -> str:
+        """Return it in LaTeX; with steps or symbols, a fragment of a document.
 
         Args:
             steps: whether to show more than the equations of motion.
+            symbols: whether to say above the equations what they are of and what letters mean.
         """
-        rows = [equation.latex().replace(" = ", " &= ", 1) for equation in self.equations]
-        whole = "\\begin{aligned}\n" + " \\\\\n".join(rows) + "\n\\end{aligned}"
-        if not rows:
-            whole = f"\\text{{{_STILL}}}"
-        if not steps:
-            return whole
+        rows = [equation.latex() for equation in self.equations]
+        if not (steps or symbols):
+            if not rows:
+                return f"\\text{{{_STILL}}}"
+            return f"\\begin{{aligned}}\n{aligned(rows)}\n\\end{{aligned}}"
         writer = Latex()
-        out = [f"\\section*{{{_tex(self._heading)}}}", "\\begin{description}"]
-        for meaning in meanings(self.derivation):
-            out.append(f"\\item[${_symbol(meaning, writer)}$] {_tex(meaning.sentence)}")
+        out = [f"\\section*{{{self._prose(self._heading)}}}"]
+        for paragraph in self._about:
+            source = paragraph.startswith("Source: ")
+            out.append((tex(paragraph) if source else self._prose(paragraph)) + "\n")
+        out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
+        for meaning in meanings(self.derivation, steps=steps):
+            symbol = ", ".join(f"${writer.letter(name, False, '')}$" for name in meaning.names)
+            said = self._prose(meaning.sentence)
+            equality = "" if meaning.definition is None else _equality(meaning, writer)
+            if equality and width(equality) < _INLINE:
+                said, equality = f"{said}, ${equality}$", ""
+            out.append(f"\\item[{{{symbol}}}] {said}")
+            if equality:
+                out.append(display([equality], PAGE - _HANGING))
         out.append("\\end{description}")
-        for stage in self.derivation.stages:
-            out += [f"\\subsection*{{{_tex(stage.title)}}}", _tex(stage.explanation)]
-            out += [f"\\[ {result.write(writer)} \\]" for result in stage.results]
-        out += ["\\subsection*{Equations of motion}", _tex(self._closing), f"\\[ {whole} \\]"]
-        if self.equations and self.linear is not None:
-            out += ["They are linear:", f"\\[ {self.linear.latex()} \\]"]
-        out += [_tex(sentence) for sentence in self._assumptions(Text())]
+        out += [self._prose(sentence) + "\n" for sentence in self._warnings(steps)]
+        for stage in self.derivation.stages if steps else ():
+            out += [f"\\subsection*{{{self._prose(stage.title)}}}", self._prose(stage.explanation)]
+            if stage.results:
+                out.append(display([result.write(writer) for result in stage.results]))
+        closing = self._prose(self._closing if steps else _DIVIDED.format("that "))
+        out += ["\\subsection*{Equations of motion}", closing if rows else _STILL]
+        if rows:
+            out.append(display(rows))
+        if rows and steps and self.linear is not None:
+            out += ["They are linear:", display(self.linear.lines())]
+        for assumption in self.derivation.assumptions if steps else ():
+            positive = expression(assumption.positive).latex()
+            said = self._prose(_TAKEN.format(assumption.subject))
+            out.append(f"{said} ${positive}$, {_POSITIVE}\n")
         return "\n".join(out)
 
-    def mathml(self, steps: bool) -> str:
-        """Return it in MathML; with steps, a fragment of an HTML page.
+    def page(self, steps: bool) -> str:
+        """Return it as a whole document for LaTeX.
 
         Args:
             steps: whether to show more than the equations of motion.
         """
-        if not steps:
-            return "\n".join(equation.mathml() for equation in self.equations) or f"<p>{_STILL}</p>"
+        return to_page([self.latex(steps, symbols=True)])
+
+    def mathml(self, steps: bool, symbols: bool = False) -> str:
+        """Return it in MathML; with steps or symbols, a fragment of an HTML page.
+
+        Args:
+            steps: whether to show more than the equations of motion.
+            symbols: whether to say above the equations what they are of and what letters mean.
+        """
+        lines = [equation.mathml() for equation in self.equations] or [f"<p>{_STILL}</p>"]
+        if not (steps or symbols):
+            return "\n".join(lines)
         writer = MathML()
-        out = [f"<h3>{escape(self._heading)}</h3>", "<dl>"]
-        for meaning in meanings(self.derivation):
-            symbol = _MATH.format("inline", _symbol(meaning, writer))
-            out.append(f"<dt>{symbol}</dt><dd>{escape(meaning.sentence)}</dd>")
+        out = [f"<h3>{escape(self._heading)}</h3>"]
+        out += [f"<p>{escape(sentence)}</p>" for sentence in self._about]
+        out.append("<dl>")
+        for meaning in meanings(self.derivation, steps=steps):
+            written = [writer.letter(name, False, "") for name in meaning.names]
+            symbol = ", ".join(_MATH.format("inline", letter) for letter in written)
+            said = escape(meaning.sentence)
+            if meaning.definition is not None:
+                said += f", {_MATH.format('inline', _equality(meaning, writer))}"
+            out.append(f"<dt>{symbol}</dt><dd>{said}</dd>")
         out.append("</dl>")
-        for section in self.sections():
+        out += [f"<p>{escape(sentence)}</p>" for sentence in self._warnings(steps)]
+        if not steps:
+            return "\n".join([*out, *lines])
+        for section in self.sections()[1:]:
             out += [f"<h4>{escape(section.title)}</h4>", f"<p>{escape(section.explanation)}</p>"]
             out += section.formulas
         return "\n".join(out)
 
     def sections(self) -> tuple[Section, ...]:
-        """Return the steps in MathML; the last holds the equations of motion."""
+        """Return symbols and steps in MathML; the last section holds the equations of motion."""
         writer = MathML()
-        out = []
+        rows = ""
+        for meaning in meanings(self.derivation):
+            rows += _row_of(meaning, writer)
+        said = " ".join([*self._about, *self._warnings(steps=True)])
+        out = [Section("Symbols", said, (_MATH.format("block", f"<mtable>{rows}</mtable>"),))]
         for stage in self.derivation.stages:
             lines = [_MATH.format("block", result.write(writer)) for result in stage.results]
             out.append(Section(stage.title, stage.explanation, tuple(lines)))
@@ -155,6 +214,43 @@ class Document:
             formulas += (self.linear.mathml(),)
             closing += _LINEAR
         return (*out, Section("Equations of motion", closing, formulas))
+
+    @property
+    def _about(self) -> list[str]:
+        """What the mechanism is and where it comes from, by paragraphs."""
+        return self.derivation.algebra.mechanism.about.splitlines()
+
+    def _warnings(self, steps: bool) -> Iterator[str]:
+        """Letters that stand for two things."""
+        matrices = steps and self.linear is not None
+        yield from clashes(self.derivation, steps=steps, matrices=matrices)
+
+    def _introduction(self, writer: Text, *, steps: bool) -> Iterator[str]:
+        """What the mechanism is, and the symbols, in lines of text."""
+        for paragraph in self._about:
+            yield from (*textwrap.wrap(paragraph, _WIDTH), "")
+        yield "Symbols"
+        listed = meanings(self.derivation, steps=steps)
+        wide = max((len(meaning.names[0]) for meaning in listed), default=0)
+        for meaning in listed:
+            said = meaning.sentence
+            if meaning.definition is not None:
+                said += f", {_equality(meaning, writer)}"
+            if len(meaning.names) > 1:
+                yield from _hang(", ".join(meaning.names), 2)
+                yield from _hang(said, 4)
+            else:
+                yield f"  {meaning.names[0]:<{wide}}  {said}"
+        for sentence in self._warnings(steps):
+            yield from ("", *textwrap.wrap(sentence, _WIDTH))
+
+    def _prose(self, sentence: str) -> str:
+        return to_latex(sentence, self._names)
+
+    @cached_property
+    def _names(self) -> frozenset[str]:
+        """Every symbol in print."""
+        return frozenset(name for each in meanings(self.derivation) for name in each.names)
 
     @property
     def _heading(self) -> str:
@@ -169,35 +265,43 @@ class Document:
             return f"{self.derivation.closing} {_DIVIDED.format('')}"
         return _DIVIDED.format("that ")
 
-    def _symbols_as_text(self, writer: Writer) -> Iterator[str]:
-        listed = meanings(self.derivation)
-        width = max((len(meaning.name) for meaning in listed), default=0)
-        for meaning in listed:
-            root = "" if meaning.radicand is None else f", {_symbol(meaning, writer)}"
-            yield f"  {meaning.name:<{width}}  {meaning.sentence}{root}"
-
     def _assumptions(self, writer: Writer) -> Iterator[str]:
         for assumption in self.derivation.assumptions:
             positive = expression(assumption.positive).write(writer)
-            yield (
-                f"Taken for granted: {assumption.subject} is {positive}, which must stay positive."
-            )
+            yield f"{_TAKEN.format(assumption.subject)} {positive}, {_POSITIVE}"
+
+
+def to_page(parts: Sequence[str]) -> str:
+    """Return fragments of LaTeX as a whole document.
+
+    Args:
+        parts: the fragments.
+    """
+    return "\n".join([_PREAMBLE, *parts, "\\end{document}", ""])
 
 
 def _wrap(sentence: str) -> list[str]:
     return textwrap.wrap(sentence, _WIDTH, initial_indent="   ", subsequent_indent="   ")
 
 
-def _symbol(meaning: Meaning, writer: Writer) -> str:
-    """A symbol, with the radicand if it is a root."""
-    symbol = writer.letter(meaning.name, False, "")
-    if meaning.radicand is None:
-        return symbol
-    root = writer.call("sqrt", expression(meaning.radicand).write(writer), "")
-    return writer.equation(symbol, root)
+def _hang(sentence: str, indent: int) -> list[str]:
+    blank = " " * indent
+    return textwrap.wrap(sentence, _WIDTH, initial_indent=blank, subsequent_indent=blank)
 
 
-def _tex(sentence: str) -> str:
-    for sign in "&%$#_{}":
-        sentence = sentence.replace(sign, f"\\{sign}")
-    return sentence.replace("²", "\\textsuperscript{2}").replace("·", "\\textperiodcentered{}")
+def _equality(meaning: Meaning, writer: Writer) -> str:
+    """A symbol and what it equals."""
+    assert meaning.definition is not None
+    symbol = writer.letter(meaning.names[0], False, "")
+    return writer.equation(symbol, meaning.definition.write(writer))
+
+
+def _row_of(meaning: Meaning, writer: MathML) -> str:
+    """Symbols and what they mean as a row of a table."""
+    written = [writer.letter(name, False, "") for name in meaning.names]
+    symbol = f"<mrow>{'<mtext>, </mtext>'.join(written)}</mrow>"
+    said = f"<mtext>{escape(meaning.sentence)}</mtext>"
+    if meaning.definition is not None:
+        said = f"<mrow>{said}<mtext>, </mtext>{_equality(meaning, writer)}</mrow>"
+    cell = '<mtd style="text-align: left">'
+    return f"<mtr>{cell}{symbol}</mtd>{cell}{said}</mtd></mtr>"

@@ -1,86 +1,225 @@
-"""What every symbol of a derivation means."""
+"""What every symbol of a derivation means: letters, the coordinate map, what the steps find."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import final
 
+from mecanique.derivation.printing.equations import Expression, expression, root
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.model.joints import Joint, Planar, Single, Universal
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import units
 
-__all__ = ["Meaning", "meanings"]
+__all__ = ["Meaning", "clashes", "meanings"]
 
 _PARTS = ("x component", "y component", "z component", "scalar part")
+
+_FOUND = {
+    "T": ("kinetic energy", "J"),
+    "V": ("potential energy", "J"),
+    "E": ("total energy, T + V", "J"),
+    "D": ("Rayleigh's dissipation function", "W"),
+    "R": ("Routh's function", "J"),
+    "r": ("position of the center of mass", "m"),
+    "v": ("velocity of the center of mass", "m/s"),
+    "a": ("acceleration of the center of mass", "m/s²"),
+    "omega": ("angular velocity", "rad/s"),
+    "F": ("force", "N"),
+    "C": ("couple", "N·m"),
+    "f": ("inertia force per length", "N/m"),
+    "s": ("distance from the end to where the inertia forces act", "m"),
+    "δr": ("virtual displacement of the point of action", "m"),
+    "δφ": ("virtual rotation", "rad"),
+    "δW": ("virtual work", "J"),
+    "Phi": ("what parts the two sides", ""),
+    "psi": ("what the constraint keeps zero", ""),
+}
+"""What the letters mean that stand on the left of steps, each with its unit."""
+
+_ACTS = {"weight": "its weight", "inertia": "its inertia forces", "couple": "couples"}
+"""What a force or its work belongs to, by the second word of its name."""
 
 
 @final
 @dataclass(frozen=True)
 class Meaning:
-    """The meaning of a symbol.
+    """The meaning of a symbol, or of the components of one.
 
     Args:
-        name: the symbol.
+        names: the symbols.
         sentence: what it is, with its unit.
-        radicand: its square, if it is a square root.
+        definition: what it equals, if it is an abbreviation or follows from others.
     """
 
-    name: str
+    names: tuple[str, ...]
     sentence: str
-    radicand: Series | None = None
+    definition: Expression | None = None
 
 
-def meanings(derivation: Derivation) -> tuple[Meaning, ...]:
-    """Return what every symbol in the steps and the equations means, in the order of a list."""
-    ring, mechanism = derivation.algebra.ring, derivation.algebra.mechanism
-    used = _collect_kinds(derivation)
-    found = [*_coordinates(mechanism)]
+def meanings(derivation: Derivation, *, steps: bool = True) -> tuple[Meaning, ...]:
+    """Return what every symbol in print means, in the order of a list.
+
+    Args:
+        derivation: what is printed.
+        steps: whether its steps are, besides the equations of motion.
+    """
+    algebra = derivation.algebra
+    ring, mechanism = algebra.ring, algebra.mechanism
+    used = _collect_kinds(derivation, steps=steps)
+    followers = [*_followers(derivation)]
+    signals = [*_signals(derivation, used)]
+    for meaning in [*followers, *signals]:
+        stated = meaning.definition.letters if meaning.definition is not None else ()
+        used |= {name: Kind.PARAMETER for name in stated if name not in used}
+    found = [*_coordinates(mechanism), *followers]
     for parameter in mechanism.parameters:
         if parameter.symbol in used:
             sentence = _sentence(parameter.meaning or "parameter", parameter.unit)
-            found.append(Meaning(parameter.symbol, sentence))
-    for signal in mechanism.inputs:
-        if signal.symbol in used:
-            found.append(Meaning(signal.symbol, _sentence(signal.meaning or "input", signal.unit)))
+            found.append(Meaning((parameter.symbol,), sentence))
+    found += signals
     for index, atom in ring.atoms.items():
         name = ring.generators[index].name
         if atom.named and used.get(name) is Kind.ATOM:
-            found.append(Meaning(name, derivation.lengths.get(name, "root"), atom.argument))
-    found += [Meaning(name, sentence) for name, sentence in derivation.unknowns.items()]
-    if used.get("t") is Kind.TIME:
-        found.append(Meaning("t", "time [s]"))
+            sentence = derivation.lengths.get(name, "root")
+            found.append(Meaning((name,), sentence, root(atom.argument)))
+    for name, sentence in derivation.unknowns.items():
+        if name in used or steps:
+            found.append(Meaning((name,), sentence))
+    if steps:
+        found += _of_steps(derivation, {name for meaning in found for name in meaning.names})
+    if "t" in used:
+        found.append(Meaning(("t",), "time [s]"))
     return tuple(found)
 
 
-def _collect_kinds(derivation: Derivation) -> dict[str, Kind]:
+def clashes(derivation: Derivation, *, steps: bool, matrices: bool) -> Iterator[str]:
+    """Yield a warning for each letter that stands for two things.
+
+    Args:
+        derivation: what is printed.
+        steps: whether its steps are.
+        matrices: whether the equations are printed as matrices, too.
+    """
+    mechanism = derivation.algebra.mechanism
+    own = {parameter.symbol: parameter.meaning for parameter in mechanism.parameters}
+    own |= {signal.symbol: signal.meaning for signal in mechanism.inputs}
+    used = _collect_kinds(derivation, steps=steps)
+    other: dict[str, str] = {}
+    if steps:
+        lefts = {left.symbol for left in _lefts(derivation)}
+        other |= {letter: _FOUND[letter][0] for letter in lefts if letter in _FOUND}
+    if matrices:
+        other |= {"M": "matrix of masses", "C": "matrix of dampings", "K": "stiffness matrix"}
+        other |= {"f": "column of forces"}
+    for letter, meaning in other.items():
+        if letter in own and letter in used:
+            yield (
+                f"Beware: {letter} stands for the {own[letter] or 'parameter'}; alone on the left "
+                f"of a step, in a derivative or before a column it is the {meaning}."
+            )
+
+
+def _lefts(derivation: Derivation) -> list[Left]:
+    """What the steps find, in order."""
+    every = [result.left for stage in derivation.stages for result in stage.results]
+    return [left for left in every if isinstance(left, Left)]
+
+
+def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
     """The kind of every symbol in print, by its name."""
-    shown = list(derivation.rows)
-    for stage in derivation.stages:
+    shown = [*derivation.rows, *(tie.demand for tie in derivation.ties)]
+    for stage in derivation.stages if steps else ():
         for result in stage.results:
             shown.append(result.right)
             if isinstance(result.left, Series):
                 shown.append(result.left)
+    shown += [assumption.positive for assumption in derivation.assumptions]
     return {g.name: g.kind for series in shown for g in series.generators()}
 
 
 def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
     own = {name: sentence for joint in mechanism.joints for name, sentence in _of_joint(joint)}
+    unit = units(mechanism)
     for name in mechanism.coordinates:
-        yield Meaning(name, own.get(name, "generalized coordinate"))
+        yield Meaning((name,), own.get(name) or _sentence("generalized coordinate", unit[name]))
     for joint in mechanism.joints:
         if not joint.quaternion:
             continue
         for velocity in joint.velocities:
             linear = velocity in joint.linear_velocities
-            what, unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
-            of = f"the {what} of {joint.child}, in its own axes [{unit}]"
-            yield Meaning(velocity, f"{velocity[-1]} component of {of}")
+            what, of_unit = ("velocity", "m/s") if linear else ("angular velocity", "rad/s")
+            of = f"the {what} of {joint.child}, in its own axes [{of_unit}]"
+            yield Meaning((velocity,), f"{velocity[-1]} component of {of}")
+
+
+def _followers(derivation: Derivation) -> Iterator[Meaning]:
+    """The joint coordinates that follow the generalized ones, or time: the coordinate map."""
+    algebra = derivation.algebra
+    mechanism = algebra.mechanism
+    own = {name: sentence for joint in mechanism.joints for name, sentence in _all_of_joint(joint)}
+    for name in mechanism.coordinates.driven:
+        value = algebra.lift(algebra.values[name])
+        yield Meaning((name,), own.get(name, "joint coordinate"), expression(value))
+
+
+def _signals(derivation: Derivation, used: dict[str, Kind]) -> Iterator[Meaning]:
+    """The inputs, with the law that one follows if it is given by letters."""
+    algebra = derivation.algebra
+    for signal in algebra.mechanism.inputs:
+        if signal.symbol in used:
+            law = expression(algebra.series(signal.signal)) if signal.symbols else None
+            sentence = _sentence(signal.meaning or "function of time", signal.unit)
+            yield Meaning((signal.symbol,), sentence, law)
+
+
+def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
+    """What stands on the left of steps; components of one quantity together."""
+    mechanism = derivation.algebra.mechanism
+    owners = [each.name for each in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
+    owners += [tie.name for tie in derivation.ties]
+    groups: dict[str, list[str]] = {}
+    for left in _lefts(derivation):
+        name = left.symbol
+        if name.rstrip("'") not in known:
+            sentence = _explain(name, left, owners)
+            if name not in groups.setdefault(sentence, []):
+                groups[sentence].append(name)
+    for sentence, names in groups.items():
+        yield Meaning(tuple(names), sentence)
+
+
+def _explain(name: str, left: Left, owners: Iterable[str]) -> str:
+    """What a quantity of a step is, from its letter and what it belongs to."""
+    base, _, rest = left.quantity.partition("_")
+    if left.component and base == "Q":
+        return "generalized forces of drives and loads, each for the coordinate it is named after"
+    if left.component and base == "p":
+        return "momenta, each of the coordinate it is named after"
+    if left.component:
+        return "virtual work in the displacement of the coordinate it is named after [J]"
+    what, unit = _FOUND[base]
+    act, _, of = rest.partition("_")
+    if act in _ACTS and of:
+        rest, what = of, f"{what} of {_ACTS[act]}"
+    held = [owner for owner in owners if rest == owner or rest.startswith(f"{owner}_")]
+    owner = max(held, key=len, default=rest)
+    whose = " of gravity" if owner == "gravity" else f" of {owner}" if owner else ""
+    if what.endswith("forces") or what.endswith("weight"):
+        whose = whose.replace(" of ", " on ", 1)
+    return _sentence(f"{what}{whose}", unit or "1")
 
 
 def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
     """Name and meaning of each free coordinate of a joint."""
+    free = {name for name in joint.coordinates if name not in joint.followers}
+    yield from ((name, sentence) for name, sentence in _all_of_joint(joint) if name in free)
+
+
+def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
+    """Name and meaning of each coordinate of a joint."""
     names = [name for name in joint.coordinates if name not in joint.followers]
     match joint:
         case Single() if joint.turns:
@@ -104,6 +243,8 @@ def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
             parts = zip(_PARTS, joint.quaternion, strict=False)
             sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
     yield from zip(names, sentences, strict=True)
+    for name in joint.followers:
+        yield name, f"what follows within the {joint.noun} {joint.name}"
 
 
 def _axis(joint: Single | Planar) -> str:

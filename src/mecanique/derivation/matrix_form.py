@@ -12,6 +12,9 @@ from mecanique.derivation.symbolic.derivation import Derivation, Matrix
 
 __all__ = ["Linear", "linear"]
 
+_LARGE = 4
+"""Matrices with as many rows stand on lines of their own."""
+
 
 @final
 @dataclass(frozen=True)
@@ -39,6 +42,26 @@ class Linear:
     def latex(self) -> str:
         """Return it in LaTeX, one equation of matrices, without dollar signs."""
         return self._lines(Latex())[0]
+
+    def lines(self) -> list[str]:
+        """Return it in LaTeX: one equation, or of large matrices the equation, then each."""
+        if len(self.names) < _LARGE:
+            return [self.latex()]
+        writer = Latex()
+        terms = [("M", self.M, "''"), ("C", self.C, "'"), ("K", self.K, "")]
+        used = [term for term in terms if any(map(any, term[1]))]
+        left = " + ".join(f"{letter} {writer.letter('q' + dots, False, '')}" for letter, _, dots in used)
+        lines = [f"{left} = {'f' if any(self.f) else '0'}"]
+        for letter, rows, _ in used:
+            written = [[expression(entry).latex() for entry in row] for row in rows]
+            lines.append(f"{letter} = {_matrix(written, writer)}")
+        columns = [("q", [writer.letter(name, False, "") for name in self.names])]
+        if any(self.f):
+            columns.append(("f", [expression(entry).latex() for entry in self.f]))
+        return [
+            *lines,
+            *(f"{letter} = {_matrix([[x] for x in column], writer)}" for letter, column in columns),
+        ]
 
     def mathml(self) -> str:
         """Return it as one MathML element."""

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
@@ -70,4 +71,11 @@ class System:
                     f"expected a whole number of at least 1 for {name}, got {number!r}"
                 )
             arguments[name] = int(number)
-        return self.build(**arguments)
+        return replace(self.build(**arguments), about=self.about)
+
+    @property
+    def about(self) -> str:
+        """What it is, as the docstring of its module says it, and its source, in two lines."""
+        said = inspect.getdoc(inspect.getmodule(self.build)) or self.title
+        described = " ".join(said.partition("\n\n")[2].split())
+        return f"{described or self.title}\nSource: {self.source}."

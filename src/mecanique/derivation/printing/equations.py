@@ -4,17 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from html import escape
-from typing import final
+from typing import Any, NamedTuple, cast, final
 
 from mecanique.derivation.printing.expressions import (
-    Expr,
     collect_terms,
     factor_out,
     letters,
+    to_formula,
+    to_power,
 )
-from mecanique.derivation.printing.layout import FUNCTION_RANK, SUM_RANK, Notation, write
+from mecanique.derivation.printing.formulas import (
+    MOVING,
+    SUMS,
+    Letter,
+    Product,
+    Sum,
+    add,
+    multiply,
+    names_in,
+    number,
+    opened,
+)
+from mecanique.derivation.printing.layout import write
 from mecanique.derivation.printing.trigforms import (
     Form,
     content,
@@ -29,19 +43,8 @@ from mecanique.derivation.scalars.polynomials import Parts
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 from mecanique.errors import DerivationError
 
-__all__ = ["Equation", "Expression", "Term", "equations", "expression"]
+__all__ = ["Equation", "Expression", "equations", "expression", "root"]
 
-_PLACES = {
-    Kind.CONSTANT: -1,
-    Kind.ATOM: 5,
-    Kind.TIME: SUM_RANK + 5,
-    Kind.COORDINATE: SUM_RANK + 5,
-    Kind.VELOCITY: FUNCTION_RANK + 2,
-    Kind.ACCELERATION: FUNCTION_RANK + 3,
-    Kind.INPUT: FUNCTION_RANK + 4,
-    Kind.REACTION: FUNCTION_RANK + 4,
-    Kind.VARIATION: FUNCTION_RANK + 5,
-}
 _RANKED = (
     Kind.ACCELERATION,
     Kind.VELOCITY,
@@ -51,23 +54,11 @@ _RANKED = (
     Kind.VARIATION,
 )
 _MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
+_MEASURED = 10_000
+"""Denominators beyond this are those of measured numbers."""
+
 _GAIN = 2
 """Products of single angles are preferred to double angles up to this many signs more."""
-
-
-@final
-@dataclass(frozen=True)
-class Term:
-    """One term of a sum.
-
-    Args:
-        coefficient: sympy expression in parameters, coordinates and time.
-        motion: monomial of accelerations, velocities, inputs and lengths that it multiplies, 1 for
-            none.
-    """
-
-    coefficient: Expr
-    motion: Expr
 
 
 @final
@@ -77,11 +68,16 @@ class Expression:
 
     Args:
         terms: what is added.
-        notation: what its letters stand for.
+        decimals: whether fractions of numbers are written as decimals.
     """
 
-    terms: tuple[Term, ...]
-    notation: Notation
+    terms: tuple[Product, ...]
+    decimals: bool = False
+
+    @property
+    def letters(self) -> frozenset[str]:
+        """Names of the letters in it."""
+        return frozenset().union(*(names_in(term) for term in self.terms))
 
     def text(self) -> str:
         """Return it as one line of text."""
@@ -97,9 +93,7 @@ class Expression:
 
     def write(self, writer: Writer) -> str:
         """Return it in the format of a writer."""
-        return write(
-            [(term.coefficient, term.motion) for term in self.terms], self.notation, writer
-        )
+        return write(self.terms, writer, decimals=self.decimals)
 
     def __str__(self) -> str:
         return self.text()
@@ -146,58 +140,151 @@ class Equation:
         return f"$\\displaystyle {self.latex()}$"
 
 
-def equations(elements: Sequence[Series], *, monic: bool | None = None) -> tuple[Equation, ...]:
+def equations(
+    elements: Sequence[Series], *, monic: bool | None = None, own: Sequence[str] = ()
+) -> tuple[Equation, ...]:
     """Return equations of motion element = 0 in textbook form.
 
     Each is collected by its accelerations, velocities, inputs and lengths and divided by the
-    rational number and the monomial of parameters that all terms share. It is never divided by a
-    coordinate.
+    rational number, the monomial of parameters and the sum of parameters and time that all terms
+    share. It is never divided by a coordinate.
 
     Args:
         elements: one series for each equation.
         monic: whether to divide by the coefficient before the acceleration where that is a monomial
             of parameters; by default where there is a single equation.
+        own: name of the acceleration that each equation belongs to, whose inertia is printed
+            positive; the first in an equation where there is none.
 
     Raises:
         DerivationError: if an element is zero.
     """
     divide = len(elements) == 1 if monic is None else monic
-    return tuple(_equation(element, divide) for element in elements)
+    names = [*own, *[""] * (len(elements) - len(own))]
+    return tuple(_equation(*pair, divide) for pair in zip(elements, names, strict=True))
+
+
+def root(series: Series) -> Expression:
+    """Return the square root of a series as it is written out."""
+    return Expression((to_power(to_formula(series), Fraction(1, 2)),), _in_decimals(series))
 
 
 def expression(series: Series) -> Expression:
     """Return a series, e.g. a kinetic energy, in textbook order, with the fewest signs."""
-    groups = _group(series, by_side=False)
-    return _expression(
-        series.ring, [(key, shortest(part, products=True)) for (_, key), part in groups]
-    )
+    parts = []
+    for (_, key), part in _group(series, by_side=False):
+        parts += _parts(series.ring, key, shortest(part, products=True))
+    whole = _expression(series, parts)
+    ahead = next((k for k, term in enumerate(whole.terms) if term.number > 0), 0)
+    order = (*whole.terms[ahead : ahead + 1], *whole.terms[:ahead], *whole.terms[ahead + 1 :])
+    return replace(whole, terms=order)
 
 
-def _equation(element: Series, divide: bool) -> Equation:
+@final
+class _Part(NamedTuple):
+    """A term of an equation: what stands before a monomial of motions and lengths.
+
+    Args:
+        key: the monomial.
+        factor: what stands before it.
+        motion: the monomial as a formula.
+    """
+
+    key: int
+    factor: Product
+    motion: Product
+
+    def divided(self, by: Sum) -> _Part:
+        """Return it without a sum that it holds, or that sum turned round."""
+        held = any(base == by for base, _ in self.factor.factors)
+        sign = number(1 if held else -1)
+        quotient = multiply(sign, self.factor, (by if held else by.negative(), -1))
+        return self._replace(factor=quotient)
+
+    def negative(self) -> _Part:
+        """Return it with the other sign."""
+        return self._replace(factor=multiply(number(-1), self.factor))
+
+    def term(self) -> Product:
+        """Return it as one product."""
+        return multiply(self.factor, self.motion)
+
+
+def _equation(element: Series, own: str, divide: bool) -> Equation:
     if not element:
         raise DerivationError(
             "expected an equation of motion, got 0 = 0: a coordinate meets neither inertia nor "
             "force"
         )
+    ring = element.ring
     groups = _group(element, by_side=True)
     candidates = []
     for products in (True, False) if has_double_angles(element) else (True,):
         forms = [shortest(part, products=products) for _, part in groups]
-        divisor = _divisor(element.ring, groups, forms, divide)
+        divisor = _divisor(ring, groups, forms, divide)
         forms = [scale(form, 1 / divisor) for form in forms]
         candidates.append((sum(map(cost, forms)) - (_GAIN if products else 0), forms, divisor))
     _, forms, divisor = min(candidates, key=lambda candidate: candidate[0])
-    left, right = [], []
+    sides: dict[bool, list[_Part]] = {False: [], True: []}
     for ((is_right, key), _), form in zip(groups, forms, strict=True):
-        if is_right:
-            right.append((key, scale(form, element.ring.number(-1))))
-        else:
-            left.append((key, form))
-    return Equation(_expression(element.ring, left), _expression(element.ring, right), divisor)
+        sides[is_right] += _parts(ring, key, form)
+    every = [*sides[False], *sides[True]]
+    shared = _shared_sum([part.factor for part in every])
+    if shared is not None:
+        sides = {side: [part.divided(shared) for part in sides[side]] for side in sides}
+        divisor = divisor * _to_series(ring, shared)
+    mine = power(ring.index(own)) if own else -1
+    inertia = next((part for part in every if part.key == mine), every[0])
+    if inertia.factor.number < 0:
+        sides = {side: [part.negative() for part in sides[side]] for side in sides}
+        divisor = -divisor
+    right = [part.negative() for part in sides[True]]
+    return Equation(_expression(element, sides[False]), _expression(element, right), divisor)
+
+
+def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:
+    """A group's part of an equation, term by term where it multiplies no motion."""
+    if key:
+        return [_Part(key, factor_out(form), letters(ring, key))]
+    return [_Part(0, part, number(1)) for term in collect_terms(form) for part in opened(term)]
+
+
+def _shared_sum(factors: Sequence[Product]) -> Sum | None:
+    """A sum of parameters and time that all factors hold, if there is one."""
+    for base, power_of in factors[0].factors:
+        if isinstance(base, Sum) and power_of > 0 and _is_given(base):
+            either = (base, base.negative())
+            if all(_holds(factor, either) for factor in factors):
+                return base
+    return None
+
+
+def _holds(factor: Product, sums: Sequence[Sum]) -> bool:
+    return any(base in sums and power_of > 0 for base, power_of in factor.factors)
+
+
+def _is_given(whole: Sum) -> bool:
+    """Whether a sum holds parameters and time alone."""
+    letters_in = [base for term in whole.terms for base, _ in term.factors]
+    if not all(isinstance(base, Letter) for base in letters_in):
+        return False
+    return all(base.place[0] < SUMS or base.name == "t" for base in letters_in)
+
+
+def _to_series(ring: Basis, whole: Sum) -> Series:
+    """A sum of letters as a series."""
+    terms = []
+    for term in whole.terms:
+        found = ring.number(term.number)
+        for base, power_of in term.factors:
+            if isinstance(base, Letter):
+                found = found * ring[base.name] ** int(power_of)
+        terms.append(found)
+    return ring.sum(terms)
 
 
 def _divisor(ring: Basis, groups: list[_Group], forms: list[Form], divide: bool) -> Series:
-    """What the equation is divided by, so that its first coefficient is positive."""
+    """What the equation is divided by: monomials of parameters and a number."""
     first = forms[0]
     if (
         divide
@@ -209,9 +296,7 @@ def _divisor(ring: Basis, groups: list[_Group], forms: list[Form], divide: bool)
         kinds = {g.kind for g in unit.generators()}
         if kinds <= {Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM}:
             return unit
-    divisor = content(forms)
-    lead = next(iter(first.values()))
-    return -divisor if max(lead.terms(), key=lambda term: term[1])[2] < 0 else divisor
+    return content(forms)
 
 
 _Group = tuple[tuple[bool, int], Series]
@@ -267,23 +352,46 @@ def _accelerates(ring: Basis, key: int) -> bool:
     return any(ring.generators[i].kind is Kind.ACCELERATION for i, _ in exponents(key))
 
 
-def _expression(ring: Basis, groups: Sequence[tuple[int, Form]]) -> Expression:
-    from sympy import Integer
+def _expression(series: Series, parts: Sequence[_Part]) -> Expression:
+    terms = [part.term() for part in parts]
+    return Expression(tuple(_pair(terms)), _in_decimals(series))
 
-    terms: list[Term] = []
-    for key, form in groups:
-        if key:
-            terms.append(Term(factor_out(form), letters(ring, key)))
+
+def _pair(terms: Sequence[Product]) -> list[Product]:
+    """Terms with those that differ in one letter as one: k q2 − k q1 = k (q2 − q1)."""
+    paired: list[Product] = []
+    seats: dict[Any, int] = {}
+    for term in terms:
+        rest, letter = _split(term)
+        seat = seats.get(rest) if letter is not None else None
+        if seat is None or paired[seat].number * term.number > 0:
+            seats[rest] = len(paired)
+            paired.append(term)
             continue
-        for coefficient in collect_terms(form):
-            parts = coefficient.args if coefficient.is_Add else (coefficient,)
-            terms += [Term(part, Integer(1)) for part in parts]
-    return Expression(tuple(terms), _notation(ring))
+        other = paired[seat]
+        (*before, (first, _)), sign = other.factors, other.number
+        both = add([Product(1, ((first, 1),)), Product(-1, ((cast("Letter", letter), 1),))])
+        paired[seat] = multiply(number(sign), *before, both)
+        del seats[rest]
+    return paired
 
 
-def _notation(ring: Basis) -> Notation:
-    ranks = {g.name: _PLACES.get(g.kind, 0) for g in ring.generators}
-    return Notation(ranks, frozenset(g.name for g in ring.generators if g.kind is Kind.INPUT))
+def _split(term: Product) -> tuple[Any, Letter | None]:
+    """A force law's term as what multiplies its last letter, and that length or velocity."""
+    *before, (last, e) = term.factors or [(Letter("", (0, 0)), 0)]
+    plain = all(isinstance(base, Letter) for base, _ in term.factors) and e == 1 and before
+    moving = any(base.place[0] > MOVING for base, _ in term.factors)
+    if not plain or moving or not isinstance(last, Letter):
+        return None, None
+    kind = last.place[0] == MOVING
+    return (abs(term.number), tuple(before), kind), last
+
+
+def _in_decimals(series: Series) -> bool:
+    """Whether numbers are measured, as those of URDF are, not fractions of a law."""
+    if not any(g.kind is Kind.PARAMETER for g in series.ring.generators):
+        return True
+    return series.denominator > _MEASURED
 
 
 def _math_element(row: str, text: str) -> str:

@@ -1,103 +1,166 @@
-"""Poisson series as factor_out sympy expressions; sympy factors polynomials, nothing else.
+"""Poisson series as formulas: what terms share is drawn out, sums are factored if that is shorter.
 
-sympy takes half a second to import, so it is imported when the first expression is made.
+sympy factors polynomials, nothing else; it takes half a second to import, so it is imported when
+the first polynomial is factored.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, cast
 
+from mecanique.derivation.printing.formulas import (
+    MOVING,
+    SUMS,
+    Base,
+    Call,
+    Letter,
+    Product,
+    Sum,
+    add,
+    multiply,
+    number,
+)
 from mecanique.derivation.printing.trigforms import (
     Form,
     Trig,
+    common_measure,
     common_monomial,
-    common_number,
+    rescale,
     shortest,
 )
-from mecanique.derivation.scalars.monomials import exponents, largest_exponent
-from mecanique.derivation.scalars.polynomials import shift
+from mecanique.derivation.scalars.monomials import exponents, power
 from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series
 
-__all__ = ["Expr", "collect_terms", "definition", "factor_out", "letters", "to_sympy"]
-
-Expr: TypeAlias = Any
-"""A sympy expression. Products of a number and a sum stay, where sympy would expand them."""
+__all__ = ["collect_terms", "factor_out", "letters", "size", "to_formula", "to_power", "to_sympy"]
 
 _LARGEST = 40  # polynomials with more terms are not worth factoring
+_WILD = 10_000  # numbers without a common measure below this stay decimals before each term
+
+_PLACES = {
+    Kind.CONSTANT: -1,
+    Kind.ATOM: 5,
+    Kind.TIME: SUMS + 5,
+    Kind.COORDINATE: SUMS + 5,
+    Kind.VELOCITY: MOVING,
+    Kind.ACCELERATION: MOVING + 1,
+    Kind.INPUT: MOVING + 2,
+    Kind.REACTION: MOVING + 2,
+    Kind.VARIATION: MOVING + 3,
+}
 
 
-def to_sympy(series: Series) -> Expr:
-    """Return a series as a sympy expression, factor_out and with the fewest signs.
+def to_formula(series: Series) -> Product:
+    """Return a series as a formula with the fewest signs."""
+    return factor_out(shortest(series, products=True))
+
+
+def to_sympy(series: Series) -> Any:
+    """Return a series as a sympy expression, factored and with the fewest signs.
 
     Args:
         series: the series; velocities and accelerations become symbols q', q''.
     """
-    return factor_out(shortest(series, products=True))
+    return to_formula(series).sympy()
 
 
-def letters(ring: Basis, monomial: int) -> Expr:
-    """Return a monomial as a sympy expression; atoms without a name are written out."""
-    return _product([_letter(ring, i) ** e for i, e in exponents(monomial)])
+def letters(ring: Basis, monomial: int) -> Product:
+    """Return a monomial as a formula; atoms without a name are written out."""
+    key = ("letters", monomial)
+    if key not in ring.written:
+        ring.written[key] = multiply(*(_power(ring, i, e) for i, e in exponents(monomial)))
+    return cast("Product", ring.written[key])
 
 
-def factor_out(form: Form) -> Expr:
-    """Return a form as one expression, with everything common to all terms before it.
+def factor_out(form: Form) -> Product:
+    """Return a form as one product, with everything common to all terms before it.
 
     Args:
         form: polynomials before products of sines and cosines.
     """
-    from sympy import Add, Integer
-
     if not form:
-        return Integer(0)
+        return number(0)
     polynomials = list(form.values())
     ring = polynomials[0].ring
-    common, number = common_monomial(polynomials), common_number(polynomials)
-    inner = {t: _divide(p, number, common) for t, p in form.items()}
-    terms = collect_terms(inner)
-    if len(terms) == 1:
-        return _product([_number(number), letters(ring, common), terms[0]])
-    return _product([_number(number), letters(ring, common), Add(*terms)])
+    shared = _shared_functions(form)
+    if shared:
+        form = {_without(trig, shared): p for trig, p in form.items()}
+    factor = common_measure(polynomials)
+    found = []
+    for kept in (False, True):
+        common = _common(polynomials, kept=kept)
+        inner = {t: rescale(p, 1 / factor, -common) for t, p in form.items()}
+        whole = add(collect_terms(inner, kept=kept))
+        found.append(multiply(number(factor), letters(ring, common), whole))
+        if common == _common(polynomials, kept=True):
+            break
+    return multiply(min(found, key=size), _circular(ring, shared))
 
 
-def collect_terms(form: Form) -> list[Expr]:
+def _common(polynomials: list[Series], *, kept: bool) -> int:
+    """The greatest monomial that divides all; denominators are kept within if not all share one."""
+    common = common_monomial(polynomials)
+    if kept:
+        common -= sum(power(i, e) for i, e in exponents(common) if e < 0)
+        common += _common_denominator(polynomials)
+    return common
+
+
+def _common_denominator(polynomials: list[Series]) -> int:
+    """The negative powers that all terms share: k (1 − l/ρ) is shorter than k (ρ − l)/ρ."""
+    terms = [dict(exponents(monomial)) for p in polynomials for monomial in p.parts.get(0, {})]
+    least = {i: e for i, e in terms[0].items() if e < 0}
+    for here in terms[1:]:
+        least = {i: max(e, here.get(i, 0)) for i, e in least.items()}
+    return sum(power(i, e) for i, e in least.items() if e < 0)
+
+
+def _shared_functions(form: Form) -> Trig:
+    """The sines and cosines that all terms share, each in its lowest power."""
+    first, *others = form
+    least = {(angle, sine): e for angle, sine, e in first}
+    for trig in others:
+        powers = {(angle, sine): e for angle, sine, e in trig}
+        least = {key: min(e, powers[key]) for key, e in least.items() if key in powers}
+    return tuple((*key, e) for key, e in sorted(least.items()))
+
+
+def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
     """Return a form as terms, those that share a sine, cosine or sum of parameters as one.
 
     Args:
         form: polynomials before products of sines and cosines.
+        kept: whether terms keep denominators that are not those of all.
     """
-    terms: list[Expr] = []
+    terms: list[Product] = []
     while form:
         factor, members = _choose_shared(form)
         if factor is None:
             break
-        inner = {_without(t, factor): form[t] for t in members}
-        terms.append(
-            _product([factor_out(inner), _circular(next(iter(form.values())).ring, (factor,))])
-        )
+        inner = {_without(t, (factor,)): form[t] for t in members}
+        ring = next(iter(form.values())).ring
+        terms.append(multiply(factor_out(inner), _circular(ring, (factor,))))
         form = {t: p for t, p in form.items() if t not in members}
     sums: dict[Series, Form] = {}
     for trig, polynomial in form.items():
-        common, number = common_monomial([polynomial]), common_number([polynomial])
-        primitive = _divide(polynomial, number, common)
+        common, factor_of = _common([polynomial], kept=kept), common_measure([polynomial])
+        primitive = rescale(polynomial, 1 / factor_of, -common)
         if _is_negative(primitive):
-            primitive, number = -primitive, -number
-        unit = _divide(polynomial.ring.number(1), 1 / number, -common)
+            primitive, factor_of = -primitive, -factor_of
+        unit = rescale(polynomial.ring.number(1), factor_of, common)
         sums.setdefault(primitive, {})[trig] = unit
     for primitive, members_of in sums.items():
         if primitive == 1:
             terms += [_unit_term(unit, trig) for trig, unit in members_of.items()]
         else:
-            terms.append(_product([_factored_sum(primitive), factor_out(members_of)]))
+            terms.append(multiply(_factored_sum(primitive), factor_out(members_of)))
     return terms
 
 
-def _unit_term(unit: Series, trig: Trig) -> Expr:
+def _unit_term(unit: Series, trig: Trig) -> Product:
     ((_, monomial, c),) = unit.terms()
-    return _product([_number(c), letters(unit.ring, monomial), _circular(unit.ring, trig)])
+    return multiply(number(c), letters(unit.ring, monomial), _circular(unit.ring, trig))
 
 
 def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]:
@@ -110,15 +173,11 @@ def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]
     return best
 
 
-def _without(trig: Trig, factor: tuple[int, int, int]) -> Trig:
-    return tuple(f for f in trig if f != factor)
-
-
-def _divide(polynomial: Series, number: Fraction, monomial: int) -> Series:
-    # shifted by hand: a product would lower powers of roots again
-    parts = shift(polynomial.parts, -monomial)
-    reach = polynomial.reach + largest_exponent([monomial])
-    return Series(polynomial.ring, parts, polynomial.denominator, reach) * (1 / number)
+def _without(trig: Trig, shared: Trig) -> Trig:
+    """A product of sines and cosines divided by a shared one."""
+    taken = {(angle, sine): e for angle, sine, e in shared}
+    left = [(angle, sine, e - taken.get((angle, sine), 0)) for angle, sine, e in trig]
+    return tuple(factor for factor in left if factor[2])
 
 
 def _is_negative(polynomial: Series) -> bool:
@@ -128,30 +187,36 @@ def _is_negative(polynomial: Series) -> bool:
     return sum(signs) < 0 or (sum(signs) == 0 and first < 0)
 
 
-def _factored_sum(polynomial: Series) -> Expr:
-    """A polynomial without monomial content, factored over the rationals."""
-    from sympy import Add
-
+def _factored_sum(polynomial: Series) -> Product:
+    """A polynomial without monomial content, factored over the rationals if that is shorter."""
     ring = polynomial.ring
     terms = polynomial.parts[0]
     degrees = [dict(exponents(m)) for m in terms]
+    coefficients = (Fraction(c, polynomial.denominator) for c in terms.values())
+    plain = multiply(add(_gather(ring, list(zip(degrees, coefficients, strict=True)))))
     # a linear sum, or two terms without powers and common letters, cannot be factored
     linear = all(sum(d.values()) <= 1 for d in degrees)
-    plain = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
-    if not plain and len(terms) <= _LARGEST:
-        indices = sorted({i for d in degrees for i in d})
-        rows = []
-        for d in degrees:
-            rows.append(tuple(d.get(i, 0) for i in indices))
-        number, factors = _factor(tuple(zip(rows, terms.values(), strict=True)))
-        if len(factors) > 1 or factors[0][1] > 1:
-            out = [_number(number / polynomial.denominator)]
-            for factor, e in factors:
-                inner = [_term(ring, c, dict(zip(indices, row, strict=True))) for row, c in factor]
-                out.append(Add(*inner) ** e)
-            return _product(out)
-    coefficients = (Fraction(c, polynomial.denominator) for c in terms.values())
-    return Add(*_gather(ring, list(zip(degrees, coefficients, strict=True))))
+    without = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
+    if without or len(terms) > _LARGEST or max(map(abs, terms.values())) > _WILD:
+        return plain
+    indices = sorted({i for d in degrees for i in d})
+    rows = []
+    for d in degrees:
+        rows.append(tuple(d.get(i, 0) for i in indices))
+    # powers that are negative are shifted out; a polynomial has none
+    if min(min(row) for row in rows) < 0:
+        return plain
+    content, factors = _factor(tuple(zip(rows, terms.values(), strict=True)))
+    if len(factors) == 1 and factors[0][1] == 1:
+        return plain
+    out = [number(content / polynomial.denominator)]
+    for factor, e in factors:
+        inner = []
+        for row, c in factor:
+            inner.append(_term(ring, Fraction(c), dict(zip(indices, row, strict=True))))
+        out.append(multiply((add(inner), e)))
+    factored = multiply(*out)
+    return factored if size(factored) < size(plain) else plain
 
 
 _Rows: TypeAlias = "tuple[tuple[tuple[int, ...], int], ...]"
@@ -167,18 +232,16 @@ def _factor(rows: _Rows) -> tuple[Fraction, tuple[tuple[_Rows, int], ...]]:
     from sympy import Poly, Symbol
 
     symbols = [Symbol(f"x{i}") for i in range(len(rows[0][0]))]
-    number, factors = Poly.from_dict(dict(rows), *symbols).factor_list()
+    content, factors = Poly.from_dict(dict(rows), *symbols).factor_list()
     found = []
-    for factor, power in factors:
+    for factor, e in factors:
         terms = tuple((row, int(c)) for row, c in factor.terms())
-        found.append((terms, power))
-    return Fraction(int(number.p), int(number.q)), tuple(found)
+        found.append((terms, e))
+    return Fraction(int(content.p), int(content.q)), tuple(found)
 
 
-def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Expr]:
+def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Product]:
     """Terms of a sum without factors; a shared square is drawn out, a² b + a² c = a² (b + c)."""
-    from sympy import Add
-
     shared: dict[tuple[int, int], int] = {}
     for degrees, _ in rows:
         for letter in degrees.items():
@@ -193,102 +256,81 @@ def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Ex
             inside.append(({i: k for i, k in d.items() if i != index}, c))
         else:
             outside.append((d, c))
-    return [
-        _product([_letter(ring, index) ** e, Add(*_gather(ring, inside))]),
-        *_gather(ring, outside),
-    ]
+    drawn = multiply(_power(ring, index, e), add(_gather(ring, inside)))
+    return [drawn, *_gather(ring, outside)]
 
 
-def _term(ring: Basis, c: int | Fraction, degrees: dict[int, int]) -> Expr:
-    return _product(
-        [_number(Fraction(c)), *(_letter(ring, i) ** e for i, e in degrees.items() if e)]
-    )
+def _term(ring: Basis, c: Fraction, degrees: dict[int, int]) -> Product:
+    return multiply(number(c), *(_power(ring, i, e) for i, e in degrees.items()))
 
 
-def _letter(ring: Basis, index: int) -> Expr:
-    from sympy import Symbol, pi
-
-    generator = ring.generators[index]
+def _power(ring: Basis, index: int, e: int) -> Product:
+    """A generator to a power: a letter, or what an atom without a name stands for."""
     atom = ring.atoms.get(index)
     if atom is None or atom.named:
-        return (
-            pi
-            if generator.kind is Kind.CONSTANT and generator.name == "pi"
-            else Symbol(generator.name)
-        )
-    return definition(atom)
+        return Product(1, ((_letter(ring, index), e),))
+    if atom.function == "sqrt":
+        return to_power(to_formula(atom.argument), Fraction(e, 2))
+    if atom.function == "1":
+        return to_power(to_formula(atom.argument), Fraction(e))
+    return multiply((_call(atom), e))
 
 
-def definition(atom: Atom) -> Expr:
-    """Return what an atom stands for, e.g. √(x² + h²), as a sympy expression.
-
-    Args:
-        atom: a function adjoined to a ring.
-    """
-    from sympy import Abs, acos, asin, atan, exp, log, sign, sqrt, tanh
-
-    inner = to_sympy(atom.argument)
-    functions = {
-        "sqrt": sqrt,
-        "exp": exp,
-        "log": log,
-        "asin": asin,
-        "acos": acos,
-        "atan": atan,
-        "tanh": tanh,
-    }
-    functions |= {"Abs": Abs, "sign": sign, "1": lambda u: u}
-    return functions[atom.function](inner)
+def to_power(inner: Product, e: Fraction) -> Product:
+    """Return a formula to a power; of a root all stays under one sign."""
+    if e.denominator == 1:
+        factors = [(base, own * e) for base, own in inner.factors]
+        return multiply(number(inner.number**e), *factors)
+    if inner.number == 1 and len(inner.factors) == 1 and inner.factors[0][1] == 1:
+        return multiply((inner.factors[0][0], e))
+    return Product(1, ((add([inner]), e),))
 
 
-def _circular(ring: Basis, trig: Trig) -> Expr:
+def _call(atom: Atom) -> Call:
+    return Call(atom.function, add([to_formula(atom.argument)]))
+
+
+def _letter(ring: Basis, index: int) -> Letter:
+    generator = ring.generators[index]
+    place = _PLACES.get(generator.kind, ring.places.get(generator.name, 0))
+    return Letter(generator.name, (place, index), generator.kind is Kind.INPUT)
+
+
+def _circular(ring: Basis, trig: Trig) -> Product:
     """A product of powers of sines and cosines; the sign of sin(−x) is drawn out."""
-    from sympy import Integer, cos, sin
+    return multiply(*(_power_of_function(ring, factor) for factor in trig))
 
-    sign, factors = 1, []
-    for angle, sine, e in trig:
-        multiples = dict(exponents(angle))
+
+def _power_of_function(ring: Basis, factor: tuple[int, int, int]) -> Product:
+    if factor not in ring.written:
+        angle, sine, e = factor
+        multiples, sign = dict(exponents(angle)), 1
         # the packed angle is positive by its last part; in print the first should be
         if next(iter(multiples.values())) < 0:
             multiples = {j: -k for j, k in multiples.items()}
-            sign *= -1 if sine and e % 2 else 1
-        argument = _argument(ring, multiples)
-        factors.append((sin if sine else cos)(argument, evaluate=False) ** e)
-    return _product([Integer(sign), *factors])
+            sign = -1 if sine and e % 2 else 1
+        call = Call("sin" if sine else "cos", _argument(ring, multiples))
+        ring.written[factor] = Product(sign, ((call, e),))
+    return cast("Product", ring.written[factor])
 
 
-def _argument(ring: Basis, multiples: dict[int, int]) -> Expr:
-    from sympy import Add
-
+def _argument(ring: Basis, multiples: dict[int, int]) -> Sum:
     terms = []
     for j, k in multiples.items():
         ((_, monomial, c),) = ring.angles[j].argument.terms()
-        terms.append(_product([_number(k * c), letters(ring, monomial)]))
-    return Add(*terms)
+        terms.append(multiply(number(k * c), letters(ring, monomial)))
+    return add(terms)
 
 
-def _number(number: Fraction) -> Expr:
-    from sympy import Rational
-
-    return Rational(number.numerator, number.denominator)
-
-
-def _product(factors: Iterable[Expr]) -> Expr:
-    """A product without factors 1, its numbers as one, its sums not expanded."""
-    from sympy import Integer, Mul
-
-    number, rest = Integer(1), []
-    for factor in factors:
-        for part in factor.args if factor.is_Mul else (factor,):
-            if part.is_Rational:
-                number = number * part
-            else:
-                rest.append(part)
-    if not rest or number == 0:
-        return number
-    if number != 1:
-        rest.insert(0, number)
-    if len(rest) == 1:
-        return rest[0]
-    sums = any(part.is_Add for part in rest)
-    return Mul(*rest, evaluate=not sums)
+def size(part: Product | Base) -> int:
+    """Return how many signs it takes to write a formula."""
+    if isinstance(part, Letter):
+        return 1
+    if isinstance(part, Call):
+        return 1 + size(part.argument)
+    if isinstance(part, Sum):
+        return sum(map(size, part.terms)) + len(part.terms) - 1
+    total = int(abs(part.number) != 1 or not part.factors)
+    for base, power in part.factors:
+        total += size(base) + (power != 1)
+    return total

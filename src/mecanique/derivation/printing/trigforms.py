@@ -9,22 +9,26 @@ form is an exact identity.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import chain
+from itertools import product as cartesian
 from typing import TypeAlias
 
 from mecanique.derivation.scalars.monomials import exponents, largest_exponent, power
-from mecanique.derivation.scalars.series import Basis, Kind, Series
+from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 
 __all__ = [
     "Form",
     "Trig",
+    "common_measure",
     "common_monomial",
     "common_number",
     "content",
     "cost",
     "has_double_angles",
     "monomial_series",
+    "rescale",
     "scale",
     "shortest",
 ]
@@ -34,6 +38,12 @@ Trig: TypeAlias = "tuple[tuple[int, int, int], ...]"
 
 Form: TypeAlias = "dict[Trig, Series]"
 """A sum of products, each with a polynomial before it."""
+
+_ANGLES, _EXPANDED, _MULTIPLE = 3, 12, 6
+"""Most angles, terms and multiples of angles of a series that is written by single angles."""
+
+_WILD = 10_000
+"""Numbers without a common measure that leaves smaller ones are written as they are."""
 
 _MANY = 5  # with more sines and cosines than this, only the obvious foldings are tried
 
@@ -45,7 +55,8 @@ def shortest(series: Series, *, products: bool) -> Form:
         series: the series.
         products: whether double angles are written by single ones.
     """
-    return min(_forms(series, products), key=cost)
+    forms = _forms(series, products)
+    return min(chain(forms, _by_single_angles(series)) if products else forms, key=cost)
 
 
 def has_double_angles(series: Series) -> bool:
@@ -61,7 +72,7 @@ def content(forms: Iterable[Form]) -> Series:
     """
     polynomials = [p for form in forms for p in form.values()]
     packed = common_monomial(polynomials, {Kind.PARAMETER})
-    return monomial_series(polynomials[0].ring, packed) * common_number(polynomials)
+    return monomial_series(polynomials[0].ring, packed) * common_measure(polynomials)
 
 
 def monomial_series(ring: Basis, packed: int) -> Series:
@@ -75,6 +86,20 @@ def common_number(polynomials: Iterable[Series]) -> Fraction:
     return Fraction(
         math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
     )
+
+
+def common_measure(polynomials: Sequence[Series]) -> Fraction:
+    """Return the greatest rational that divides all coefficients, 1 if they are measured numbers.
+
+    These have large denominators, or no common measure that leaves small numbers.
+    """
+    measure = common_number(polynomials)
+    if sum(map(len, polynomials)) > 1:
+        if max(p.denominator for p in polynomials) > _WILD:
+            return Fraction(1)
+        largest = max(abs(c / measure) for p in polynomials for _, _, c in p.terms())
+        return measure if largest <= _WILD else Fraction(1)
+    return measure
 
 
 def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = None) -> int:
@@ -94,7 +119,24 @@ def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = Non
 
 def scale(form: Form, factor: Series) -> Form:
     """Return a form times a unit."""
-    return {trig: polynomial * factor for trig, polynomial in form.items()}
+    if factor == 1:
+        return form
+    if factor.ring.roots:
+        return {trig: polynomial * factor for trig, polynomial in form.items()}
+    ((monomial, c),) = factor.parts[0].items()
+    number = Fraction(c, factor.denominator)
+    return {trig: rescale(polynomial, number, monomial) for trig, polynomial in form.items()}
+
+
+def rescale(series: Series, factor: Fraction, monomial: int) -> Series:
+    """Return a series times a number and a monomial; powers of roots are not lowered."""
+    if factor == 1 and not monomial:
+        return series
+    parts, n = {}, factor.numerator
+    for trig, polynomial in series.parts.items():
+        parts[trig] = {m + monomial: n * c for m, c in polynomial.items()}
+    reach = series.reach + (largest_exponent([monomial]) if monomial else 0)
+    return canonical(series.ring, parts, series.denominator * factor.denominator, reach)
 
 
 def cost(form: Form) -> int:
@@ -175,6 +217,58 @@ def _forms(series: Series, products: bool) -> Iterator[Form]:
     yield from unfold(keys, {})
 
 
+def _by_single_angles(series: Series) -> Iterator[Form]:
+    """The series in sines and cosines of single angles, of each angle with one of the squares."""
+    angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
+    multiple = max((sum(abs(k) for _, k in exponents(key >> 1)) for key in series.parts), default=0)
+    if len(angles) > _ANGLES or len(series.parts) > _EXPANDED or not 2 <= multiple <= _MULTIPLE:
+        return
+    for squares in cartesian((0, 1), repeat=len(angles)):
+        kept = dict(zip(angles, squares, strict=True))
+        form: Form = {}
+        for key in series.parts:
+            polynomial = _polynomial(series, key)
+            expanded = _expand(key, kept)
+            form = _with(form, [(trig, c * polynomial) for trig, c in expanded.items()])
+        if form:
+            yield form
+
+
+def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:
+    """Cos or sin of a sum of angles as the real or imaginary part of ∏ (cos φ + i sin φ)^k."""
+    # a product of sines (1) and cosines (0) by angle -> real and imaginary integer coefficient
+    found: dict[Trig, tuple[int, int]] = {(): (1, 0)}
+    for j, k in exponents(key >> 1):
+        turn = 1 if k > 0 else -1
+        for _ in range(abs(k)):
+            longer: dict[Trig, tuple[int, int]] = {}
+            for trig, (a, b) in found.items():
+                for sine, (c, d) in ((0, (a, b)), (1, (-turn * b, turn * a))):
+                    for part, count in _raise(trig, (power(j), sine), kept[j]):
+                        real, imaginary = longer.get(part, (0, 0))
+                        longer[part] = (real + count * c, imaginary + count * d)
+            found = longer
+    return {trig: pair[key & 1] for trig, pair in found.items() if pair[key & 1]}
+
+
+def _raise(trig: Trig, factor: tuple[int, int], kept: int) -> list[tuple[Trig, int]]:
+    """A product times a sine or cosine, a square of the other kind written by the kept one."""
+    angle, sine = factor
+    powers = {(a, s): e for a, s, e in trig}
+    powers[factor] = powers.get(factor, 0) + 1
+    if sine == kept or powers[factor] < 2:
+        return [(_sorted(powers), 1)]
+    # sin² = 1 − cos², cos² = 1 − sin²
+    del powers[factor]
+    squared = dict(powers)
+    squared[angle, kept] = squared.get((angle, kept), 0) + 2
+    return [(_sorted(powers), 1), (_sorted(squared), -1)]
+
+
+def _sorted(powers: dict[tuple[int, int], int]) -> Trig:
+    return tuple(sorted((angle, sine, e) for (angle, sine), e in powers.items()))
+
+
 def _polynomial(series: Series, key: int) -> Series:
     return Series(series.ring, {0: series.parts[key]}, series.denominator, series.reach)
 
@@ -203,7 +297,7 @@ def _trig(*factors: tuple[int, int]) -> Trig:
     for angle, sine in factors:
         if angle:
             powers[angle, sine] = powers.get((angle, sine), 0) + 1
-    return tuple(sorted((angle, sine, e) for (angle, sine), e in powers.items()))
+    return _sorted(powers)
 
 
 def _with(form: Form, terms: list[tuple[Trig, Series]]) -> Form:

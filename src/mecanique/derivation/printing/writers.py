@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
@@ -10,6 +11,11 @@ from typing import final
 from mecanique.derivation.printing.letters import GREEK, Letter, is_varied
 
 __all__ = ["Latex", "MathML", "Text", "Writer"]
+
+_TIMES = "<mo>&#x2062;</mo>"
+_CALL = re.compile(r"\\(arc)?(sin|cos|tan|exp|log|operatorname)")
+_NUMBERED = re.compile(r"([^\W\d_]+?)(\d+)")
+_THIN = '<mspace width="0.1667em"/>'
 
 
 class Writer(ABC):
@@ -24,12 +30,16 @@ class Writer(ABC):
         """Write a named quantity; the exponent is "" for 1."""
 
     @abstractmethod
-    def call(self, function: str, argument: str, exponent: str) -> str:
-        """Write a function of an argument."""
+    def call(self, function: str, argument: str, exponent: str, *, bare: bool = False) -> str:
+        """Write a function; of a bare argument, one letter, a book leaves out the brackets."""
 
     @abstractmethod
     def brackets(self, inner: str, exponent: str) -> str:
         """Write a sum within a product."""
+
+    @abstractmethod
+    def alone(self, inner: str) -> str:
+        """Write a sum that is all of a numerator or denominator."""
 
     @abstractmethod
     def term(
@@ -66,13 +76,17 @@ class Text(Writer):
         """Write a named quantity."""
         return name + _raise(exponent)
 
-    def call(self, function: str, argument: str, exponent: str) -> str:
+    def call(self, function: str, argument: str, exponent: str, *, bare: bool = False) -> str:
         """Write a function of an argument."""
         return f"{function.lower()}({argument}){_raise(exponent)}"
 
     def brackets(self, inner: str, exponent: str) -> str:
         """Write a sum within a product."""
         return f"({inner}){_raise(exponent)}"
+
+    def alone(self, inner: str) -> str:
+        """Write a sum that is all of a numerator or denominator."""
+        return self.brackets(inner, "")
 
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
@@ -122,22 +136,34 @@ class Latex(Writer):
         if letter.dots:
             written = f"\\{'d' * letter.dots}ot{{{written}}}"
         if letter.subscript:
-            written += f"_{{{self._word(letter.subscript)}}}"
+            words = map(self._word, letter.subscript.split("_"))
+            written += f"_{{{','.join(words)}}}"
         return written + (f"^{{{exponent}}}" if exponent else "") + ("(t)" if of_time else "")
 
-    def call(self, function: str, argument: str, exponent: str) -> str:
+    def call(self, function: str, argument: str, exponent: str, *, bare: bool = False) -> str:
         """Write a function of an argument."""
+        power = f"^{{{exponent}}}" if exponent else ""
         if function == "sqrt":
             return f"\\sqrt{{{argument}}}"
         if function == "Abs":
-            return f"\\left|{argument}\\right|" + (f"^{{{exponent}}}" if exponent else "")
+            return f"\\left|{argument}\\right|{power}"
         name = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(function, function)
         command = "\\operatorname{sgn}" if name == "sign" else f"\\{name}"
-        return command + (f"^{{{exponent}}}" if exponent else "") + f"\\left({argument}\\right)"
+        if bare:
+            return f"{command}{power} {argument}"
+        if "\\frac" not in argument:
+            return f"{command}{power}({argument})"
+        return f"{command}{power}\\left({argument}\\right)"
 
     def brackets(self, inner: str, exponent: str) -> str:
         """Write a sum within a product."""
-        return f"\\left({inner}\\right)" + (f"^{{{exponent}}}" if exponent else "")
+        tall = "\\frac" in inner
+        held = f"\\left({inner}\\right)" if tall else f"({inner})"
+        return held + (f"^{{{exponent}}}" if exponent else "")
+
+    def alone(self, inner: str) -> str:
+        """Write a sum that is all of a numerator or denominator."""
+        return inner
 
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
@@ -145,8 +171,8 @@ class Latex(Writer):
         """Write a product."""
         above, rest = (numerator, tail) if numerator or not denominator else (tail, [])
         if denominator:
-            above = [f"\\frac{{{' '.join(above) or '1'}}}{{{' '.join(denominator)}}}"]
-        return " ".join([*above, *rest]) or "1"
+            above = [f"\\frac{{{_space(above) or '1'}}}{{{' '.join(denominator)}}}"]
+        return _space([*above, *rest]) or "1"
 
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum."""
@@ -168,8 +194,13 @@ class Latex(Writer):
     def _word(self, word: str) -> str:
         if word in GREEK:
             return "o" if word == "omicron" else f"\\{word}"
+        if len(word) == 1 or word.isdigit():
+            return word
+        numbered = _NUMBERED.fullmatch(word)
+        if numbered is not None and (len(numbered[1]) == 1 or numbered[1] in GREEK):
+            return f"{self._word(numbered[1])}_{{{numbered[2]}}}"
         plain = word.replace("_", "\\_")
-        return plain if len(word) == 1 or word.isdigit() else f"\\mathrm{{{plain}}}"
+        return f"\\text{{{plain}}}"
 
 
 @final
@@ -201,10 +232,10 @@ class MathML(Writer):
             tag = "msub" if below else "msup"
             written = f"<{tag}>{written}{below or above}</{tag}>"
         if of_time:
-            written = f"<mrow>{written}<mo>&#x2061;</mo><mo>(</mo><mi>t</mi><mo>)</mo></mrow>"
+            written = f"<mrow>{written}<mo>&#x2061;</mo>{_hug('<mi>t</mi>')}</mrow>"
         return written
 
-    def call(self, function: str, argument: str, exponent: str) -> str:
+    def call(self, function: str, argument: str, exponent: str, *, bare: bool = False) -> str:
         """Write a function of an argument."""
         if function == "sqrt":
             return f"<msqrt>{argument}</msqrt>"
@@ -214,11 +245,16 @@ class MathML(Writer):
             function, function
         )
         head = self._power(f"<mi>{name}</mi>", exponent)
-        return f"<mrow>{head}<mo>&#x2061;</mo><mrow><mo>(</mo>{argument}<mo>)</mo></mrow></mrow>"
+        inner = f"{_THIN}{argument}" if bare else _hug(argument)
+        return f"<mrow>{head}<mo>&#x2061;</mo>{inner}</mrow>"
 
     def brackets(self, inner: str, exponent: str) -> str:
         """Write a sum within a product."""
-        return self._power(f"<mrow><mo>(</mo>{inner}<mo>)</mo></mrow>", exponent)
+        return self._power(_hug(inner), exponent)
+
+    def alone(self, inner: str) -> str:
+        """Write a sum that is all of a numerator or denominator."""
+        return inner
 
     def term(
         self, numerator: Sequence[str], denominator: Sequence[str], tail: Sequence[str]
@@ -226,8 +262,9 @@ class MathML(Writer):
         """Write a product."""
         above, rest = (numerator, tail) if numerator or not denominator else (tail, [])
         if denominator:
-            above = [f"<mfrac>{self._row(above)}{self._row(denominator)}</mfrac>"]
-        return self._row([*above, *rest])
+            over = self._row([], above) if above is tail else self._row(above, [])
+            above = [f"<mfrac>{over}{self._row(denominator, [])}</mfrac>"]
+        return self._row(above, rest)
 
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
         """Write a sum."""
@@ -249,10 +286,14 @@ class MathML(Writer):
         product = f"<mrow><mo>(</mo><mi>ω</mi><mo>×</mo>{gradient}<mo>)</mo></mrow>"
         return f"<msub>{product}{component}</msub>"
 
-    def _row(self, factors: Sequence[str]) -> str:
-        if len(factors) <= 1:
-            return factors[0] if factors else "<mn>1</mn>"
-        return f"<mrow>{'<mo>&#x2062;</mo>'.join(factors)}</mrow>"
+    def _row(self, factors: Sequence[str], moving: Sequence[str]) -> str:
+        """A product; a thin space goes before functions and motions."""
+        product = _TIMES.join(factors)
+        for k, factor in enumerate(moving):
+            product += f"{_TIMES}{_THIN}{factor}" if factors or k else factor
+        if len(factors) + len(moving) <= 1:
+            return product or "<mn>1</mn>"
+        return f"<mrow>{product}</mrow>"
 
     def _power(self, base: str, exponent: str) -> str:
         return f"<msup>{base}{self._exponent(exponent)}</msup>" if exponent else base
@@ -264,7 +305,26 @@ class MathML(Writer):
         return f"<mrow>{sign}{number}</mrow>" if sign or slash else number
 
     def _word(self, word: str) -> str:
-        return f"<mn>{word}</mn>" if word.isdigit() else f"<mi>{GREEK.get(word, escape(word))}</mi>"
+        parts = []
+        for part in word.split("_"):
+            shown = f"<mi>{GREEK.get(part, escape(part))}</mi>"
+            parts.append(f"<mn>{part}</mn>" if part.isdigit() else shown)
+        return parts[0] if len(parts) == 1 else f"<mrow>{'<mtext>,</mtext>'.join(parts)}</mrow>"
+
+
+def _space(factors: Sequence[str]) -> str:
+    """Factors in LaTeX, with a thin space between a function and a letter after it."""
+    written = ""
+    for before, factor in zip(["", *factors], factors, strict=False):
+        thin = _CALL.match(before) and not _CALL.match(factor)
+        written += (" \\, " if thin else " ") + factor
+    return written.strip()
+
+
+def _hug(inner: str) -> str:
+    """Brackets in MathML; those about what is not tall do not grow."""
+    fence = "<mo>" if "<mfrac>" in inner else '<mo stretchy="false">'
+    return f"<mrow>{fence}(</mo>{inner}{fence})</mo></mrow>"
 
 
 def _raise(exponent: str) -> str:

@@ -8,7 +8,7 @@ within ±`REACH`; who multiplies checks that. A polynomial maps monomials to int
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import lru_cache
 from numbers import Rational, Real
@@ -53,15 +53,18 @@ def exponent(monomial: int, index: int) -> int:
     return (((monomial + _bias(index + 1)) >> (_BITS * index)) & _MASK) - _HALF
 
 
-def exponents(monomial: int) -> Iterator[tuple[int, int]]:
-    """Yield (generator, exponent) for every generator in a monomial, in order."""
-    index = 0
-    while monomial:
-        low = ((monomial + _HALF) & _MASK) - _HALF
-        if low:
-            yield index, low
-        monomial = (monomial - low) >> _BITS
-        index += 1
+@lru_cache(maxsize=1 << 16)
+def exponents(monomial: int) -> tuple[tuple[int, int], ...]:
+    """Return (generator, exponent) for every generator in a monomial, in order."""
+    found, rest, index = [], monomial, 0
+    while rest:
+        # straight to the first generator that occurs
+        empty = ((rest & -rest).bit_length() - 1) // _BITS
+        rest, index = rest >> (_BITS * empty), index + empty
+        low = ((rest + _HALF) & _MASK) - _HALF
+        found.append((index, low))
+        rest, index = (rest - low) >> _BITS, index + 1
+    return tuple(found)
 
 
 def generators_in(monomials: Iterable[int], count: int) -> list[int]:

@@ -80,6 +80,10 @@ class Basis(ABC):
         self.atoms: dict[int, Atom] = {}
         self.rates: dict[int, Series] = {}
         self.roots: list[tuple[int, int]] = []
+        self.places: dict[str, int] = {}
+        """Place of each parameter within a product, by its name; the first is 0."""
+        self.written: dict[Any, Any] = {}
+        """What print keeps of monomials and angles it has written before."""
 
     @abstractmethod
     def number(self, value: object) -> Series:

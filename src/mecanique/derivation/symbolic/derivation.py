@@ -50,10 +50,15 @@ class Left:
     component: bool = False
     primes: str = ""
 
+    @property
+    def symbol(self) -> str:
+        """The letter that must be known to read it."""
+        return f"{self.quantity}_{self.by}" if self.component else self.quantity
+
     def write(self, writer: Writer) -> str:
         """Return it in the format of a writer."""
         if self.component:
-            return writer.letter(f"{self.quantity}_{self.by}", False, "")
+            return writer.letter(self.symbol, False, "")
         quantity = writer.letter(f"{self.quantity}{self.primes}", False, "")
         if not self.by:
             return quantity

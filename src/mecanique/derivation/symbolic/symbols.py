@@ -27,6 +27,9 @@ MOST_TERMS = 5_000
 
 _CONSTANTS = {"exp(1)": "E"}
 
+_GRAVITY, _LENGTH, _RATE = 1, 2, 3
+"""Places in a product after what is measured in kg or N: m g l, m l², m l Ω²."""
+
 
 @final
 class Algebra:
@@ -53,9 +56,9 @@ class Algebra:
             elif name not in values:
                 values[name] = ring.coordinate(name)
                 values[f"{name}'"] = ring.velocity(name)
-        values |= {
-            parameter.symbol: ring.parameter(parameter.symbol) for parameter in mechanism.parameters
-        }
+        for parameter in mechanism.parameters:
+            values[parameter.symbol] = ring.parameter(parameter.symbol)
+            ring.places[parameter.symbol] = _place(parameter.unit)
         mapped = frozenset().union(
             *(symbols_in(scalar) for scalar in mechanism.coordinates.driven.values())
         )
@@ -145,3 +148,12 @@ class Algebra:
         return dict(
             zip((*joint.coordinates, *joint.velocities), (*moved, *velocities), strict=True)
         )
+
+
+def _place(unit: str) -> int:
+    """Where a parameter stands within a product, by its unit."""
+    if unit in ("m/s²", "m/s^2"):
+        return _GRAVITY
+    if unit.startswith(("rad/s", "1/s", "m/s", "Hz")):
+        return _RATE
+    return _LENGTH if unit in ("m", "m²", "m/rad") else 0

@@ -44,6 +44,7 @@ class Description:
     contacts: tuple[Contact, ...] = ()
     elements: tuple[Element, ...] = ()
     origin: Origin | None = field(default=None, compare=False, repr=False)
+    about: str = field(default="", compare=False)
 
     @cached_property
     def values(self) -> dict[str, float]:

@@ -38,6 +38,7 @@ class Mechanism(StateSpace, Variants):
         elements: cords and other elements that hold bodies on the coordinate map, with their
             forces; a `Loop` among them is one that the map closes.
         origin: the text it was read from, if it was; equality does not depend on it.
+        about: what it is and where it comes from, in lines of text; stands above its equations.
 
     Raises:
         MechanismError: with every fault found.

@@ -1,0 +1,264 @@
+"""Formulas as trees: sums of products of letters, functions and sums, in a book's order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, TypeAlias, final
+
+__all__ = [
+    "FUNCTIONS",
+    "MOVING",
+    "SUMS",
+    "Base",
+    "Call",
+    "Letter",
+    "Product",
+    "Sum",
+    "add",
+    "multiply",
+    "names_in",
+    "number",
+    "opened",
+]
+
+SUMS, FUNCTIONS, MOVING = 10, 30, 32
+"""Places within a product: parameters, then sums and lengths, then functions, then motions."""
+
+_FIRST = ("sin", "cos")
+"""Functions that stand before others."""
+
+Place: TypeAlias = "tuple[Any, ...]"
+"""Where something stands in a product or sum; tuples of one length and kind are compared."""
+
+
+@final
+@dataclass(frozen=True, slots=True)
+class Letter:
+    """A named quantity.
+
+    Args:
+        name: its name, e.g. "q''".
+        place: what it stands after in a product, then the author's order.
+        of_time: whether it is a given function of time, F(t).
+    """
+
+    name: str
+    place: tuple[float, float]
+    of_time: bool = False
+
+    def sympy(self) -> Any:
+        """Return it as a sympy symbol."""
+        from sympy import Symbol, pi
+
+        return pi if self.name == "pi" else Symbol(self.name)
+
+
+@final
+@dataclass(frozen=True)
+class Call:
+    """A function of a sum."""
+
+    function: str
+    argument: Sum
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.function, self.argument))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def place(self) -> Place:
+        """Its place in a product: sin before cos, then by the letters of the argument."""
+        first = _FIRST.index(self.function) if self.function in _FIRST else len(_FIRST)
+        order: list[float] = [first]
+        for term in self.argument.terms:
+            for base, _ in term.factors:
+                order.append(base.place[1] if isinstance(base, Letter) else 0)
+        return (FUNCTIONS, tuple(order))
+
+    def sympy(self) -> Any:
+        """Return it as a sympy expression; sines are not evaluated."""
+        import sympy
+
+        function = getattr(sympy, self.function)
+        evaluate = self.function not in _FIRST
+        return function(self.argument.sympy(), evaluate=evaluate)
+
+
+@final
+@dataclass(frozen=True)
+class Product:
+    """A rational number times powers, in order.
+
+    Args:
+        number: the factor before all.
+        factors: each base with its power.
+    """
+
+    number: int | Fraction
+    factors: tuple[tuple[Base, int | Fraction], ...] = ()
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.number, self.factors))
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def order(self) -> Place:
+        """Its place in a sum: without functions first, then by its letters."""
+        called = any(base.place[0] == FUNCTIONS for base, _ in self.factors)
+        places = [(_flat(base.place), -power) for base, power in self.factors]
+        return (called, tuple(places))
+
+    def sympy(self) -> Any:
+        """Return it as a sympy expression; a number before a sum is not multiplied out."""
+        from sympy import Integer, Mul, Pow, Rational
+
+        parts = []
+        if self.number != 1:
+            parts.append(Rational(self.number.numerator, self.number.denominator))
+        for base, power in self.factors:
+            shown = base.sympy()
+            exponent = Rational(power.numerator, power.denominator)
+            parts.append(shown if power == 1 else Pow(shown, exponent))
+        if len(parts) < 2:
+            return parts[0] if parts else Integer(1)
+        return Mul(*parts, evaluate=not any(isinstance(base, Sum) for base, _ in self.factors))
+
+
+@final
+@dataclass(frozen=True)
+class Sum:
+    """A sum of products, in order; made by `add`."""
+
+    terms: tuple[Product, ...]
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash(self.terms)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def place(self) -> Place:
+        """Its place in a product: where its letters stand if they are parameters, else after."""
+        firsts = [term.factors[0][0] for term in self.terms if term.factors]
+        fixed = all(base.place[0] < SUMS for term in self.terms for base, _ in term.factors)
+        if fixed and len(firsts) == len(self.terms):
+            dimension = {base.place[0] for base in firsts}
+            if len(dimension) == 1:
+                return (dimension.pop(), firsts[0].place[1] + 0.5)
+        return (SUMS, firsts[0].place[1] if firsts and firsts[0].place[0] < FUNCTIONS else 0)
+
+    def sympy(self) -> Any:
+        """Return it as a sympy expression."""
+        from sympy import Add
+
+        return Add(*(term.sympy() for term in self.terms))
+
+    def negative(self) -> Sum:
+        """Return the sum with all signs changed."""
+        return add(Product(-term.number, term.factors) for term in self.terms)
+
+
+Base: TypeAlias = "Letter | Call | Sum"
+
+
+def number(value: Fraction | int) -> Product:
+    """Return a number as a product."""
+    return Product(value)
+
+
+def add(terms: Iterable[Product]) -> Sum:
+    """Return a sum of products, positive ones first; sums among them are opened."""
+    parts = [part for term in terms for part in opened(term)]
+    if len(parts) == 1 and parts[0].number:
+        return Sum((parts[0],))
+    found = [part for part in parts if part.number]
+    return Sum(tuple(sorted(found, key=lambda part: (part.number < 0, part.order))))
+
+
+def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
+    """Return a product: powers of one base as one, a sum with more minus than plus turned round.
+
+    Args:
+        parts: products, bases, or bases with a power.
+    """
+    size: int | Fraction = 1
+    powers = dict[Base, "int | Fraction"]()
+    todo = list(reversed(parts))
+    while todo:
+        part = todo.pop()
+        if isinstance(part, Product):
+            size = part.number if size == 1 else size * part.number
+            todo += reversed(part.factors)
+            continue
+        base, power = part if isinstance(part, tuple) else (part, 1)
+        if isinstance(base, Sum) and len(base.terms) < 2 and power.denominator == 1:
+            inner = base.terms[0] if base.terms else number(0)
+            size = size * (inner.number**power if inner.number or power > 0 else 0)
+            todo += [(b, p * power) for b, p in reversed(inner.factors)]
+            continue
+        powers[base] = powers.get(base, 0) + power
+    if not size:
+        return number(0)
+    factors: list[tuple[Base, int | Fraction]] = []
+    for base, power in powers.items():
+        if not power:
+            continue
+        if isinstance(base, Sum) and power.denominator == 1 and power % 2:
+            if _wants_turn(base, size < 0):
+                base, size = base.negative(), -size
+        factors.append((base, power))
+    if len(factors) > 1:
+        factors.sort(key=lambda factor: _flat(factor[0].place))
+    return Product(size, tuple(factors))
+
+
+def _wants_turn(whole: Sum, negative: bool) -> bool:
+    """Whether a factor reads better with its signs changed: if most are −.
+
+    Of two terms with one sign each, what changes in time stands last: l − w t.
+    """
+    minus = sum(term.number < 0 for term in whole.terms)
+    plus = len(whole.terms) - minus
+    if minus != plus:
+        return minus > plus
+    last = whole.terms[0].factors
+    if any(isinstance(base, Letter) and base.name == "t" for base, _ in last):
+        return True
+    held = [base for term in whole.terms[1:] for base, _ in term.factors]
+    return negative and not any(isinstance(base, Letter) and base.name == "t" for base in held)
+
+
+def opened(term: Product) -> tuple[Product, ...]:
+    """Return the terms of ± a sum, else the product itself."""
+    if abs(term.number) == 1 and len(term.factors) == 1:
+        base, power = term.factors[0]
+        if isinstance(base, Sum) and power == 1:
+            return tuple(Product(term.number * part.number, part.factors) for part in base.terms)
+    return (term,)
+
+
+def names_in(part: Product | Base) -> frozenset[str]:
+    """Return the names of the letters in a formula."""
+    if isinstance(part, Letter):
+        return frozenset((part.name,))
+    if isinstance(part, Call):
+        return names_in(part.argument)
+    inner = part.terms if isinstance(part, Sum) else [base for base, _ in part.factors]
+    return frozenset().union(*map(names_in, inner))
+
+
+def _flat(place: Place) -> Place:
+    """A place whose parts compare with those of every other."""
+    major, minor = place
+    return (major, minor if isinstance(minor, tuple) else (minor,))

@@ -1,0 +1,201 @@
+"""Formulas in LaTeX as lines of a page: how wide they are, and where they are broken."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+
+__all__ = ["PAGE", "aligned", "display"]
+
+PAGE = 335.0
+"""Width of a page's text that formulas keep to, in points at a size of 10 points."""
+
+_INDENT = 20.0  # of a line that goes on, \qquad
+_LEFT = 0.3  # of the page is what stands before the sign of equality at most
+_DEEPEST = 6  # brackets within brackets are broken no deeper
+
+_TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|\s+|.", re.DOTALL)
+_ARGUMENTS = {
+    "\\frac": 2,
+    "\\sqrt": 1,
+    "\\dot": 1,
+    "\\ddot": 1,
+    "\\dddot": 1,
+    "\\text": 1,
+    "\\mathbf": 1,
+    "\\operatorname": 1,
+}
+_WIDE = {"m": 8.8, "w": 7.2, "M": 10.7, "W": 9.5, "i": 3.5, "l": 3.0, "j": 4.1, "t": 3.6}
+_WIDE |= {"+": 12.3, "-": 12.3, "=": 13.4, "(": 3.9, ")": 3.9, "|": 2.8, ",": 4.5, "/": 5.0}
+_WIDE |= {"\\,": 1.7, "\\times": 12.3, "\\partial": 6.0, "\\left": 2.5, "\\right": 2.5}
+_WIDE |= {"\\qquad": 20.0, "\\delta": 4.6, "\\sum": 14.4}
+_FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "tanh", "arcsin", "arccos", "arctan")
+_USUAL, _LETTER_OF_TEXT, _SMALL = 5.8, 5.2, 0.75
+
+
+def aligned(formulas: Sequence[str], page: float = PAGE) -> str:
+    """Return formulas as the rows of an aligned environment, broken where they are too long.
+
+    Args:
+        formulas: in LaTeX, each with one sign of equality.
+        page: width in points.
+    """
+    sides = [formula.split(" = ", 1) for formula in formulas]
+    split = all(len(side) == 2 for side in sides)
+    left = max((width(side[0]) for side in sides), default=0.0)
+    rest = page - left - 13.4
+    if not split or (left > _LEFT * page and any(width(side[1]) > rest for side in sides)):
+        rows = [line for formula in formulas for line in _rows(formula, "& ", page)]
+        return " \\\\\n".join(rows)
+    rows = []
+    for before, after in sides:
+        rows += _rows(after, f"{before} &= ", rest)
+    return " \\\\\n".join(rows)
+
+
+def display(formulas: Sequence[str], page: float = PAGE) -> str:
+    """Return formulas as a display of their own, which may go on on the next page."""
+    return f"\\begin{{align*}}\n{aligned(formulas, page)}\n\\end{{align*}}"
+
+
+def width(formula: str) -> float:
+    """Return about how wide a formula is, in points."""
+    total = 0.0
+    for atom in _atoms(formula):
+        if atom.startswith("\\frac"):
+            above, below = _groups(atom)
+            total += 2.4 + max(width(above), width(below))
+        elif atom.startswith(("\\text", "\\operatorname")):
+            total += _LETTER_OF_TEXT * len(_groups(atom)[0])
+        elif atom.startswith("\\sqrt"):
+            total += 10.0 + width(_groups(atom)[0])
+        elif atom.startswith(("_", "^")):
+            total += _SMALL * width(atom[1:])
+        elif "{" in atom:
+            total += sum(width(group) for group in _groups(atom))
+        elif atom[1:] in _FUNCTIONS:
+            total += 4.9 * len(atom[1:]) + 1.7
+        elif not atom.isspace():
+            total += _WIDE.get(atom, _USUAL)
+    return total
+
+
+def _rows(formula: str, start: str, page: float) -> Iterator[str]:
+    """The lines of a formula: as many terms to a line as there is room for."""
+    line, taken = start, 0.0
+    first = True
+    for piece in _pieces(formula, page - _INDENT, 0):
+        wide = width(piece)
+        if taken and taken + wide > (page if first else page - _INDENT):
+            yield line.rstrip()
+            line, taken, first = "& \\qquad ", 0.0, False
+        line, taken = f"{line}{piece} ", taken + wide
+    yield line.rstrip()
+
+
+def _pieces(formula: str, page: float, depth: int) -> list[str]:
+    """A formula in parts that begin with a sign; a term wider than the page is opened."""
+    pieces, piece, level = list[str](), "", 0
+    for atom in _atoms(formula):
+        level += _opens(atom)
+        if level == 0 and atom in "+-=" and piece.strip():
+            pieces.append(piece.strip())
+            piece = ""
+        piece += atom
+    pieces.append(piece.strip())
+    if depth > _DEEPEST:
+        return pieces
+    return [part for piece in pieces for part in _open(piece, page, depth)]
+
+
+def _open(piece: str, page: float, depth: int) -> list[str]:
+    """A term in parts: a wide fraction as a factor before its numerator, brackets in terms."""
+    if width(piece) <= page:
+        return [piece]
+    atoms = list(_atoms(piece))
+    for k, atom in enumerate(atoms):
+        if atom.startswith("\\frac") and width(atom) > page / 2:
+            above, below = _groups(atom)
+            if len(_pieces(above, page, _DEEPEST + 1)) > 1:
+                above = f"({above})"
+            atoms[k] = f"\\frac{{1}}{{{below}}} {above}"
+            return _open("".join(atoms), page, depth + 1)
+    spans = sorted(_brackets(atoms), key=lambda span: span[0] - span[1])
+    for start, end in spans:
+        inside = _pieces("".join(atoms[start + 1 : end]), page, depth + 1)
+        if len(inside) > 1:
+            opening, closing = f"\\Bigl{_bare(atoms[start])}", f"\\Bigr{_bare(atoms[end])}"
+            parts = [*inside]
+            parts[0] = "".join(atoms[:start]) + opening + parts[0]
+            parts[-1] = parts[-1] + closing + "".join(atoms[end + 1 :])
+            return parts
+    return [piece]
+
+
+def _brackets(atoms: Sequence[str]) -> Iterator[tuple[int, int]]:
+    """Places of the outermost brackets."""
+    level, start = 0, 0
+    for k, atom in enumerate(atoms):
+        if _opens(atom) > 0:
+            start = k if level == 0 else start
+            level += 1
+        elif _opens(atom) < 0:
+            level -= 1
+            if level == 0:
+                yield start, k
+
+
+def _opens(atom: str) -> int:
+    if atom.startswith(("\\left", "\\Bigl")) or atom == "(":
+        return 1
+    return -1 if atom.startswith(("\\right", "\\Bigr")) or atom == ")" else 0
+
+
+def _bare(bracket: str) -> str:
+    return bracket[-1]
+
+
+def _atoms(formula: str) -> Iterator[str]:
+    """A formula's commands with their arguments, scripts, brackets and signs."""
+    tokens = _TOKEN.findall(formula)
+    place = 0
+
+    def group() -> str:
+        nonlocal place
+        while place < len(tokens) and tokens[place].isspace():
+            place += 1
+        start, level = place, 0
+        while place < len(tokens):
+            level += (tokens[place] == "{") - (tokens[place] == "}")
+            place += 1
+            if level == 0:
+                break
+        return "".join(tokens[start:place])
+
+    while place < len(tokens):
+        token = tokens[place]
+        if token == "{":
+            yield group()
+            continue
+        place += 1
+        if token in ("_", "^"):
+            yield token + group()
+        elif token in ("\\left", "\\right", "\\Bigl", "\\Bigr"):
+            place += 1
+            yield token + tokens[place - 1]
+        else:
+            yield token + "".join(group() for _ in range(_ARGUMENTS.get(token, 0)))
+
+
+def _groups(atom: str) -> list[str]:
+    """The arguments of a command, without braces."""
+    found, level, start = [], 0, 0
+    for k, token in enumerate(atom):
+        if token == "{":
+            level += 1
+            start = k + 1 if level == 1 else start
+        elif token == "}":
+            level -= 1
+            if level == 0:
+                found.append(atom[start:k])
+    return found
