@@ -36,7 +36,7 @@ def test_json_has_every_figure() -> None:
     told = json.loads(run("cart_pole", "--at", "q=3", "--json"))
     assert told["equilibrium"] == {"x": 0.0, "q": pytest.approx(np.pi)}
     assert told["stable"] is False
-    assert told["equations"] == ["(M + m) x'' - l m q'' + c x' = F", "x'' - l q'' + g q = 0"]
+    assert told["equations"] == ["(M + m) x'' - m l q'' + c x' = F", "x'' - l q'' + g q = 0"]
     assert told["damping_ratios"][0] is None
     assert np.shape(told["modes"]["q"]) == (2, 2)
     assert told["frequencies_hz"] == pytest.approx(

@@ -59,11 +59,11 @@ def test_the_derivation_says_it_in_letters() -> None:
     equations = mq.derive(mq.textbook.load("atwood_machine"), method="newton_euler")
     lines = [line.strip() for line in equations.text(steps=True).splitlines()]
     for line in (
-        "0 = -T_cord_1 - T_cord_2 + R_axle_z - M g",
+        "0 = R_axle_z - T_cord_1 - T_cord_2 - M g",
         "M R x''/2 = R T_cord_1 - R T_cord_2",
-        "T_cord_1 = -m1 x'' + g m1",
-        "T_cord_2 = m2 x'' + g m2",
-        "R_axle_z = (m2 - m1) x'' + g (M + m1 + m2)",
+        "T_cord_1 = m1 g - m1 x''",
+        "T_cord_2 = m2 x'' + m2 g",
+        "R_axle_z = (m2 - m1) x'' + (m1 + m2 + M) g",
     ):
         assert line in lines
     assert "undetermined" not in equations.text(steps=True)

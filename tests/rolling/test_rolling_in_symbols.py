@@ -66,7 +66,7 @@ def test_rows_and_multipliers_have_names() -> None:
     ):
         assert words in text
     text = derive(sleigh(), "newton_euler").text(steps=True)
-    assert "29 theta''/150 = -3 lambda_edge_side/10" in text
+    assert "29 theta''/150 = -0.3 lambda_edge_side" in text
 
 
 def test_a_length_that_is_a_cosine_divides_exactly() -> None:

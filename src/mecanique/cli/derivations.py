@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Literal, TypeAlias
 
 import mecanique as mq
 
-__all__ = ["Form", "derivation", "derivations"]
+__all__ = ["Form", "as_document", "derivation", "derivations"]
 
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
@@ -14,7 +15,7 @@ Form: TypeAlias = Literal["text", "latex", "mathml"]
 def derivation(
     mechanism: mq.Mechanism, method: str, form: Form, steps: bool, *, units: bool = False
 ) -> str:
-    """Return the equations of motion by one method."""
+    """Return the equations of motion by one method, with what each symbol means."""
     equations = mq.derive(mechanism, method=method)
     if units and equations.symbolic:
         from mecanique.model.units import add_unit
@@ -22,7 +23,7 @@ def derivation(
         lines = zip(map(str, equations.equations), equations.units, strict=True)
         return "\n".join(add_unit(line, unit) for line, unit in lines)
     return {"text": equations.text, "latex": equations.latex, "mathml": equations.mathml}[form](
-        steps=steps
+        steps=steps, symbols=True
     )
 
 
@@ -30,11 +31,20 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     """Return the derivations by all methods with every step, and whether they agree."""
     from mecanique.derivation import readable
     from mecanique.derivation.agreement import agreement
+    from mecanique.derivation.printing.prose import to_latex
 
     parts = [derivation(mechanism, method, form, steps=True) for method in readable(mechanism)]
     try:
         said = agreement(mechanism)
     except mq.DerivationError as error:
         said = f"Not compared with other closed forms: {error}."
-    parts.append(f"<p>{said}</p>" if form == "mathml" else said)
+    shown = {"text": said, "mathml": f"<p>{said}</p>", "latex": to_latex(said, ())}
+    parts.append(shown[form])
     return ("\n\n\n" if form == "text" else "\n\n").join(parts)
+
+
+def as_document(fragments: Sequence[str]) -> str:
+    """Return fragments of LaTeX as a complete file."""
+    from mecanique.derivation.document import to_page
+
+    return to_page(fragments)

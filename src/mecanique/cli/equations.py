@@ -10,7 +10,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
-from mecanique.cli.derivations import derivation, derivations
+from mecanique.cli.derivations import as_document, derivation, derivations
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
@@ -71,21 +71,25 @@ def derive(
     units: Annotated[
         bool, typer.Option("--units", help="Show the unit that each line's terms have, in text.")
     ] = False,
+    document: Annotated[
+        bool, typer.Option("--document", help="Print a complete LaTeX file, with every step.")
+    ] = False,
     parameters: Parameters = None,
     *,
     reading: Reading,
 ) -> None:
-    """Print the equations of motion."""
-    if units and (form != "text" or steps or method == "all"):
+    """Print what a system is, what its letters mean, and its equations of motion."""
+    if units and (form != "text" or steps or document or method == "all"):
         raise typer.BadParameter("expected --units without --steps, --format and --method all")
     chosen = choose(system, parameters, reading)
+    form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
         text = (
             derivations(chosen.mechanism, form)
             if method == "all"
             else derivation(chosen.mechanism, method, form, steps, units=units)
         )
-    say(text)
+    say(as_document([text]) if document else text)
 
 
 @app.command(epilog="Example: mecanique book --json")

@@ -30,6 +30,7 @@ _POSITIVE = "which must stay positive."
 _INLINE = 120.0  # points up to which an equality stands in a line of text
 _HANGING = 25.0  # points by which what symbols mean is indented
 _WIDTH = 100
+_FRAGMENT = "% part of a document with \\usepackage{amsmath}"
 _PREAMBLE = r"""\documentclass[a4paper]{article}
 \usepackage[utf8]{inputenc}
 \usepackage{amsmath}
@@ -125,7 +126,7 @@ class Document:
                 return f"\\text{{{_STILL}}}"
             return f"\\begin{{aligned}}\n{aligned(rows)}\n\\end{{aligned}}"
         writer = Latex()
-        out = [f"\\section*{{{self._prose(self._heading)}}}"]
+        out = [_FRAGMENT, f"\\section*{{{self._prose(self._heading)}}}"]
         for paragraph in self._about:
             source = paragraph.startswith("Source: ")
             out.append((tex(paragraph) if source else self._prose(paragraph)) + "\n")
@@ -156,14 +157,6 @@ class Document:
             said = self._prose(_TAKEN.format(assumption.subject))
             out.append(f"{said} ${positive}$, {_POSITIVE}\n")
         return "\n".join(out)
-
-    def page(self, steps: bool) -> str:
-        """Return it as a whole document for LaTeX.
-
-        Args:
-            steps: whether to show more than the equations of motion.
-        """
-        return to_page([self.latex(steps, symbols=True)])
 
     def mathml(self, steps: bool, symbols: bool = False) -> str:
         """Return it in MathML; with steps or symbols, a fragment of an HTML page.

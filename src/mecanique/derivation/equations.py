@@ -17,6 +17,7 @@ from mecanique.derivation.numeric.multipliers import Constrained
 from mecanique.derivation.numeric.newton_euler import Balances, Reaction
 from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
+from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Stage
 from mecanique.derivation.term_units import unit_of
@@ -148,32 +149,41 @@ class Equations(Dynamics):
         values = {name: float(np.ravel(value)[0]) for name, value in states.values.items()}
         return all(assumption.holds(values) for assumption in self.derivation.assumptions)
 
-    def text(self, steps: bool = False) -> str:
+    def text(self, steps: bool = False, symbols: bool = False) -> str:
         """Return the equations of motion as text, one line each.
 
         Args:
             steps: whether to show how they came about.
+            symbols: whether to say above them what they are of and what each letter means, as is
+                said with the steps in any case.
         """
-        return self.document.text(steps) if self.symbolic else self._explain_absence()
+        return self.document.text(steps, symbols) if self.symbolic else self._explain_absence()
 
-    def latex(self, steps: bool = False) -> str:
-        """Return the equations in LaTeX, for mathematics mode; with steps, part of a document.
+    def latex(self, steps: bool = False, symbols: bool = False) -> str:
+        """Return the equations in LaTeX for mathematics mode; with steps or symbols, a fragment.
+
+        What is for mathematics mode takes amsmath, a fragment is part of a document that loads it.
 
         Args:
             steps: whether to show how they came about.
+            symbols: whether to say above them what they are of and what each letter means, as is
+                said with the steps in any case.
         """
-        return (
-            self.document.latex(steps) if self.symbolic else f"\\text{{{self._explain_absence()}}}"
-        )
+        if self.symbolic:
+            return self.document.latex(steps, symbols)
+        absence = escape_for_latex(self._explain_absence())
+        return absence if steps or symbols else f"\\text{{{absence}}}"
 
-    def mathml(self, steps: bool = False) -> str:
+    def mathml(self, steps: bool = False, symbols: bool = False) -> str:
         """Return the equations in MathML, an element each; with steps, part of an HTML page.
 
         Args:
             steps: whether to show how they came about.
+            symbols: whether to say above them what they are of and what each letter means, as is
+                said with the steps in any case.
         """
         return (
-            self.document.mathml(steps)
+            self.document.mathml(steps, symbols)
             if self.symbolic
             else f"<p>{escape(self._explain_absence())}</p>"
         )
@@ -187,6 +197,10 @@ class Equations(Dynamics):
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
+
+    def _repr_html_(self) -> str:
+        """The equations in a notebook, with what each letter means."""
+        return self.mathml(symbols=True)
 
     def _explain_absence(self) -> str:
         name = self.mechanism.name

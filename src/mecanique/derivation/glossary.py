@@ -136,7 +136,7 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
             shown.append(result.right)
             if isinstance(result.left, Series):
                 shown.append(result.left)
-    shown += [assumption.positive for assumption in derivation.assumptions]
+    shown += [assumption.positive for assumption in derivation.assumptions if steps]
     return {g.name: g.kind for series in shown for g in series.generators()}
 
 
@@ -207,7 +207,7 @@ def _explain(name: str, left: Left, owners: Iterable[str]) -> str:
     held = [owner for owner in owners if rest == owner or rest.startswith(f"{owner}_")]
     owner = max(held, key=len, default=rest)
     whose = " of gravity" if owner == "gravity" else f" of {owner}" if owner else ""
-    if what.endswith("forces") or what.endswith("weight"):
+    if what.endswith(("forces", "weight")):
         whose = whose.replace(" of ", " on ", 1)
     return _sentence(f"{what}{whose}", unit or "1")
 
@@ -244,7 +244,7 @@ def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
             sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
     yield from zip(names, sentences, strict=True)
     for name in joint.followers:
-        yield name, f"what follows within the {joint.noun} {joint.name}"
+        yield name, f"what follows within joint {joint.name}"
 
 
 def _axis(joint: Single | Planar) -> str:

@@ -50,7 +50,8 @@ class Linear:
         writer = Latex()
         terms = [("M", self.M, "''"), ("C", self.C, "'"), ("K", self.K, "")]
         used = [term for term in terms if any(map(any, term[1]))]
-        left = " + ".join(f"{letter} {writer.letter('q' + dots, False, '')}" for letter, _, dots in used)
+        shown = {dots: writer.letter(f"q{dots}", False, "") for _, _, dots in used}
+        left = " + ".join(f"{letter} {shown[dots]}" for letter, _, dots in used)
         lines = [f"{left} = {'f' if any(self.f) else '0'}"]
         for letter, rows, _ in used:
             written = [[expression(entry).latex() for entry in row] for row in rows]

@@ -265,10 +265,8 @@ def _holds(factor: Product, sums: Sequence[Sum]) -> bool:
 
 def _is_given(whole: Sum) -> bool:
     """Whether a sum holds parameters and time alone."""
-    letters_in = [base for term in whole.terms for base, _ in term.factors]
-    if not all(isinstance(base, Letter) for base in letters_in):
-        return False
-    return all(base.place[0] < SUMS or base.name == "t" for base in letters_in)
+    inner = [base for term in whole.terms for base, _ in term.factors]
+    return all(isinstance(b, Letter) and (b.place[0] < SUMS or b.name == "t") for b in inner)
 
 
 def _to_series(ring: Basis, whole: Sum) -> Series:

@@ -280,7 +280,7 @@ def to_power(inner: Product, e: Fraction) -> Product:
     """Return a formula to a power; of a root all stays under one sign."""
     if e.denominator == 1:
         factors = [(base, own * e) for base, own in inner.factors]
-        return multiply(number(inner.number**e), *factors)
+        return multiply(number(Fraction(inner.number) ** int(e)), *factors)
     if inner.number == 1 and len(inner.factors) == 1 and inner.factors[0][1] == 1:
         return multiply((inner.factors[0][0], e))
     return Product(1, ((add([inner]), e),))
@@ -331,6 +331,6 @@ def size(part: Product | Base) -> int:
     if isinstance(part, Sum):
         return sum(map(size, part.terms)) + len(part.terms) - 1
     total = int(abs(part.number) != 1 or not part.factors)
-    for base, power in part.factors:
-        total += size(base) + (power != 1)
+    for base, e in part.factors:
+        total += size(base) + (e != 1)
     return total

@@ -204,7 +204,7 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
         base, power = part if isinstance(part, tuple) else (part, 1)
         if isinstance(base, Sum) and len(base.terms) < 2 and power.denominator == 1:
             inner = base.terms[0] if base.terms else number(0)
-            size = size * (inner.number**power if inner.number or power > 0 else 0)
+            size = size * Fraction(inner.number) ** int(power)
             todo += [(b, p * power) for b, p in reversed(inner.factors)]
             continue
         powers[base] = powers.get(base, 0) + power
@@ -214,9 +214,9 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
     for base, power in powers.items():
         if not power:
             continue
-        if isinstance(base, Sum) and power.denominator == 1 and power % 2:
-            if _wants_turn(base, size < 0):
-                base, size = base.negative(), -size
+        odd = isinstance(base, Sum) and power.denominator == 1 and power % 2
+        if odd and isinstance(base, Sum) and _wants_turn(base, size < 0):
+            base, size = base.negative(), -size
         factors.append((base, power))
     if len(factors) > 1:
         factors.sort(key=lambda factor: _flat(factor[0].place))

@@ -41,7 +41,7 @@ class _Walk:
         numerator, tail, denominator = list[str](), list[str](), list[str]()
         above = [factor for factor in product.factors if factor[1] > 0]
         below = [(base, -power) for base, power in product.factors if power < 0]
-        over, under = self._number(abs(product.number))
+        over, under = self._number(Fraction(product.number))
         numerator += over
         plain = [factor for factor in above if factor[0].place[0] < FUNCTIONS]
         alone = len(plain) == 1 and not over and bool(below or under)
@@ -53,8 +53,9 @@ class _Walk:
         denominator += [self._factor(base, power, alone=alone) for base, power in below]
         return product.number < 0, self._writer.term(numerator, denominator, tail)
 
-    def _number(self, size: int | Fraction) -> tuple[list[str], list[str]]:
-        """What a positive number is written as, above and below the line."""
+    def _number(self, signed: Fraction) -> tuple[list[str], list[str]]:
+        """What a number without its sign is written as, above and below the line."""
+        size = abs(signed)
         above, below = size.numerator, size.denominator
         if max(above, below) >= _LARGE or (below > 1 and self._wants_decimal(size)):
             return [self._writer.number(_decimal(size))], []
@@ -63,9 +64,10 @@ class _Walk:
             [self._writer.number(str(below))] if below != 1 else [],
         )
 
-    def _wants_decimal(self, size: int | Fraction) -> bool:
+    def _wants_decimal(self, size: Fraction) -> bool:
         ends = 10**12 % size.denominator == 0
-        return self._decimals or (ends and size.numerator >= _DECIMAL)
+        measured = self._decimals and (ends or size.denominator >= _DECIMAL**2)
+        return measured or (ends and size.numerator >= _DECIMAL)
 
     def sum(self, whole: Sum) -> str:
         """A sum, positive terms first."""
@@ -101,5 +103,5 @@ def _is_bare(argument: Sum) -> bool:
     return letter and term.factors[0][1] == 1 and term.number > 0 and term.number.denominator == 1
 
 
-def _decimal(value: int | Fraction) -> str:
+def _decimal(value: Fraction) -> str:
     return f"{float(value):.{_DIGITS}g}".replace("e+", "e")

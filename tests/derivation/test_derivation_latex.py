@@ -1,0 +1,174 @@
+"""LaTeX compiles with pdflatex and KaTeX, without errors and without lines wider than the page."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from functools import cache
+from pathlib import Path
+
+import pytest
+from mecanique.derivation import readable
+from mecanique.derivation.document import to_page
+from mecanique.derivation.printing.lines import PAGE, aligned, display, width
+from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.writers import Latex
+
+from mecanique import derive, textbook
+
+ROOT = Path(__file__).parents[2]
+FORMULA = re.compile(
+    r"(?<!\\)\$(?P<inline>[^$]+)\$|\\begin\{align\*\}(?P<rows>.*?)\\end\{align\*\}", re.DOTALL
+)
+KATEX = """
+const katex = require("katex");
+const formulas = JSON.parse(require("fs").readFileSync(0, "utf8"));
+for (const formula of formulas)
+  katex.renderToString(formula, {displayMode: true, throwOnError: true, strict: "error"});
+console.log(formulas.length);
+"""
+
+
+def need(found: bool, what: str, word: str) -> None:
+    """Skip, or fail where continuous integration requires it, what cannot be run here."""
+    if not found:
+        if word in os.environ.get("MECANIQUE_REQUIRE_BROWSERS", "").split():
+            pytest.fail(f"no {what} found")
+        pytest.skip(f"no {what} found")
+
+
+def compile_latex(text: str, folder: Path) -> str:
+    """Compile a document and return what pdflatex says."""
+    need(shutil.which("pdflatex") is not None, "pdflatex (Debian's texlive-latex-base)", "texlive")
+    (folder / "all.tex").write_text(text, encoding="utf-8")
+    command = ["pdflatex", "-interaction=nonstopmode", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, check=False)
+    said = done.stdout.decode("utf-8", "replace")
+    assert done.returncode == 0, said[-2000:]
+    return said
+
+
+def render_with_katex(formulas: list[str]) -> int:
+    """Render formulas with KaTeX, which refuses what it does not know, and return how many."""
+    need(shutil.which("node") is not None, "node", "node")
+    command = ["node", "-e", KATEX]
+    done = subprocess.run(
+        command, input=json.dumps(formulas), cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    need("Cannot find module 'katex'" not in done.stderr, "KaTeX (npm install)", "node")
+    assert done.returncode == 0, done.stderr[-2000:]
+    return int(done.stdout)
+
+
+def formulas_of(fragment: str) -> list[str]:
+    """The formulas of a fragment, as they are given to KaTeX."""
+    found = []
+    for match in FORMULA.finditer(fragment):
+        rows = match["rows"]
+        whole = f"\\begin{{align*}}{rows}\\end{{align*}}" if rows is not None else match["inline"]
+        found.append(whole)
+    return found
+
+
+@cache
+def fragments() -> dict[str, str]:
+    """Every step of all systems by all methods in which they can be read."""
+    found = {}
+    for name in textbook.names():
+        for method in readable(textbook.load(name)):
+            equations = derive(textbook.load(name), method)
+            if equations.symbolic:
+                found[f"{name} {method}"] = equations.latex(steps=True)
+    return found
+
+
+@pytest.mark.slow
+def test_all_steps_of_all_systems_compile_and_keep_to_the_page(tmp_path: Path) -> None:
+    parts = [f"\\typeout{{== {name}}}\\clearpage\n{text}" for name, text in fragments().items()]
+    said = compile_latex(to_page(parts), tmp_path)
+    assert said.count("== ") >= len(parts) > 100
+    at = ""
+    wide = []
+    for line in said.splitlines():
+        at = line if line.startswith("== ") else at
+        if line.startswith("Overfull"):
+            wide.append(f"{at}: {line}")
+    assert not wide, wide
+
+
+@pytest.mark.slow
+def test_all_formulas_of_all_systems_are_rendered_by_katex() -> None:
+    formulas = [formula for text in fragments().values() for formula in formulas_of(text)]
+    assert render_with_katex(formulas) == len(formulas) > 3000
+
+
+def test_steps_of_one_system_compile(tmp_path: Path) -> None:
+    text = derive(textbook.load("bars_and_springs"), "newton_euler").latex(steps=True)
+    assert "Overfull" not in compile_latex(to_page([text]), tmp_path)
+
+
+def test_formulas_for_a_notebook_are_rendered_by_katex() -> None:
+    names = ("two_blocks", "crane", "slider_crank", "n_link_pendulum")
+    formulas = [derive(textbook.load(name)).latex() for name in names]
+    assert render_with_katex(formulas) == len(formulas)
+
+
+def test_pdflatex_reports_what_is_wider_than_the_page(tmp_path: Path) -> None:
+    """The test above can fail: the same text on one line does not fit."""
+    terms = " + ".join(f"a_{{{k}}} b_{{{k}}}" for k in range(40))
+    assert "Overfull" in compile_latex(to_page([f"\\[ {terms} = 0 \\]"]), tmp_path)
+    assert "Overfull" not in compile_latex(to_page([display([f"{terms} = 0"])]), tmp_path)
+
+
+def test_long_formulas_are_broken_before_a_sign() -> None:
+    terms = [f"a_{{{k}}} \\cos(q_{{{k}}})" for k in range(12)]
+    rows = aligned([" + ".join(terms) + " = 0"]).split(" \\\\\n")
+    assert len(rows) > 1
+    assert all(row.startswith("& \\qquad + ") for row in rows[1:])
+    assert all(width(row) <= PAGE + 20 for row in rows)
+    assert "".join(row.replace("& \\qquad", "").replace("& ", "", 1) for row in rows).count("a_") == 12
+
+
+def test_a_term_wider_than_the_page_is_broken_in_its_brackets() -> None:
+    inner = " + ".join(f"m_{{{k}}} l_{{{k}}}^{{2}}" for k in range(20))
+    rows = aligned([f"\\frac{{{inner}}}{{3}} \\ddot{{q}} = F"]).split(" \\\\\n")
+    assert "\\frac{1}{3} \\Bigl(" in rows[0]
+    assert "\\Bigr) \\ddot{q}" in rows[-1]
+    assert all(width(row) <= PAGE + 20 for row in rows)
+
+
+def test_short_formulas_are_aligned_at_the_sign_of_equality() -> None:
+    assert aligned(["T = 1", "V = 2"]) == "T &= 1 \\\\\nV &= 2"
+
+
+@pytest.mark.parametrize(
+    ("sentence", "latex"),
+    [
+        ("R_pin_n and δq", r"$R_{\text{pin},n}$ and $\delta q$"),
+        ("the force of a body's spring", "the force of a body's spring"),
+        ("resultant is F = -m a and a couple C, minus", None),
+        ("that λ ∂Φ/∂q joins 5 % of [kg·m²]", None),
+        ("its force F(t) = F0 cos(W t) acts", r"its force $F(t) = F_{0} \cos(W t)$ acts"),
+    ],
+)
+def test_letters_in_sentences_are_mathematics(sentence: str, latex: str | None) -> None:
+    expected = {
+        "resultant is F = -m a and a couple C, minus": (
+            "resultant is $F = -m a$ and a couple $C$, minus"
+        ),
+        "that λ ∂Φ/∂q joins 5 % of [kg·m²]": (
+            r"that $\lambda \frac{\partial \Phi}{\partial q}$ joins 5 \% of "
+            r"[kg$\cdot$m\textsuperscript{2}]"
+        ),
+    }
+    names = {"R_pin_n", "δq", "F", "F0", "W", "t", "m"}
+    assert to_latex(sentence, names) == (latex or expected[sentence])
+
+
+def test_names_with_words_have_upright_subscripts() -> None:
+    assert Latex().letter("R_pin_n", False, "") == r"R_{\text{pin},n}"
+    assert Latex().letter("δW_q1", False, "") == r"\delta W_{q_{1}}"
+    assert Latex().letter("lambda_B_x", False, "2") == r"\lambda_{B,x}^{2}"
