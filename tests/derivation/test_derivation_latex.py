@@ -11,13 +11,13 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+
+from mecanique import derive, textbook
 from mecanique.derivation import readable
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.lines import PAGE, aligned, display, width
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex
-
-from mecanique import derive, textbook
 
 ROOT = Path(__file__).parents[2]
 FORMULA = re.compile(
@@ -129,7 +129,9 @@ def test_long_formulas_are_broken_before_a_sign() -> None:
     assert len(rows) > 1
     assert all(row.startswith("& \\qquad + ") for row in rows[1:])
     assert all(width(row) <= PAGE + 20 for row in rows)
-    assert "".join(row.replace("& \\qquad", "").replace("& ", "", 1) for row in rows).count("a_") == 12
+    assert (
+        "".join(row.replace("& \\qquad", "").replace("& ", "", 1) for row in rows).count("a_") == 12
+    )
 
 
 def test_a_term_wider_than_the_page_is_broken_in_its_brackets() -> None:
