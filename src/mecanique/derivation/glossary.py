@@ -206,7 +206,7 @@ def _explain(name: str, left: Left, owners: Iterable[str]) -> str:
         rest, what = of, f"{what} of {_ACTS[act]}"
     held = [owner for owner in owners if rest == owner or rest.startswith(f"{owner}_")]
     owner = max(held, key=len, default=rest)
-    whose = " of gravity" if owner == "gravity" else f" of {owner}" if owner else ""
+    whose = f" of {owner}" if owner else ""
     if what.endswith(("forces", "weight")):
         whose = whose.replace(" of ", " on ", 1)
     return _sentence(f"{what}{whose}", unit or "1")

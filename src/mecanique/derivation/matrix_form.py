@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -54,15 +55,14 @@ class Linear:
         left = " + ".join(f"{letter} {shown[dots]}" for letter, _, dots in used)
         lines = [f"{left} = {'f' if any(self.f) else '0'}"]
         for letter, rows, _ in used:
-            written = [[expression(entry).latex() for entry in row] for row in rows]
+            written = []
+            for row in rows:
+                written.append([expression(entry).latex() for entry in row])
             lines.append(f"{letter} = {_matrix(written, writer)}")
-        columns = [("q", [writer.letter(name, False, "") for name in self.names])]
+        lines.append(f"q = {_column([writer.letter(name, False, '') for name in self.names])}")
         if any(self.f):
-            columns.append(("f", [expression(entry).latex() for entry in self.f]))
-        return [
-            *lines,
-            *(f"{letter} = {_matrix([[x] for x in column], writer)}" for letter, column in columns),
-        ]
+            lines.append(f"f = {_column([expression(entry).latex() for entry in self.f])}")
+        return lines
 
     def mathml(self) -> str:
         """Return it as one MathML element."""
@@ -128,6 +128,10 @@ def _write(series: Series) -> str:
 def _bracket(rows: Matrix) -> str:
     lines = [f"[{', '.join(map(_write, row))}]" for row in rows]
     return f"[{', '.join(lines)}]"
+
+
+def _column(entries: Sequence[str]) -> str:
+    return _matrix([[entry] for entry in entries], Latex())
 
 
 def _matrix(rows: list[list[str]], writer: Writer) -> str:

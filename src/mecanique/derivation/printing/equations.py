@@ -228,18 +228,17 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     sides: dict[bool, list[_Part]] = {False: [], True: []}
     for ((is_right, key), _), form in zip(groups, forms, strict=True):
         sides[is_right] += _parts(ring, key, form)
-    every = [*sides[False], *sides[True]]
-    shared = _shared_sum([part.factor for part in every])
+    left, right = sides[False], [part.negative() for part in sides[True]]
+    shared = _shared_sum([part.factor for part in (*left, *right)])
     if shared is not None:
-        sides = {side: [part.divided(shared) for part in sides[side]] for side in sides}
+        left, right = [p.divided(shared) for p in left], [p.divided(shared) for p in right]
         divisor = divisor * _to_series(ring, shared)
     mine = power(ring.index(own)) if own else -1
-    inertia = next((part for part in every if part.key == mine), every[0])
+    inertia = next((part for part in left if part.key == mine), [*left, *right][0])
     if inertia.factor.number < 0:
-        sides = {side: [part.negative() for part in sides[side]] for side in sides}
+        left, right = [p.negative() for p in left], [p.negative() for p in right]
         divisor = -divisor
-    right = [part.negative() for part in sides[True]]
-    return Equation(_expression(element, sides[False]), _expression(element, right), divisor)
+    return Equation(_expression(element, left), _expression(element, right), divisor)
 
 
 def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:

@@ -220,7 +220,7 @@ def _forms(series: Series, products: bool) -> Iterator[Form]:
 def _by_single_angles(series: Series) -> Iterator[Form]:
     """The series in sines and cosines of single angles, of each angle with one of the squares."""
     angles = sorted({j for key in series.parts for j, _ in exponents(key >> 1)})
-    multiple = max((sum(abs(k) for _, k in exponents(key >> 1)) for key in series.parts), default=0)
+    multiple = max((_count_turns(key) for key in series.parts), default=0)
     if len(angles) > _ANGLES or len(series.parts) > _EXPANDED or not 2 <= multiple <= _MULTIPLE:
         return
     for squares in cartesian((0, 1), repeat=len(angles)):
@@ -232,6 +232,10 @@ def _by_single_angles(series: Series) -> Iterator[Form]:
             form = _with(form, [(trig, c * polynomial) for trig, c in expanded.items()])
         if form:
             yield form
+
+
+def _count_turns(key: int) -> int:
+    return sum(abs(k) for _, k in exponents(key >> 1))
 
 
 def _expand(key: int, kept: dict[int, int]) -> dict[Trig, int]:
