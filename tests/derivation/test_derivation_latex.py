@@ -15,7 +15,7 @@ import pytest
 from mecanique import derive, textbook
 from mecanique.derivation import readable
 from mecanique.derivation.document import to_page
-from mecanique.derivation.printing.lines import PAGE, aligned, display, width
+from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex
 
@@ -125,7 +125,7 @@ def test_pdflatex_reports_what_is_wider_than_the_page(tmp_path: Path) -> None:
 
 def test_long_formulas_are_broken_before_a_sign() -> None:
     terms = [f"a_{{{k}}} \\cos(q_{{{k}}})" for k in range(12)]
-    rows = aligned([" + ".join(terms) + " = 0"]).split(" \\\\\n")
+    rows = align([" + ".join(terms) + " = 0"]).split(" \\\\\n")
     assert len(rows) > 1
     assert all(row.startswith("& \\qquad + ") for row in rows[1:])
     assert all(width(row) <= PAGE + 20 for row in rows)
@@ -136,14 +136,14 @@ def test_long_formulas_are_broken_before_a_sign() -> None:
 
 def test_a_term_wider_than_the_page_is_broken_in_its_brackets() -> None:
     inner = " + ".join(f"m_{{{k}}} l_{{{k}}}^{{2}}" for k in range(20))
-    rows = aligned([f"\\frac{{{inner}}}{{3}} \\ddot{{q}} = F"]).split(" \\\\\n")
+    rows = align([f"\\frac{{{inner}}}{{3}} \\ddot{{q}} = F"]).split(" \\\\\n")
     assert "\\frac{1}{3} \\Bigl(" in rows[0]
     assert "\\Bigr) \\ddot{q}" in rows[-1]
     assert all(width(row) <= PAGE + 20 for row in rows)
 
 
 def test_short_formulas_are_aligned_at_the_sign_of_equality() -> None:
-    assert aligned(["T = 1", "V = 2"]) == "T &= 1 \\\\\nV &= 2"
+    assert align(["T = 1", "V = 2"]) == "T &= 1 \\\\\nV &= 2"
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from typing import final
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.matrix_form import Linear, linear
 from mecanique.derivation.printing.equations import Equation, equations, expression
-from mecanique.derivation.printing.lines import PAGE, aligned, display, width
+from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
@@ -124,7 +124,7 @@ class Document:
         if not (steps or symbols):
             if not rows:
                 return f"\\text{{{_STILL}}}"
-            return f"\\begin{{aligned}}\n{aligned(rows)}\n\\end{{aligned}}"
+            return f"\\begin{{aligned}}\n{align(rows)}\n\\end{{aligned}}"
         writer = Latex()
         out = [_FRAGMENT, f"\\section*{{{self._prose(self._heading)}}}"]
         for paragraph in self._about:

@@ -26,7 +26,7 @@ from mecanique.derivation.printing.formulas import (
     multiply,
     names_in,
     number,
-    opened,
+    open_sum,
 )
 from mecanique.derivation.printing.layout import write
 from mecanique.derivation.printing.trigforms import (
@@ -194,14 +194,14 @@ class _Part(NamedTuple):
     factor: Product
     motion: Product
 
-    def divided(self, by: Sum) -> _Part:
+    def divide(self, by: Sum) -> _Part:
         """Return it without a sum that it holds, or that sum turned round."""
         held = any(base == by for base, _ in self.factor.factors)
         sign = number(1 if held else -1)
         quotient = multiply(sign, self.factor, (by if held else by.negative(), -1))
         return self._replace(factor=quotient)
 
-    def negative(self) -> _Part:
+    def negate(self) -> _Part:
         """Return it with the other sign."""
         return self._replace(factor=multiply(number(-1), self.factor))
 
@@ -228,15 +228,15 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     sides: dict[bool, list[_Part]] = {False: [], True: []}
     for ((is_right, key), _), form in zip(groups, forms, strict=True):
         sides[is_right] += _parts(ring, key, form)
-    left, right = sides[False], [part.negative() for part in sides[True]]
+    left, right = sides[False], [part.negate() for part in sides[True]]
     shared = _shared_sum([part.factor for part in (*left, *right)])
     if shared is not None:
-        left, right = [p.divided(shared) for p in left], [p.divided(shared) for p in right]
+        left, right = [p.divide(shared) for p in left], [p.divide(shared) for p in right]
         divisor = divisor * _to_series(ring, shared)
     mine = power(ring.index(own)) if own else -1
     inertia = next((part for part in left if part.key == mine), [*left, *right][0])
     if inertia.factor.number < 0:
-        left, right = [p.negative() for p in left], [p.negative() for p in right]
+        left, right = [p.negate() for p in left], [p.negate() for p in right]
         divisor = -divisor
     return Equation(_expression(element, left), _expression(element, right), divisor)
 
@@ -245,7 +245,7 @@ def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:
     """A group's part of an equation, term by term where it multiplies no motion."""
     if key:
         return [_Part(key, factor_out(form), letters(ring, key))]
-    return [_Part(0, part, number(1)) for term in collect_terms(form) for part in opened(term)]
+    return [_Part(0, part, number(1)) for term in collect_terms(form) for part in open_sum(term)]
 
 
 def _shared_sum(factors: Sequence[Product]) -> Sum | None:

@@ -21,7 +21,7 @@ __all__ = [
     "multiply",
     "names_in",
     "number",
-    "opened",
+    "open_sum",
 ]
 
 SUMS, FUNCTIONS, MOVING = 10, 30, 32
@@ -178,8 +178,8 @@ def number(value: Fraction | int) -> Product:
 
 
 def add(terms: Iterable[Product]) -> Sum:
-    """Return a sum of products, positive ones first; sums among them are opened."""
-    parts = [part for term in terms for part in opened(term)]
+    """Return a sum of products, positive ones first; sums among them are open_sum."""
+    parts = [part for term in terms for part in open_sum(term)]
     if len(parts) == 1 and parts[0].number:
         return Sum((parts[0],))
     found = [part for part in parts if part.number]
@@ -239,7 +239,7 @@ def _wants_turn(whole: Sum, negative: bool) -> bool:
     return negative and not any(isinstance(base, Letter) and base.name == "t" for base in held)
 
 
-def opened(term: Product) -> tuple[Product, ...]:
+def open_sum(term: Product) -> tuple[Product, ...]:
     """Return the terms of ± a sum, else the product itself."""
     if abs(term.number) == 1 and len(term.factors) == 1:
         base, power = term.factors[0]

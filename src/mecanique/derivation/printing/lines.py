@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-__all__ = ["PAGE", "aligned", "display"]
+__all__ = ["PAGE", "align", "display"]
 
 PAGE = 335.0
 """Width of a page's text that formulas keep to, in points at a size of 10 points."""
@@ -33,7 +33,7 @@ _FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "tanh", "arcsin", "arccos", "ar
 _USUAL, _LETTER_OF_TEXT, _SMALL = 5.8, 5.2, 0.75
 
 
-def aligned(formulas: Sequence[str], page: float = PAGE) -> str:
+def align(formulas: Sequence[str], page: float = PAGE) -> str:
     """Return formulas as the rows of an aligned environment, broken where they are too long.
 
     Args:
@@ -55,7 +55,7 @@ def aligned(formulas: Sequence[str], page: float = PAGE) -> str:
 
 def display(formulas: Sequence[str], page: float = PAGE) -> str:
     """Return formulas as a display of their own, which may go on on the next page."""
-    return f"\\begin{{align*}}\n{aligned(formulas, page)}\n\\end{{align*}}"
+    return f"\\begin{{align*}}\n{align(formulas, page)}\n\\end{{align*}}"
 
 
 def width(formula: str) -> float:

@@ -261,15 +261,15 @@ def _raise(trig: Trig, factor: tuple[int, int], kept: int) -> list[tuple[Trig, i
     powers = {(a, s): e for a, s, e in trig}
     powers[factor] = powers.get(factor, 0) + 1
     if sine == kept or powers[factor] < 2:
-        return [(_sorted(powers), 1)]
+        return [(_sort(powers), 1)]
     # sin² = 1 − cos², cos² = 1 − sin²
     del powers[factor]
     squared = dict(powers)
     squared[angle, kept] = squared.get((angle, kept), 0) + 2
-    return [(_sorted(powers), 1), (_sorted(squared), -1)]
+    return [(_sort(powers), 1), (_sort(squared), -1)]
 
 
-def _sorted(powers: dict[tuple[int, int], int]) -> Trig:
+def _sort(powers: dict[tuple[int, int], int]) -> Trig:
     return tuple(sorted((angle, sine, e) for (angle, sine), e in powers.items()))
 
 
@@ -301,7 +301,7 @@ def _trig(*factors: tuple[int, int]) -> Trig:
     for angle, sine in factors:
         if angle:
             powers[angle, sine] = powers.get((angle, sine), 0) + 1
-    return _sorted(powers)
+    return _sort(powers)
 
 
 def _with(form: Form, terms: list[tuple[Trig, Series]]) -> Form:
