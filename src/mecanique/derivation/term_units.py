@@ -7,8 +7,9 @@ from collections import Counter
 from collections.abc import Iterable
 from fractions import Fraction
 
-from mecanique.derivation.printing.equations import Equation, Term
+from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
+from mecanique.derivation.printing.formulas import Product
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.model.dimensions import (
     Dimension,
@@ -50,9 +51,9 @@ def unit_of(derivation: Derivation, equation: Equation) -> str:
     return say_unit(Counter(known).most_common(1)[0][0]) if known else ""
 
 
-def _of(dimensions: Dimensions, term: Term) -> Dimension | None:
+def _of(dimensions: Dimensions, term: Product) -> Dimension | None:
     try:
-        return dimensions.of(term.coefficient * term.motion)
+        return dimensions.of(term.sympy())
     except HomogeneityError:  # a plain number stands for a quantity with a unit
         return None
 
