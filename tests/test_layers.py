@@ -20,6 +20,7 @@ ORDER: dict[str, list[str]] = {
     "": [
         "wording",
         "arrays errors files safe_xml",
+        "plugins",
         "model",
         "textbook threads urdf derivation",
         "reference",

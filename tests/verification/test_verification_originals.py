@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 import mecanique as mq
@@ -107,8 +109,8 @@ def test_drake_and_mujoco_on_an_inertia_of_no_real_body() -> None:
 def test_an_engine_that_is_not_installed_or_known(monkeypatch: pytest.MonkeyPatch) -> None:
     from mecanique.verification.originals import engines
 
-    title, _, read = engines.ENGINES["drake"]
-    monkeypatch.setitem(engines.ENGINES, "drake", (title, "no-such-package", read))
+    drake = replace(engines.ENGINES["drake"], package="no-such-package")
+    monkeypatch.setitem(engines.ENGINES, "drake", drake)
     assert "not installed (pip install no-such-package)" in reading(ARM, "drake").refused
     with pytest.raises(mq.UnknownNameError, match="bullet"):
         reading(ARM, "bullet")

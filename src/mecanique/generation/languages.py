@@ -16,10 +16,11 @@ from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
 from mecanique.generation.verdict.cases import cases_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
+from mecanique.plugins import added, load_added
 from mecanique.verification.states.random import whole
 from mecanique.verification.verdict import versions
 
-__all__ = ["TARGETS", "generate"]
+__all__ = ["TARGETS", "generate", "target_of"]
 
 TARGETS: dict[str, Target] = {
     "c": C(),
@@ -29,6 +30,21 @@ TARGETS: dict[str, Target] = {
     "casadi": CasADi(),
 }
 """Each language by its name."""
+
+
+def target_of(name: str) -> Target:
+    """Return a language by its name, also one that another package adds.
+
+    Raises:
+        UnknownNameError: if there is none.
+        InputError: if another package adds it, and it cannot be loaded.
+    """
+    if name in TARGETS:
+        return TARGETS[name]
+    if name in added("targets"):
+        return load_added("targets", name, Target)  # type: ignore[type-abstract]
+    raise UnknownNameError("target", name, [*TARGETS, *added("targets")])
+
 
 _NUMBERS = 40_000
 """Most numbers in the table of a test that comes along."""
@@ -68,10 +84,8 @@ def generate(
         InputError: if another argument is not what is expected.
         DerivationError: if the equations have no program, or the code and Pinocchio disagree.
     """
-    if target not in TARGETS:
-        raise UnknownNameError("target", target, TARGETS)
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
-    language = TARGETS[target]
+    language = target_of(target)
     program = build_program(equations, what, parameters, name)
     cases = cases_of(program, samples, seed)
     verdict: CodeVerdict | None = None

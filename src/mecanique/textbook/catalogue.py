@@ -1,4 +1,8 @@
-"""Find the systems of the catalogue: every module of `mecanique.textbook.systems` is one."""
+"""Find the systems of the catalogue.
+
+Every module of `mecanique.textbook.systems` is one; other packages add theirs by entry points of
+the group `mecanique.systems`, each a `System`.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ from pkgutil import iter_modules
 
 from mecanique.errors import UnknownNameError
 from mecanique.model.mechanism import Mechanism
+from mecanique.plugins import added, load_added
 from mecanique.textbook.system import System
 
 __all__ = ["entry", "load", "names"]
@@ -16,9 +21,7 @@ __all__ = ["entry", "load", "names"]
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all systems, in alphabetical order."""
-    from mecanique.textbook import systems
-
-    return tuple(sorted(module.name for module in iter_modules(systems.__path__)))
+    return tuple(sorted({*_own(), *added("systems")}))
 
 
 @cache
@@ -27,9 +30,12 @@ def entry(name: str) -> System:
 
     Raises:
         UnknownNameError: if there is no such system; it carries the near matches.
+        InputError: if another package adds it, and it cannot be loaded.
     """
     if name not in names():
         raise UnknownNameError("system", name, names())
+    if name not in _own():
+        return load_added("systems", name, System)
     system: System = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
     return system
 
@@ -47,3 +53,10 @@ def load(name: str, **parameters: float) -> Mechanism:
         MechanismError: if the mechanism is not sound with these values.
     """
     return entry(name).mechanism(**parameters)
+
+
+@cache
+def _own() -> frozenset[str]:
+    from mecanique.textbook import systems
+
+    return frozenset(module.name for module in iter_modules(systems.__path__))

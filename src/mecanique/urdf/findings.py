@@ -9,7 +9,7 @@ from typing import final
 from mecanique.errors import UrdfError
 from mecanique.model.mechanism.origin import Finding
 from mecanique.urdf.element import Element
-from mecanique.urdf.rules import RULES
+from mecanique.urdf.rules import RULES, Rule
 
 __all__ = ["Finding", "Report"]
 
@@ -40,21 +40,26 @@ class Report:
         return aside
 
     def add(
-        self, code: str, at: Element | int, where: str, message: str, remedy: str | None = None
+        self,
+        code: str | Rule,
+        at: Element | int,
+        where: str,
+        message: str,
+        remedy: str | None = None,
     ) -> None:
         """Note a finding.
 
         Args:
-            code: the rule's code.
+            code: the rule's code, or a rule of another package.
             at: the element or line at fault.
             where: the link, joint or other element.
             message: what is found.
             remedy: how to mend it, if better known than by the rule.
         """
-        rule = RULES[code]
+        rule = RULES[code] if isinstance(code, str) else code
         line = at if isinstance(at, int) else at.line
         finding = Finding(
-            code=code,
+            code=rule.code,
             severity=rule.severity,
             file=self.file or "<text>",
             line=line,
@@ -63,7 +68,7 @@ class Report:
             why=rule.why,
             remedy=remedy or rule.remedy,
             name=rule.name,
-            stops=rule.severity == "error" and (self._stops or code in _ALWAYS),
+            stops=rule.severity == "error" and (self._stops or rule.code in _ALWAYS),
         )
         self.findings.append(finding)
 

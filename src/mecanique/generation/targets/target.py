@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple, Protocol, final
+from typing import NamedTuple, Protocol, final, runtime_checkable
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class Cases:
         )
 
 
+@runtime_checkable
 class Target(Protocol):
     """A language."""
 

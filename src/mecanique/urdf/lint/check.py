@@ -6,7 +6,7 @@ import os
 
 from mecanique.errors import InputError
 from mecanique.urdf.findings import Finding
-from mecanique.urdf.lint import blanks, engines, masses, spelling, units
+from mecanique.urdf.lint import added, blanks, engines, masses, spelling, units
 from mecanique.urdf.read import mechanism_of
 from mecanique.urdf.reading.document import Source, read_document
 from mecanique.urdf.reading.meshes import PackagePath
@@ -33,6 +33,6 @@ def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tu
     document, report = read_document(path_or_text, package_path)
     if document is not None:
         mechanism_of(document, report)
-        for rules in (spelling, blanks, masses, units, engines):
+        for rules in (spelling, blanks, masses, units, engines, added):
             rules.check(document, report)
     return tuple(sorted(report.findings, key=lambda finding: (finding.line, finding.code)))

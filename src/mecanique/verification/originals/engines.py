@@ -8,8 +8,9 @@ mecanique reads, its root fixed and every joint with one coordinate free, also t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
+from typing import final
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from mecanique.model.coordinates import Coordinates
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
+from mecanique.plugins import added, load_added
 from mecanique.reference import Reference
 from mecanique.reference.originals import drake, mujoco, pinocchio
 from mecanique.reference.originals.original import ByJoint, Original
@@ -27,14 +29,32 @@ from mecanique.urdf.read import read_urdf
 from mecanique.verification.difference import relative_difference, scale
 from mecanique.verification.originals.reading import TOLERANCE, EngineReading
 
-__all__ = ["ENGINES", "read_by"]
+__all__ = ["ENGINES", "Engine", "engine_of", "read_by"]
 
-ENGINES: dict[str, tuple[str, str, Callable[..., Original]]] = {
-    "pinocchio": ("Pinocchio", "pin", pinocchio.read),
-    "mujoco": ("MuJoCo", "mujoco", mujoco.read),
-    "drake": ("Drake", "drake", drake.read),
+
+@final
+@dataclass(frozen=True)
+class Engine:
+    """An engine that reads URDF files; other packages add theirs to `mecanique.engines`.
+
+    Args:
+        title: what it is called.
+        package: the package that holds it.
+        read: returns what it makes of a file's bytes, from gravity, and positions and velocities
+            by joint; raises `EngineError` if it refuses the file.
+    """
+
+    title: str
+    package: str
+    read: Callable[[bytes, Sequence[float], ByJoint, ByJoint], Original]
+
+
+ENGINES: dict[str, Engine] = {
+    "pinocchio": Engine("Pinocchio", "pin", pinocchio.read),
+    "mujoco": Engine("MuJoCo", "mujoco", mujoco.read),
+    "drake": Engine("Drake", "drake", drake.read),
 }
-"""Title, package and reader of each engine."""
+"""Each engine by its name."""
 
 _STATES = 5
 """Number of random states at which an engine's reading is compared."""
@@ -45,21 +65,33 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
 
     Args:
         mechanism: what was read from a file.
-        engines: their names: "pinocchio", "mujoco", "drake".
+        engines: their names: "pinocchio", "mujoco", "drake", or one that another package adds.
         seed: of the random states.
 
     Raises:
         UnknownNameError: if there is no such engine.
     """
-    for engine in engines:
-        if engine not in ENGINES:
-            raise UnknownNameError("engine", engine, ENGINES)
+    chosen = [engine_of(name) for name in engines]
     origin = mechanism.origin
     if origin is None:
         return ()
     gravity = mechanism.evaluate_all(mechanism.gravity)
     tree = _open_tree(origin, tuple(gravity))
-    return tuple(_compare(tree, origin, engine, seed) for engine in engines)
+    return tuple(_compare(tree, origin, engine, seed) for engine in chosen)
+
+
+def engine_of(name: str) -> Engine:
+    """Return an engine by its name.
+
+    Raises:
+        UnknownNameError: if there is none.
+        InputError: if another package adds it, and it cannot be loaded.
+    """
+    if name in ENGINES:
+        return ENGINES[name]
+    if name in added("engines"):
+        return load_added("engines", name, Engine)
+    raise UnknownNameError("engine", name, [*ENGINES, *added("engines")])
 
 
 def _open_tree(origin: Origin, gravity: tuple[float, ...]) -> Mechanism:
@@ -71,8 +103,8 @@ def _open_tree(origin: Origin, gravity: tuple[float, ...]) -> Mechanism:
     )
 
 
-def _compare(tree: Mechanism, origin: Origin, engine: str, seed: int) -> EngineReading:
-    title, package, read = ENGINES[engine]
+def _compare(tree: Mechanism, origin: Origin, engine: Engine, seed: int) -> EngineReading:
+    title, package = engine.title, engine.package
     try:
         title = f"{title} {version(package)}"
     except PackageNotFoundError:
@@ -82,7 +114,7 @@ def _compare(tree: Mechanism, origin: Origin, engine: str, seed: int) -> EngineR
     q = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
     v = {name: random.uniform(-1.0, 1.0, _STATES).tolist() for name in ours}
     try:
-        original = read(origin.text, tree.evaluate_all(tree.gravity), q, v)
+        original = engine.read(origin.text, tree.evaluate_all(tree.gravity), q, v)
     except EngineError as error:
         return EngineReading(title, None, str(error), tuple(_traps(origin)))
     joints = [ours[name] for name in original.joints if name in ours]

@@ -1,0 +1,49 @@
+"""What other packages add by entry points: systems, targets of code, engines, lint rules."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Literal, TypeAlias, TypeVar
+
+from mecanique.errors import InputError
+
+__all__ = ["Group", "added", "load_added"]
+
+Group: TypeAlias = Literal["systems", "targets", "engines", "lint_rules"]
+"""Groups of entry points, each called "mecanique." and its name."""
+
+T = TypeVar("T")
+
+
+@cache
+def added(group: Group) -> Mapping[str, EntryPoint]:
+    """Return the entry points that installed packages add to a group, by name."""
+    return {point.name: point for point in entry_points(group=f"mecanique.{group}")}
+
+
+def load_added(group: Group, name: str, kind: type[T]) -> T:
+    """Return what an entry point stands for.
+
+    Args:
+        group: its group.
+        name: its name.
+        kind: the type it must be of.
+
+    Raises:
+        InputError: if it cannot be imported, or is something else.
+    """
+    point = added(group)[name]
+    package = point.dist.name if point.dist else point.value
+    said = f"{name!r} of mecanique.{group}, which the package {package!r} adds,"
+    try:
+        thing = point.load()
+    except Exception as error:
+        # whatever a package of somebody else raises while it is imported
+        raise InputError(
+            f"{said} cannot be loaded: {type(error).__name__}: {error}; mend or uninstall it"
+        ) from error
+    if not isinstance(thing, kind):
+        raise InputError(f"{said} is a {type(thing).__name__}, expected a {kind.__name__}")
+    return thing
