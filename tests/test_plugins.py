@@ -29,7 +29,7 @@ ROBOT = """<robot name="r">
 
 
 def forget() -> None:
-    for cached in (plugins.added, catalogue.names, catalogue.entry):
+    for cached in (plugins.list_plugins, catalogue.names, catalogue.entry):
         cached.cache_clear()
 
 

@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias, TypeVar
 
 from mecanique.errors import InputError
 
-__all__ = ["Group", "added", "load_added"]
+__all__ = ["Group", "list_plugins", "load_plugin"]
 
 Group: TypeAlias = Literal["systems", "targets", "engines", "lint_rules"]
 """Groups of entry points, each called "mecanique." and its name."""
@@ -18,12 +18,12 @@ T = TypeVar("T")
 
 
 @cache
-def added(group: Group) -> Mapping[str, EntryPoint]:
+def list_plugins(group: Group) -> Mapping[str, EntryPoint]:
     """Return the entry points that installed packages add to a group, by name."""
     return {point.name: point for point in entry_points(group=f"mecanique.{group}")}
 
 
-def load_added(group: Group, name: str, kind: type[T]) -> T:
+def load_plugin(group: Group, name: str, kind: type[T]) -> T:
     """Return what an entry point stands for.
 
     Args:
@@ -34,7 +34,7 @@ def load_added(group: Group, name: str, kind: type[T]) -> T:
     Raises:
         InputError: if it cannot be imported, or is something else.
     """
-    point = added(group)[name]
+    point = list_plugins(group)[name]
     package = point.dist.name if point.dist else point.value
     said = f"{name!r} of mecanique.{group}, which the package {package!r} adds,"
     try:

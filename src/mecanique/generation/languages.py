@@ -16,7 +16,7 @@ from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
 from mecanique.generation.verdict.cases import cases_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
-from mecanique.plugins import added, load_added
+from mecanique.plugins import list_plugins, load_plugin
 from mecanique.verification.states.random import whole
 from mecanique.verification.verdict import versions
 
@@ -41,9 +41,9 @@ def target_of(name: str) -> Target:
     """
     if name in TARGETS:
         return TARGETS[name]
-    if name in added("targets"):
-        return load_added("targets", name, Target)  # type: ignore[type-abstract]
-    raise UnknownNameError("target", name, [*TARGETS, *added("targets")])
+    if name in list_plugins("targets"):
+        return load_plugin("targets", name, Target)  # type: ignore[type-abstract]
+    raise UnknownNameError("target", name, [*TARGETS, *list_plugins("targets")])
 
 
 _NUMBERS = 40_000

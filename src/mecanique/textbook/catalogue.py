@@ -12,7 +12,7 @@ from pkgutil import iter_modules
 
 from mecanique.errors import UnknownNameError
 from mecanique.model.mechanism import Mechanism
-from mecanique.plugins import added, load_added
+from mecanique.plugins import list_plugins, load_plugin
 from mecanique.textbook.system import System
 
 __all__ = ["entry", "load", "names"]
@@ -21,7 +21,7 @@ __all__ = ["entry", "load", "names"]
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all systems, in alphabetical order."""
-    return tuple(sorted({*_own(), *added("systems")}))
+    return tuple(sorted({*_own(), *list_plugins("systems")}))
 
 
 @cache
@@ -35,7 +35,7 @@ def entry(name: str) -> System:
     if name not in names():
         raise UnknownNameError("system", name, names())
     if name not in _own():
-        return load_added("systems", name, System)
+        return load_plugin("systems", name, System)
     system: System = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
     return system
 

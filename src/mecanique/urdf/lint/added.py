@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TypeAlias, final
 
-from mecanique.plugins import added, load_added
+from mecanique.plugins import list_plugins, load_plugin
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
@@ -38,7 +38,7 @@ def check(document: Document, report: Report) -> None:
     Raises:
         InputError: if one cannot be loaded.
     """
-    for name in added("lint_rules"):
-        each = load_added("lint_rules", name, AddedRule)
+    for name in list_plugins("lint_rules"):
+        each = load_plugin("lint_rules", name, AddedRule)
         for element, where, message in each.check(document.element):
             report.add(each.rule, element, where, message)

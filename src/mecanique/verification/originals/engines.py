@@ -20,7 +20,7 @@ from mecanique.model.coordinates import Coordinates
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
-from mecanique.plugins import added, load_added
+from mecanique.plugins import list_plugins, load_plugin
 from mecanique.reference import Reference
 from mecanique.reference.originals import drake, mujoco, pinocchio
 from mecanique.reference.originals.original import ByJoint, Original
@@ -89,9 +89,9 @@ def engine_of(name: str) -> Engine:
     """
     if name in ENGINES:
         return ENGINES[name]
-    if name in added("engines"):
-        return load_added("engines", name, Engine)
-    raise UnknownNameError("engine", name, [*ENGINES, *added("engines")])
+    if name in list_plugins("engines"):
+        return load_plugin("engines", name, Engine)
+    raise UnknownNameError("engine", name, [*ENGINES, *list_plugins("engines")])
 
 
 def _open_tree(origin: Origin, gravity: tuple[float, ...]) -> Mechanism:
