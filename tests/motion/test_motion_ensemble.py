@@ -117,16 +117,65 @@ def test_mechanisms_without_a_closed_form_run_one_by_one() -> None:
     assert runs.motion(1, samples=2).q[-1] == pytest.approx(runs.q[1, -1], abs=1e-7)
 
 
-def test_closed_mechanisms_run_one_by_one() -> None:
-    mechanism = mq.textbook.load("four_bar_linkage")
-    name = mechanism.coordinates.names[0]
-    start = mq.textbook.entry("four_bar_linkage").start
-    runs = mq.simulate_many(
-        mechanism, {k: [x, x] for k, x in start.items() if k in mechanism.coordinates}, duration=0.1
-    )
-    assert "has loops" in runs.method
+def closed_starts(count: int) -> np.ndarray:
+    entry = mq.textbook.entry("four_bar_linkage")
+    q = mq.assemble(entry.mechanism(), dict(entry.start))
+    return q + np.random.default_rng(0).uniform(-0.1, 0.1, (count, len(q)))
+
+
+def test_closed_mechanisms_run_in_c() -> None:
+    mechanism, starts = mq.textbook.load("four_bar_linkage"), closed_starts(3)
+    runs = mq.simulate_many(mechanism, starts, duration=1.0, samples=[0.5, 1.0], rtol=1e-10)
+    assert runs.method.startswith("compiled (explicit Runge-Kutta of order 8(5,3) in C); chosen")
     assert not len(runs.failed)
-    assert np.array_equal(runs[name][0], runs[name][1])
+    for k in range(3):
+        alone = runs.motion(k, samples=[0.5, 1.0])
+        np.testing.assert_allclose(runs.q[k, 1:], alone.q, atol=1e-8)
+    many = mq.simulate_many(mechanism, starts, duration=1.0, rtol=1e-10, max_steps=5)
+    assert many.failed.tolist() == [0, 1, 2]
+
+
+def test_closed_mechanisms_take_parameters_of_their_own() -> None:
+    mechanism = mq.textbook.load("four_bar_linkage")
+    runs = mq.simulate_many(
+        mechanism, closed_starts(1)[0], parameters={"m3": [1.0, 9.0]}, duration=0.5
+    )
+    for k, mass in enumerate((1.0, 9.0)):
+        alone = mq.simulate(mechanism.replace(m3=mass), q=closed_starts(1)[0], duration=0.5)
+        np.testing.assert_allclose(runs.q[k, -1], alone.q[-1], atol=1e-7)
+    assert not np.allclose(runs.q[0, -1], runs.q[1, -1], atol=1e-3)
+
+
+def test_runs_next_to_a_singular_position_are_left_to_simulate() -> None:
+    mechanism = mq.textbook.load("chained_four_bars", n=1)
+    q = np.array([[0.2, 0.2, -0.2], [1.0, 1.0, -1.0]])
+    v = np.array([[-4.0, -4.0, 4.0], [0.0, 0.0, 0.0]])
+    runs = mq.simulate_many(mechanism, q, v, duration=0.08, rtol=1e-6)
+    assert runs.method.startswith("compiled")
+    assert runs["theta0"][0, -1] < -0.05
+    np.testing.assert_allclose(runs["theta0"], runs["theta1"], atol=1e-8)
+    assert not len(runs.failed)
+
+
+def test_loops_that_cannot_be_closed_fail_alone() -> None:
+    mechanism = mq.textbook.load("four_bar_linkage")
+    runs = mq.simulate_many(
+        mechanism, closed_starts(1)[0], parameters={"b": [2.2, 9.0]}, duration=0.1
+    )
+    assert runs.failed.tolist() == [1]
+
+
+def test_closed_mechanisms_without_a_compiler_run_one_by_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    mechanism = mq.textbook.load("four_bar_linkage")
+    monkeypatch.setattr("mecanique.motion.ensemble.simulate_many.has_compiler", lambda: False)
+    runs = mq.simulate_many(mechanism, closed_starts(2), duration=0.1)
+    assert runs.method.startswith("single")
+    assert "chosen because no C compiler is installed" in runs.method
+    assert not len(runs.failed)
+    with pytest.raises(mq.DerivationError, match="which method 'batch' does not keep closed"):
+        mq.simulate_many(mechanism, closed_starts(2), method="batch")
 
 
 def test_a_run_that_fails_leaves_the_others_alone() -> None:

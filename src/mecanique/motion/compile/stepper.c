@@ -9,6 +9,7 @@
  *   rates      the rates of q and v
  *   landing    the changes of q and v that bring a state next to the loops onto them
  *   firmness   how firmly the loops hold, zero in a singular position
+ * Names for others begin with mecanique_: a common one may be that of another library's function.
  */
 enum { END, ROOM, NEAR, SMALL, MANY, STIFF, OFF };
 
@@ -74,7 +75,7 @@ static int land(double t, double *y, const double *p)
 }
 
 /* How far a singular position is along the motion, to first order, in plain units. */
-double distance(double t, const double *y, const double *p, double *speed)
+static double distance_along(double t, const double *y, const double *p, double *speed)
 {
     *speed = 0.0;
     if (!LOOPS) return INFINITY;
@@ -88,6 +89,11 @@ double distance(double t, const double *y, const double *p, double *speed)
     for (int i = 0; i < NQ; i++) there[i] += PROBE / *speed * dy[i];
     const double change = fabs(firmness(t, there, p) - firm);
     return change > 0.0 ? firm * PROBE / change : INFINITY;
+}
+
+double mecanique_distance(double t, const double *y, const double *p, double *speed)
+{
+    return distance_along(t, y, p, speed);
 }
 
 /* Take a step of length h from y, whose rates are k[0]; next is the last stage's state first. */
@@ -159,11 +165,11 @@ static double first_step(const Motion *m, const double *y, const double *dy)
  * Integrate until the end, or until there is a reason to stop; return which. Steps are noted, and
  * samples taken.
  */
-int advance(Motion *m, const double *p, double *y, Notes *notes, Samples *samples)
+static int march(Motion *m, const double *p, double *y, Notes *notes, Samples *samples)
 {
     double k[STAGES][N], inner[STAGES][N], last[N], next[N], dy[N], speed;
     int grows = 1;
-    double away = distance(m->t, y, p, &speed);
+    double away = distance_along(m->t, y, p, &speed);
     if (away < m->near) return NEAR;
     rates(m->t, y, p, k[0]);
     m->evaluations++;
@@ -218,14 +224,19 @@ int advance(Motion *m, const double *p, double *y, Notes *notes, Samples *sample
             notes->noted++;
         }
         if (stiff) return STIFF;
-        away = distance(now, y, p, &speed);
+        away = distance_along(now, y, p, &speed);
         if (away < m->near && now < m->end) return NEAR;
     }
     return END;
 }
 
+int mecanique_advance(Motion *m, const double *p, double *y, Notes *notes, Samples *samples)
+{
+    return march(m, p, y, notes, samples);
+}
+
 /* Integrate many motions, each from its start and with its parameters. */
-void advance_many(const Motion *same, const Runs *runs)
+void mecanique_advance_many(const Motion *same, const Runs *runs)
 {
     for (long run = 0; run < runs->count; run++) {
         Motion m = *same;
@@ -234,7 +245,7 @@ void advance_many(const Motion *same, const Runs *runs)
         double y[N];
         memcpy(y, runs->starts + run * N, sizeof y);
         samples.states += run * samples.number * N;
-        runs->ended[run] = advance(&m, runs->parameters + run * runs->width, y, &none, &samples);
+        runs->ended[run] = march(&m, runs->parameters + run * runs->width, y, &none, &samples);
         runs->steps[run] = m.steps;
     }
 }

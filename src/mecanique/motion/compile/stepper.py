@@ -22,7 +22,7 @@ from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.rates import Rates
 
-__all__ = ["ENDED", "NEAR", "March", "Stepper", "Tolerances", "has_compiler"]
+__all__ = ["ENDED", "NEAR", "March", "Stepper", "Tolerances", "has_compiler", "refuse_signals"]
 
 ENDED = ("end", "room", "near", "small", "many", "stiff", "off")
 """Why a motion stops, by the number that says so: it came to its end; there is no more room for
@@ -128,7 +128,7 @@ class March:
         times: Array,
         tolerances: Tolerances,
     ) -> None:
-        self._advance = library.advance
+        self._advance = library.mecanique_advance
         self._motion = _begin(t0, tolerances)
         self._times = np.ascontiguousarray(times, dtype=float)
         self.y: Array = np.array(start, dtype=float)
@@ -199,16 +199,12 @@ class Stepper:
     """
 
     def __init__(self, program: Program) -> None:
-        if program.signals:
-            raise DerivationError(
-                f"compiled C needs the equations as formulas, but the input "
-                f"{', '.join(program.signals)} is a function or a record"
-            )
+        refuse_signals(program)
         self._size = len(program.rates)
         self._library = build_library({"steps.c": _source(program)}, _OPTIONS)
-        self._library.advance.restype = ctypes.c_int
-        self._library.distance.restype = ctypes.c_double
-        self._library.advance_many.restype = None
+        self._library.mecanique_advance.restype = ctypes.c_int
+        self._library.mecanique_distance.restype = ctypes.c_double
+        self._library.mecanique_advance_many.restype = None
 
     def distance(self, t: float, y: Array) -> float:
         """Return how far a singular position is along the motion, to first order.
@@ -219,7 +215,7 @@ class Stepper:
         """
         speed, state = ctypes.c_double(), np.ascontiguousarray(y)
         none = ctypes.c_void_p(None)
-        distance = self._library.distance
+        distance = self._library.mecanique_distance
         return float(distance(ctypes.c_double(t), _at(state), none, ctypes.byref(speed)))
 
     def march(self, start: Array, t0: float, times: Array, tolerances: Tolerances) -> March:
@@ -261,9 +257,22 @@ class Stepper:
             _at(steps),
             _at(ended),
         )
-        self._library.advance_many(ctypes.byref(motion), ctypes.byref(runs))
+        self._library.mecanique_advance_many(ctypes.byref(motion), ctypes.byref(runs))
         whole = np.concatenate([starts[:, None], states], axis=1)
         return whole, steps, ended
+
+
+def refuse_signals(program: Program) -> None:
+    """Raise if C does not know an input of a program.
+
+    Raises:
+        DerivationError: if one is a function.
+    """
+    if program.signals:
+        raise DerivationError(
+            f"compiled C needs the equations as formulas, but the input "
+            f"{', '.join(program.signals)} is a function or a record"
+        )
 
 
 def _begin(t0: float, tolerances: Tolerances) -> _Motion:
@@ -306,7 +315,9 @@ def _source(program: Program) -> str:
         ("E5", tableau.E5[:12]),
     ):
         lines.append(f"static const double {name}[] = {_numbers(row)};")
-    lines += [SIGN, *_function(program, "rates", program.rates)]
+    if any(kind == "sign" for kind, _, _ in program.tape.operations):
+        lines.append(SIGN)
+    lines += [*_function(program, "rates", program.rates)]
     lines += _function(program, "landing", () if landing is None else landing.changes)
     lines += _function(program, "firm", () if landing is None else (landing.firmness,))
     lines += [

@@ -7,7 +7,7 @@ import os
 import pickle
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, final
@@ -19,7 +19,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.compile.heyoka import integrator, lanes
 from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import Batched, vectorize
+from mecanique.motion.compile.stepper import ENDED, Stepper, Tolerances
 from mecanique.motion.ensemble.dop853 import Block, integrate
+from mecanique.motion.record.loops import begin_on_loops
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import kinks, longest_step
 
@@ -42,7 +44,7 @@ class Part:
         parameters: values of the parameters that differ from run to run, shape (n,) each, by
             symbol.
         times: of the samples, the first is the start, shape (m,) [s].
-        method: "batch", "taylor" or "single".
+        method: "batch", "taylor", "compiled" or "single".
         rtol: relative tolerance of a step.
         atol: absolute tolerance of a step.
         max_steps: most steps of a run.
@@ -89,6 +91,7 @@ def run_part(part: Part) -> Chunk:
     integrate_all: dict[str, Callable[[Part, Mechanism], tuple[np.ndarray, np.ndarray]]] = {
         "batch": _batch,
         "taylor": _taylor,
+        "compiled": _integrate_in_c,
         "single": _single,
     }
     states, steps = integrate_all[part.method](part, mechanism)
@@ -202,6 +205,67 @@ def _taylor(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
             for future in [pool.submit(work, *pair) for pair in pairwise(bounds)]:
                 future.result()
     return states, steps
+
+
+@lru_cache(maxsize=4)
+def _stepper(pickled: bytes, swept: tuple[str, ...]) -> Stepper:
+    return Stepper(_program(pickled, swept))
+
+
+def _integrate_in_c(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    """Integrate in C; what comes near a singular position, or else stops early, by `simulate`."""
+    symbols = tuple(part.parameters)
+    stepper, opened = _stepper(part.mechanism, symbols), _program(part.mechanism, symbols).open
+    starts, closed = _close_starts(part, mechanism)
+    values = np.array([part.parameters[symbol] for symbol in opened]).reshape(
+        len(opened), len(part)
+    )
+    span = float(part.times[-1] - part.times[0])
+    longest = longest_step(mechanism, span, None, ())
+    tolerances = Tolerances(part.rtol, part.atol, longest, part.max_steps)
+    runs = np.flatnonzero(closed)
+
+    def work(some: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return stepper.march_all(starts[some], values.T[some], part.times, tolerances)
+
+    pieces = [piece for piece in np.array_split(runs, part.threads) if len(piece)]
+    with ThreadPoolExecutor(part.threads) as pool:
+        found = list(pool.map(work, pieces))
+    states = np.full((len(part), len(part.times), starts.shape[1]), np.nan)
+    steps = np.full(len(part), -1)
+    states[:, 0] = _start(part)
+    left: list[int] = []
+    for piece, (own, taken, ended) in zip(pieces, found, strict=True):
+        whole, endless = ended == ENDED.index("end"), ended == ENDED.index("many")
+        states[piece], steps[piece] = own, np.where(whole, taken, -taken - 1)
+        left += piece[~whole & ~endless].tolist()
+    if left:
+        again = replace(
+            part,
+            q=part.q[left],
+            v=part.v[left],
+            parameters={symbol: column[left] for symbol, column in part.parameters.items()},
+        )
+        states[left], steps[left] = _single(again, mechanism)
+    return states, steps
+
+
+def _close_starts(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
+    """Return the states to start from, with closed loops, and whether they can be closed."""
+    starts, closed = _start(part), np.ones(len(part), dtype=bool)
+    if not mechanism.loops:
+        return starts, closed
+    from mecanique.reference import Reference
+
+    t0 = float(part.times[0])
+    for k, (q, v) in enumerate(zip(part.q, part.v, strict=True)):
+        own = {symbol: float(values[k]) for symbol, values in part.parameters.items()}
+        one = mechanism.replace(**own) if own else mechanism
+        try:
+            starts[k] = begin_on_loops(Reference.of(one), q, v, t0).state
+        except MecaniqueError:
+            closed[k] = False
+    return starts, closed
 
 
 def _single(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:

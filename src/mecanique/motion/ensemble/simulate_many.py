@@ -20,16 +20,19 @@ from mecanique.errors import (
     MecaniqueError,
     UnknownNameError,
 )
+from mecanique.generation.targets.c import compiler
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.admission import SAMPLES, require_agreement
 from mecanique.motion.compile.heyoka import build_seconds, is_installed
 from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import vectorize
+from mecanique.motion.compile.stepper import has_compiler, refuse_signals
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import sweep
 from mecanique.motion.simulation.arguments import refuse_still, sample_times, span_and_tolerances
+from mecanique.verification.states.random import random_states
 from mecanique.wording import say_count
 
 __all__ = ["simulate_many"]
@@ -50,6 +53,7 @@ SECONDS = 4e-7
 _TITLES = {
     "batch": "batch (explicit Runge-Kutta of order 8(5,3), many runs at once in numpy)",
     "taylor": "taylor (Taylor series, heyoka)",
+    "compiled": "compiled (explicit Runge-Kutta of order 8(5,3) in C)",
     "single": "single (each run by simulate)",
 }
 
@@ -87,9 +91,10 @@ def simulate_many(
         duration: how long [s].
         rtol: relative tolerance of each step, in 1e-14…1e-1.
         atol: absolute tolerance of each step; as rtol by default.
-        method: "auto", or one of "batch" (numpy), "taylor" (heyoka, extra `fast`), "single" (each
-            run by `simulate`). "auto" takes "single" where there is no closed form, e.g. for
-            mechanisms with loops or with limits.
+        method: "auto", or one of "batch" (numpy), "taylor" (heyoka, extra `fast`), "compiled" (C,
+            with a C compiler; the only fast one that keeps loops closed), "single" (each run by
+            `simulate`). "auto" takes "single" where no other can be had, e.g. where there are
+            limits.
         samples: number of samples, the start and the end among them, or their times [s], shape
             (m,).
         t0: time at the start [s].
@@ -247,8 +252,19 @@ def _choose(
                 "expected 'single' or 'auto'"
             )
         return "single", f"; chosen because it watches the limits of {limited}"
+    if mechanism.loops and method in ("batch", "taylor"):
+        raise DerivationError(
+            f"mechanism {mechanism.name!r} has loops, which method {method!r} does not keep "
+            "closed; expected 'compiled', 'single' or 'auto'"
+        )
+    if mechanism.loops and method == "auto" and not has_compiler():
+        return "single", "; chosen because no C compiler is installed"
+    if method == "compiled":
+        compiler()
     try:
         program = program_of(mechanism, varied)
+        if program.signals and (mechanism.loops or method == "compiled"):
+            refuse_signals(program)
         _compare(mechanism, program, varied)
     except DerivationError as error:
         if method != "auto":
@@ -256,6 +272,8 @@ def _choose(
         return "single", f"; chosen because {error}"
     if method != "auto":
         return method, ""
+    if mechanism.loops:
+        return "compiled", "; chosen because it keeps loops closed"
     if not is_installed():
         return "batch", "; chosen because heyoka is not installed"
     work = len(start) * span * len(program.tape.find_needed(program.rates)) * SECONDS
@@ -268,12 +286,20 @@ def _choose(
 
 
 def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.ndarray]) -> None:
-    """Compare the equations with the reference at the extreme values of each parameter."""
+    """Compare the equations with the reference at the extreme values of each parameter.
+
+    Those with which loops can never be closed have no motion, and nothing to compare.
+
+    Raises:
+        DerivationError: if they do not agree.
+        InputError: if there is no state to compare at.
+    """
     from mecanique.reference import Reference
 
     extremes = {0}
     for values in varied.values():
         extremes |= {int(np.argmin(values)), int(np.argmax(values))}
+    compared, useless = False, None
     for index in sorted(extremes):
         own = {symbol: float(values[index]) for symbol, values in varied.items()}
         one = mechanism.replace(**own) if own else mechanism
@@ -288,7 +314,15 @@ def _compare(mechanism: Mechanism, program: Program, varied: Mapping[str, np.nda
             found: np.ndarray = out[mechanism.nq :].T
             return found
 
-        require_agreement(one, Reference.of(one), accelerations, "closed form")
+        try:
+            states = random_states(one, SAMPLES, 0)
+        except InputError as error:
+            useless = error
+            continue
+        require_agreement(one, Reference.of(one), accelerations, "closed form", states)
+        compared = True
+    if useless is not None and not compared:
+        raise useless
 
 
 def _pickle(mechanism: Mechanism) -> bytes:
