@@ -161,6 +161,9 @@ def test_locked_in_a_singular_position_is_refused() -> None:
         lambda m: mq.Reference(m).acceleration([0, 0, 0]),
         lambda m: mq.Reference(m).reactions([0, 0, 0]),
         lambda m: mq.Reference(m).multipliers([0, 0, 0]),
+        lambda m: mq.derive(m).acceleration([0, 0, 0], [0, 0, 0]),
+        lambda m: mq.derive(m, "newton_euler").acceleration([0, 0, 0], [0, 0, 0]),
+        lambda m: mq.derive(m, "virtual_work").multipliers([0, 0, 0], [0, 0, 0]),
     ):
         with pytest.raises(mq.InputError, match=LOCKED):
             use(flat())

@@ -70,6 +70,28 @@ def test_what_is_hardly_closed_counts_as_singular(chain: Closed) -> None:
         assert (distance == 0.0) == singular
 
 
+@pytest.mark.parametrize("speed", [-3.5, 1e-3])
+def test_exactly_in_a_singular_position_the_acceleration_is_that_of_the_branch(
+    speed: float,
+) -> None:
+    """Two parallelograms move as one pendulum of bars, whose angles count from the horizontal."""
+    mechanism = textbook.load("chained_four_bars", n=2)
+    reference = Reference(mechanism)
+    at_rest = TURN * 0.1
+    # the pendulum's acceleration is proportional to cos(angle), whatever its speed
+    pendulum = reference.acceleration(at_rest)[0] / np.cos(0.1)
+    found = reference.acceleration(np.zeros(5), speed * TURN)
+    np.testing.assert_allclose(found, pendulum * TURN, rtol=1e-6)
+
+
+def test_in_a_singular_position_at_rest_nothing_decides_how_it_goes_on() -> None:
+    reference = Reference(textbook.load("chained_four_bars", n=2))
+    with pytest.raises(EngineError, match="nothing decides which of them it takes"):
+        reference.acceleration(np.zeros(5))
+    with pytest.raises(EngineError, match="no motion goes on with"):
+        reference.acceleration(np.zeros(5), [1.0, 0.0, 0.0, -1.0, 0.0])
+
+
 @pytest.mark.parametrize("name", ["phi", "theta", "psi"])
 def test_branches_of_a_linkage_share_the_coordinate_that_was_named(name: str) -> None:
     linkage = textbook.load("four_bar_linkage")

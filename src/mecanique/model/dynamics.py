@@ -98,7 +98,7 @@ class Dynamics(ABC):
             DerivationError: from `Equations`, if a motion moves no mass in this state.
             EngineError: from `Reference`, for the same reason or because a loop is open.
             ClosureError: from `Reference`, if a motion that the loops leave free moves no mass.
-            InputError: from `Reference`, if the loops lock the mechanism in a singular position.
+            InputError: if the loops lock the mechanism in a singular position.
             UnknownNameError: if a name in tau is no joint, coordinate or velocity.
         """
         return self._compute("acceleration", States.of(self.mechanism, q, v, t, tau=tau))

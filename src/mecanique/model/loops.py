@@ -10,7 +10,7 @@ from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.placement import Placement, vector
 
-__all__ = ["CLOSED", "Kind", "Loop"]
+__all__ = ["CLOSED", "Kind", "Loop", "explain_lock"]
 
 Kind: TypeAlias = Literal["ball", "hinge", "weld", "distance", "pin", "plate"]
 
@@ -191,6 +191,19 @@ class Loop:
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
         return cls(name, "plate", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+
+
+def explain_lock(name: str) -> str:
+    """Return why the equations of a mechanism that is locked in a singular position are refused.
+
+    Args:
+        name: of the mechanism.
+    """
+    return (
+        f"mechanism {name!r} is locked in a singular position: nothing in it can move, but small "
+        "motions meet no resistance, so that its loops would need forces without bound to hold "
+        "it; change its lengths, or leave out a loop"
+    )
 
 
 def _frame(point: Vector, axis: Vector | None = None) -> Placement:

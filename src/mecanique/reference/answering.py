@@ -32,8 +32,8 @@ class Answering:
         self._tree = Tree(mechanism)
         self._closed = Closed(self._tree) if mechanism.constrained else None
 
-    _movable = False
-    """Whether it is known that the loops do not lock the mechanism by chance."""
+    _generic: int | None = None
+    """The rank of the constraints in general, once it is known that they do not lock by chance."""
 
     def _look_for_locks(self, one: Callable[..., Array]) -> Callable[..., Array]:
         """Return a question about the motion on the loops that refuses what they lock by chance.
@@ -41,14 +41,13 @@ class Answering:
         One look is enough: what is locked can be in no other position.
         """
         closed = self._closed
-        if closed is None or closed.most is not None or self._movable:
+        if closed is None or closed.most is not None or self._generic is not None:
             return one
 
         def answer(q: Array, v: Array, t: float) -> Array:
-            if not self._movable:
+            if self._generic is None:
                 closed.refuse_open(q, t)
-                generic_rank(closed, q, t)
-                self._movable = True
+                self._generic = generic_rank(closed, q, t)
             return one(q, v, t)
 
         return answer

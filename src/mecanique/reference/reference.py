@@ -17,7 +17,7 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
 from mecanique.reference.loops.loading import load_once
-from mecanique.reference.loops.singular import closed_rhs, plain_rhs
+from mecanique.reference.loops.singular import branch_acceleration, closed_rhs, plain_rhs
 from mecanique.reference.wrenches import Wrenches
 
 __all__ = ["Reference"]
@@ -113,10 +113,16 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
             "bias": tree.bias,
             "forces": tree.forces,
             "gravity": tree.gravity,
-            "acceleration": self._look_for_locks((self._closed or tree).acceleration),
+            "acceleration": self._look_for_locks(self._accelerate),
             "inverse_dynamics": tree.inverse_dynamics,
         }
         return self._answer(states, ask[quantity], accelerations=quantity == "inverse_dynamics")
+
+    def _accelerate(self, q: Array, v: Array, t: float) -> Array:
+        if self._closed is None:
+            return self._tree.acceleration(q, v, t)
+        most = self._closed.most if self._generic is None else self._generic
+        return branch_acceleration(self._closed.with_rank(most), q, v, t)
 
     def rhs(self, *, overwriting: bool = False) -> Rhs:
         """Return f(t, y) = y' for integration, y = [q, v] of shape (nq + nv,), fast and unchecked.

@@ -17,7 +17,9 @@ from mecanique.derivation.numeric.contacts import VelocityLaws
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.numeric.loops import Closure, Constraints, RowUnits, constraints_of
-from mecanique.errors import DerivationError
+from mecanique.derivation.numeric.rigidity import is_locked
+from mecanique.errors import DerivationError, InputError
+from mecanique.model.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales
@@ -209,6 +211,8 @@ class Constrained:
         self._tree = tree
         self._held = Held(mechanism)
         self._units = velocity_scales(mechanism)
+        self._movable = bool(mechanism.contacts or mechanism.velocity_constraints)
+        """Whether it is known that the loops do not lock it in a singular position."""
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -223,6 +227,7 @@ class Constrained:
 
         Raises:
             DerivationError: if a motion that the loops leave free meets no inertia.
+            InputError: if the loops lock the mechanism in a singular position.
         """
         closed = self._held.at(states)
         M, rest = (
@@ -235,12 +240,20 @@ class Constrained:
             motion = solve_held(M[k], rest[k], jacobian, gamma, self._units, self._held.row_units)
             if motion.massless is not None:
                 raise self._massless(motion.massless)
+            if not (self._movable or motion.determined.all()):
+                self._refuse_locked(states.at(np.array([k])))
             found.append(motion)
         return ConstrainedMotion(
             np.array([motion.acceleration for motion in found]).reshape(states.v.shape),
             np.array([motion.multipliers for motion in found]).reshape(closed.gamma.shape),
             np.array([motion.determined for motion in found]).reshape(closed.gamma.shape),
         )
+
+    def _refuse_locked(self, state: States) -> None:
+        """Raise in a singular position without motion; once is enough: it can be in no other."""
+        if is_locked(state, self._held.at):
+            raise InputError(explain_lock(self._mechanism.name))
+        self._movable = True
 
     def _massless(self, mode: np.ndarray) -> DerivationError:
         names = [

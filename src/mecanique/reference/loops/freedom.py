@@ -16,6 +16,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import finite
+from mecanique.model.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.loops.assembly import close_position, position_near
@@ -180,11 +181,7 @@ def generic_rank(closed: Closed, q: Array, t: float) -> int:
         return rank
     freedom = freedom_of(closed, q, t)
     if freedom.singular and not freedom.N:
-        raise InputError(
-            f"mechanism {closed.mechanism.name!r} is locked in a singular position: nothing in it "
-            "can move, but small motions meet no resistance, so that its loops would need forces "
-            "without bound to hold it; change its lengths, or leave out a loop"
-        )
+        raise InputError(explain_lock(closed.mechanism.name))
     return freedom.rank
 
 

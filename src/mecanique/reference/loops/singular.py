@@ -17,6 +17,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.errors import EngineError
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.metric import Metric
@@ -24,7 +25,10 @@ from mecanique.reference.loops.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import WEAK
 
-__all__ = ["closed_rhs", "plain_rhs"]
+__all__ = ["branch_acceleration", "closed_rhs", "plain_rhs"]
+
+_BENT = 1e-5
+"""What the acceleration of a branch may miss of J a + γ = 0, relative to γ."""
 
 _NEAR, _FAR = 0.3, 0.6
 """Distances from a singular position, in characteristic lengths or radians.
@@ -62,6 +66,45 @@ def plain_rhs(closed: Closed) -> Rhs:
     """Return f(t, y) = y' for constraints without singular positions to pass."""
     nq = closed.mechanism.nq
     return lambda t, y: np.concatenate(_slope(closed, _State(y[:nq], y[nq:], t)))
+
+
+def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
+    """Return the acceleration, in a singular position that of the branch which the motion takes.
+
+    Args:
+        closed: the mechanism, with the rank of its constraints.
+        q: shape (nq,), with closed loops.
+        v: shape (nv,).
+        t: time [s].
+
+    Raises:
+        EngineError: in a singular position at rest, or where no motion goes that way.
+    """
+    plain = closed.acceleration(q, v, t)
+    if closed.most is None or not closed.mechanism.loops:
+        return plain
+    closure = closed.closures.at(q, v, t)
+    metric = closed.measure(closure.jacobian)
+    if split(metric.scale(closure.jacobian)).rank >= closed.most:
+        return plain
+    state = _State(q, v, t)
+    way = _find_way(closed, state)
+    found = _interpolate(closed, way, state) if way.along.any() else None
+    if found is None or not _fits(closure.jacobian @ found, closure.gamma):
+        moving = (
+            "no motion goes on with" if v.any() else "nothing decides which of them it takes at"
+        )
+        raise EngineError(
+            f"mechanism {closed.mechanism.name!r}: branches of its motion cross in the singular "
+            f"position q = {q.tolist()}, and {moving} v = {v.tolist()}; give it a velocity along "
+            "one of them, or move it a little"
+        )
+    return found
+
+
+def _fits(curved: Array, gamma: Array) -> bool:
+    """Return whether J a + γ = 0 holds, as it does along a branch only."""
+    return float(np.abs(curved + gamma).max()) <= _BENT * float(np.abs(gamma).max(initial=1.0))
 
 
 class _State(NamedTuple):
