@@ -85,7 +85,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "verification": [
         "difference states stencil",
-        "originals",
+        "originals descriptions",
         "causes",
         "verdict",
         "closed_form facts given rows",

@@ -130,6 +130,8 @@ if TYPE_CHECKING:
     from mecanique.urdf.lint import lint
     from mecanique.urdf.robots import robot, robots
     from mecanique.verification import Verdict, verify
+    from mecanique.verification.descriptions.change import Difference
+    from mecanique.verification.descriptions.diff import diff
 
 __all__ = [
     "AnyForce",
@@ -145,6 +147,7 @@ __all__ = [
     "Cylinder",
     "Damper",
     "DerivationError",
+    "Difference",
     "EngineError",
     "Equations",
     "Equilibrium",
@@ -216,6 +219,7 @@ __all__ = [
     "cylinder",
     "degrees_of_freedom",
     "derive",
+    "diff",
     "disk",
     "equilibria",
     "exp",
@@ -269,6 +273,7 @@ _HOMES = {
     "Cylinder": "mecanique.model",
     "Damper": "mecanique.model",
     "DerivationError": "mecanique.errors",
+    "Difference": "mecanique.verification.descriptions.change",
     "EngineError": "mecanique.errors",
     "Equations": "mecanique.derivation.equations",
     "Equilibrium": "mecanique.motion",
@@ -340,6 +345,7 @@ _HOMES = {
     "cylinder": "mecanique.model",
     "degrees_of_freedom": "mecanique.reference",
     "derive": "mecanique.derivation",
+    "diff": "mecanique.verification.descriptions.diff",
     "disk": "mecanique.model",
     "equilibria": "mecanique.motion",
     "exp": "mecanique.model",

@@ -232,6 +232,26 @@ def lint(
     raise typer.Exit(lint_file(file, form, fix=fix, output=output, balance=balance))
 
 
+@app.command(epilog="Example: mecanique diff old.urdf new.urdf")
+@report_errors
+@reads_files
+def diff(
+    first: Annotated[str, typer.Argument(metavar="A", help="A URDF file, robot or system.")],
+    second: Annotated[str, typer.Argument(metavar="B", help="The other.")],
+    as_json: AsJson = False,
+    *,
+    reading: Reading,
+) -> None:
+    """List what differs between two descriptions, by its weight in the dynamics.
+
+    The exit code is 1 if anything differs.
+    """
+    found = mq.diff(*(choose(word, None, reading).mechanism for word in (first, second)))
+    say(found.to_json() if as_json else str(found))
+    if not found.same:
+        raise typer.Exit(1)
+
+
 @app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
 @report_errors
 @reads_files

@@ -20,6 +20,7 @@ from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Stage
+from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError
 from mecanique.model.dynamics import Dynamics, Quantity
@@ -68,6 +69,19 @@ class Equations(Dynamics):
     def symbolic(self) -> bool:
         """Whether they can be read, not only computed."""
         return not isinstance(self._outcome, DerivationError)
+
+    @cached_property
+    def terms(self) -> int:
+        """Number of terms of M and h together; 0 if they have no closed form."""
+        if not self.symbolic:
+            return 0
+        upper = [entry for k, row in enumerate(self.derivation.M) for entry in row[k:]]
+        return sum(map(len, (*upper, *self.derivation.h)))
+
+    @property
+    def legible(self) -> bool:
+        """Whether they can be read and are short enough for a page."""
+        return self.symbolic and self.terms <= MOST_TERMS
 
     @property
     def why_not(self) -> str:

@@ -15,6 +15,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
 from mecanique.verification.conditioning import rounding
+from mecanique.verification.descriptions.diff import diff
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.given import Functions, read_samples
 from mecanique.verification.rows import evaluate, rows_of
@@ -42,7 +43,7 @@ def compare_with(
         InputError: if the other source is of no known kind, or has other coordinates.
     """
     notes: tuple[str, ...] = ()
-    given, name = "", "other"
+    given, name, difference = "", "other", None
     if isinstance(other, (str, os.PathLike)) and not _is_urdf(other):
         name = given = os.path.basename(os.fspath(other))
         states, tau = read_samples(other, mechanism)
@@ -53,6 +54,7 @@ def compare_with(
             mine = other if isinstance(other, Mechanism) else _read(other)
             name = mine.name if mine.name != mechanism.name else f"other {mine.name}"
             theirs, notes = _of_mechanism(mechanism, mine, states)
+            difference = diff(mechanism, mine)
         else:
             functions = other if isinstance(other, Functions) else Functions.of(other)
             name, theirs = "functions", functions.values(mechanism, states)
@@ -86,6 +88,8 @@ def compare_with(
         versions(),
         notes,
         given=given,
+        flaws=mechanism.origin.flaws if mechanism.origin else (),
+        difference=None if difference is None or difference.same else difference,
     )
     return verdict if verdict.agrees else verdict.with_causes(causes_of(mechanism, states, theirs))
 

@@ -14,6 +14,7 @@ from typing import Any, final
 
 from mecanique.model.mechanism.origin import Finding
 from mecanique.verification.causes.cause import Cause
+from mecanique.verification.descriptions.change import Difference
 from mecanique.verification.originals.reading import EngineReading
 from mecanique.wording import say_count
 
@@ -21,6 +22,9 @@ __all__ = ["TOLERANCE", "Row", "Verdict", "versions"]
 
 TOLERANCE = 1e-9
 """Largest relative difference that counts as agreement of what is solved for, or has forces."""
+
+_FEW = 8
+"""States of more coordinates than this are no reading: they stand in JSON only."""
 
 _MOST_FLAWS = 10
 """As many flaws of a description stand in the text of a verdict; JSON has all of them."""
@@ -98,6 +102,7 @@ class Verdict:
         given: where the states are from, if they are not random.
         flaws: errors in the description that its equations do without.
         readings: what engines make of the file itself that the mechanism was read from.
+        difference: what differs between two descriptions that were compared.
     """
 
     mechanism: str
@@ -113,6 +118,7 @@ class Verdict:
     given: str = ""
     flaws: tuple[Finding, ...] = ()
     readings: tuple[EngineReading, ...] = ()
+    difference: Difference | None = None
 
     def with_causes(self, causes: tuple[Cause, ...]) -> Verdict:
         """Return this verdict with likely causes of its differences; a note if there are none."""
@@ -185,6 +191,7 @@ class Verdict:
             "notes": list(self.notes),
             "causes": [cause.to_dict() for cause in self.causes],
             "flaws": [asdict(flaw) for flaw in self.flaws],
+            "difference": None if self.difference is None else self.difference.to_dict(),
             "readings": [reading.to_dict() for reading in self.readings],
             "versions": dict(self.versions),
         }
@@ -216,26 +223,30 @@ class Verdict:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Remarks: where the sources disagree, the likely causes, what was left out."""
-        told = []
+        known = self.causes[0].alike if self.causes else ()
+        causes = [cause for cause in self.causes if cause not in known]
+        told = [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
+        told += [sentence for reading in self.readings for sentence in reading.sentences()]
+        short = len(self.coordinates) <= _FEW
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
             if row.remark:
                 told.append(f"{pair}: {row.remark}")
             if row.rounding > self.tolerance and not row.by_entry:
-                told.append(
-                    f"{pair}: rounding may make {row.rounding:.1e}, from the conditioning at "
-                    f"{self.state(row)}"
-                )
+                where = f" at {self.state(row)}" if short else ""
+                rounding = f"rounding may make {row.rounding:.1e}"
+                told.append(f"{pair}: {rounding}, from the conditioning{where}")
             if not row.agrees:
                 entry = f" in entry ({', '.join(row.entry)})" if row.entry else ""
                 more = f", rounding may make {row.rounding:.1e}," if row.by_entry else ""
-                told.append(f"{pair}: worst{entry}{more} at {self.state(row)}")
+                if short:
+                    told.append(f"{pair}: worst{entry}{more} at {self.state(row)}")
+                elif entry:
+                    told.append(f"{pair}: worst{entry}{more}")
         told += self._by_entry
-        known = self.causes[0].alike if self.causes else ()
-        causes = [cause for cause in self.causes if cause not in known]
-        told += [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
-        read = [sentence for reading in self.readings for sentence in reading.sentences()]
-        return (*told, *read, *self.notes, *self._flaws)
+        if not short and not all(row.agrees for row in self.rows):
+            told.append("the states where they differ most are in to_json(), --json")
+        return (*told, *self.notes, *self._flaws)
 
     @property
     def _flaws(self) -> tuple[str, ...]:
@@ -261,7 +272,8 @@ class Verdict:
     def __str__(self) -> str:
         widths = [max(map(len, column)) for column in zip(*self.table, strict=True)]
         lines = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in self.table]
-        return "\n".join([self.summary, *lines, *self.remarks])
+        first = [] if self.difference is None else [str(self.difference)]
+        return "\n".join([*first, self.summary, *lines, *self.remarks])
 
     def _repr_html_(self) -> str:
         head, *body = self.table

@@ -55,10 +55,17 @@ def scene(
 
 
 def _derive_all(mechanism: Mechanism) -> Iterator[Equations]:
-    """Derive by each method, skipping those that do not apply: a page shows the rest."""
+    """Derive by each method, skipping those that do not apply: a page shows the rest.
+
+    Where Lagrange's equations are too long to be read, the others are longer and take minutes.
+    """
+    shortest = derive(mechanism)
+    if shortest.symbolic and not shortest.legible:
+        yield shortest
+        return
     for method in readable(mechanism):
         with suppress(MecaniqueError):
-            yield derive(mechanism, method)
+            yield shortest if method == shortest.method else derive(mechanism, method)
 
 
 def export(

@@ -20,7 +20,7 @@ from mecanique.model.expression import Scalar, evaluate, symbols_in
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Algebra"]
+__all__ = ["MOST_TERMS", "Algebra"]
 
 MOST_TERMS = 5_000
 """Longest series: a robot with six hinges stays below it; longer ones are refused in seconds."""

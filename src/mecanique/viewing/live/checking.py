@@ -76,7 +76,7 @@ class Checking:
                 with suppress(MecaniqueError):
                     equations = self._derive(method)
                     derivations += (derivation_of(equations),)
-                    if not equations.symbolic:
+                    if not equations.legible:
                         break  # the other methods cannot be written out either
             if derivations:
                 self._tell(derivations, WAITING)

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.derivation.equations import Equations
+from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
@@ -86,6 +87,12 @@ def derivation_of(equations: Equations) -> Derivation:
         return Derivation(
             equations.title, (Block("Equations of motion", equations.text(), final=True),)
         )
+    if not equations.legible:
+        said = (
+            f"The equations of {equations.mechanism.name!r} have {equations.terms:,} terms, more "
+            f"than {MOST_TERMS:,}; they are computed, not written out."
+        )
+        return Derivation(equations.title, (Block("Equations of motion", said, final=True),))
     blocks = []
     parts = equations.document.sections()
     for number, part in enumerate(parts, 1):

@@ -1,0 +1,1 @@
+"""Two descriptions compared as descriptions: what changed, by its weight in the dynamics."""

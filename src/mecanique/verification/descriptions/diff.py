@@ -1,0 +1,304 @@
+"""Compare two descriptions as descriptions: what a person would say has changed."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.derivation import derive
+from mecanique.errors import MecaniqueError
+from mecanique.model.bodies import Body
+from mecanique.model.forces import JointDamper
+from mecanique.model.joints import Fixed, Joint, Limits, Planar, Single
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+from mecanique.urdf.read import read_urdf
+from mecanique.verification.descriptions.change import Change, Difference
+from mecanique.verification.descriptions.pairs import Pairs, numbers_of, pair
+from mecanique.verification.descriptions.slips import (
+    axis_slip,
+    inertia_slip,
+    mass_slip,
+    place_slip,
+    turn_slip,
+    vector_slip,
+)
+from mecanique.verification.difference import relative_difference, scale
+from mecanique.verification.states.random import random_states
+
+__all__ = ["diff"]
+
+_SAME = 1e-9
+"""Numbers that differ by less, relative to their size, are the same, written another way."""
+
+_ROWS, _COLUMNS = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
+"""Where xx, yy, zz, xy, xz, yz stand in a tensor."""
+
+_STATES = 4
+"""Number of random states at which a change is weighed."""
+
+
+def diff(
+    first: Mechanism | str | os.PathLike[str], second: Mechanism | str | os.PathLike[str]
+) -> Difference:
+    """Return what differs between two descriptions: the structure, then numbers by their weight.
+
+    Links and joints are matched by name, else by what they are; fixed links that were merged into
+    their parents are told as such. Each changed number is applied to the first description alone,
+    and weighed by the relative change of its mass matrix and bias at random states. Where it looks
+    like a known slip (another unit, a mirrored or exchanged axis, another point), that is said.
+
+    Args:
+        first: a mechanism, or the path or text of a URDF.
+        second: the other.
+
+    Raises:
+        UrdfError: if a text cannot be read.
+    """
+    a, b = map(_read, (first, second))
+    pairs = pair(a, b)
+    notes: list[str] = []
+    numeric = [*_bodies(a, b, pairs), *_joints(a, b, pairs)]
+    weighed = _weigh(a, numeric, notes)
+    weighed.sort(key=lambda change: -change.weight if change.weight == change.weight else 0.0)
+    names = (a.name, b.name if b.name != a.name else f"the other {b.name}")
+    return Difference(*names, (*_structure(a, b, pairs), *weighed), tuple(notes))
+
+
+def _read(given: Mechanism | str | os.PathLike[str]) -> Mechanism:
+    """Return a mechanism in numbers."""
+    m = given if isinstance(given, Mechanism) else read_urdf(given)
+    bodies = []
+    for body in m.bodies:
+        center, inertia = m.evaluate_all(body.center), m.evaluate_all(body.inertia)
+        bodies.append(body.replace(mass=m.evaluate(body.mass), center=center, inertia=inertia))
+    joints: list[Joint] = []
+    for joint in m.joints:
+        x, y, z = m.evaluate_all(joint.origin.xyz)
+        roll, pitch, yaw = m.evaluate_all(joint.origin.rpy)
+        joints.append(replace(joint, origin=Placement((x, y, z), (roll, pitch, yaw))))
+    return replace(m, bodies=tuple(bodies), joints=tuple(joints))
+
+
+_Numeric = tuple[Change, Body | Joint | None]
+"""A change of numbers, and the body or joint of the first description that has it."""
+
+
+def _structure(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[Change]:
+    """What is added, removed, renamed, merged, reordered or hung elsewhere."""
+    for kind, named, ours, theirs in (
+        ("link", pairs.bodies, [x.name for x in a.bodies], [x.name for x in b.bodies]),
+        ("joint", pairs.joints, [x.name for x in a.joints], [x.name for x in b.joints]),
+    ):
+        for name, other in named.items():
+            if name != other:
+                yield Change(f"{kind} {name!r}", "renamed", repr(name), repr(other))
+        for name in ours:
+            if name not in named:
+                yield Change(f"{kind} {name!r}", _fate(a, b, pairs, name, kind, "removed"))
+        back = Pairs(
+            {v: k for k, v in pairs.bodies.items()}, {v: k for k, v in pairs.joints.items()}
+        )
+        for name in theirs:
+            if name not in named.values():
+                yield Change(f"{kind} {name!r}", _fate(b, a, back, name, kind, "added"))
+    shared = [joint.name for joint in a.joints if joint.name in pairs.joints]
+    order = [joint.name for joint in b.joints if joint.name in pairs.joints.values()]
+    if [pairs.joints[name] for name in shared] != order:
+        yield Change("", "the joints stand in another order, and so do the coordinates")
+
+
+def _fate(a: Mechanism, b: Mechanism, pairs: Pairs, name: str, kind: str, verb: str) -> str:
+    """Say what became of a link or joint of `a` that `b` has not."""
+    into = {joint.child: joint for joint in a.joints}
+    joint = into.get(name) if kind == "link" else a.joint(name)
+    if not isinstance(joint, Fixed) or joint.parent not in pairs.bodies:
+        return verb
+    whole = _total(a, joint.parent)
+    rest = _total(b, pairs.bodies[joint.parent])
+    size = max(np.abs(whole).max(), 1e-300)
+    if np.abs(whole - rest).max() > 1e-6 * size:
+        return verb
+    step = "merged into" if verb == "removed" else "split off from"
+    return f"{step} link {joint.parent!r}, with the same mass and inertia in all"
+
+
+def _total(m: Mechanism, body: str) -> Array:
+    """Return mass, first and second moments of all that is welded to a body, in its frame."""
+    total = np.zeros((4, 4))
+    waiting = [(body, np.eye(4))]
+    while waiting:
+        name, pose = waiting.pop()
+        mass, center, inertia = numbers_of(m.body(name))
+        moments = np.zeros((4, 4))
+        moments[:3, :3] = np.trace(inertia) / 2 * np.eye(3) - inertia
+        moments[:3, :3] += mass * np.outer(center, center)
+        moments[:3, 3] = moments[3, :3] = mass * center
+        moments[3, 3] = mass
+        total += pose @ moments @ pose.T
+        waiting += [
+            (joint.child, pose @ m.matrix(joint.origin))
+            for joint in m.joints
+            if joint.parent == name and isinstance(joint, Fixed)
+        ]
+    return total
+
+
+def _bodies(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
+    for one in a.bodies:
+        if one.name not in pairs.bodies:
+            continue
+        other = b.body(pairs.bodies[one.name])
+        where = f"link {one.name!r}"
+        (m, c, inertia), (n, d, moment) = numbers_of(one), numbers_of(other)
+        merged = abs(m - n) > _SAME * max(m, n) and np.allclose(
+            _total(a, one.name), _total(b, other.name), rtol=1e-6, atol=1e-12
+        )
+        if merged:
+            continue
+        if abs(m - n) > _SAME * max(abs(m), abs(n)):
+            percent = f" ({100 * (n / m - 1):+.3g} %)" if m else ""
+            change = Change(where, "mass", f"{m:.6g}", f"{n:.6g} kg{percent}", mass_slip(m, n))
+            yield change, one.replace(mass=n)
+        if _differ(c, d):
+            slip = vector_slip(c, d)
+            yield _change(where, "center of mass", c, d, "m", slip), one.replace(center=d)
+        if _differ(inertia, moment, 1e-7):
+            slip = inertia_slip(m, c, inertia, moment)
+            old, new = (tensor[_ROWS, _COLUMNS] for tensor in (inertia, moment))
+            yield (
+                _change(where, "inertia xx yy zz xy xz yz", old, new, "kg·m²", slip),
+                Body(one.name, *one.replace(inertia=other.inertia).shapes, as_given=True),
+            )
+
+
+def _joints(a: Mechanism, b: Mechanism, pairs: Pairs) -> Iterator[_Numeric]:
+    for one in a.joints:
+        if one.name not in pairs.joints:
+            continue
+        other = b.joint(pairs.joints[one.name])
+        where = f"joint {one.name!r}"
+        if pairs.bodies.get(one.parent, "") != other.parent:
+            yield Change(where, "parent", repr(one.parent), repr(other.parent)), None
+        if pairs.bodies.get(one.child, "") != other.child:
+            yield Change(where, "child", repr(one.child), repr(other.child)), None
+        if type(one) is not type(other):
+            kinds = [type(joint).__name__.lower() for joint in (one, other)]
+            yield Change(where, "type", kinds[0], kinds[1]), None
+            continue
+        yield from _frames(where, one, other)
+        if isinstance(one, (Single, Planar)) and isinstance(other, (Single, Planar)):
+            old, new = (np.array(joint.axis, dtype=float) for joint in (one, other))
+            if _differ(old, new):
+                slip = axis_slip(old, new)
+                yield _change(where, "axis", old, new, "", slip), replace(one, axis=other.axis)
+        if isinstance(one, Single) and isinstance(other, Single):
+            yield from _single(a, b, where, one, other)
+
+
+def _frames(where: str, one: Joint, other: Joint) -> Iterator[_Numeric]:
+    here, there = (np.array(joint.origin.xyz, dtype=float) for joint in (one, other))
+    if _differ(here, there):
+        slip = vector_slip(here, there)
+        moved = replace(one, origin=replace(one.origin, xyz=other.origin.xyz))
+        yield _change(where, "origin xyz", here, there, "m", slip), moved
+    turns = [np.array(joint.origin.rotation, dtype=float) for joint in (one, other)]
+    if np.abs(turns[0] - turns[1]).max() > _SAME:
+        before, after = (np.array(joint.origin.rpy, dtype=float) for joint in (one, other))
+        slip = turn_slip(before, after)
+        turned = replace(one, origin=replace(one.origin, rpy=other.origin.rpy))
+        yield _change(where, "origin rpy", before, after, "rad", slip), turned
+
+
+def _single(
+    a: Mechanism, b: Mechanism, where: str, one: Single, other: Single
+) -> Iterator[_Numeric]:
+    for what, names in (("limits", ("lower", "upper")), ("effort and velocity", _BOUNDS)):
+        before, after = (_bounds(joint.limits or Limits(), names) for joint in (one, other))
+        if not np.array_equal(before, after):
+            finite = np.isfinite([before, after]).all()
+            slip = place_slip(before, after) if finite else ""
+            yield _change(where, what, before, after, "", slip), None
+    for what, values in (
+        ("armature", [a.evaluate(one.armature), b.evaluate(other.armature)]),
+        ("damping", [_damping(a, one), _damping(b, other)]),
+    ):
+        if abs(values[0] - values[1]) > _SAME * max(map(abs, values)):
+            yield Change(where, what, f"{values[0]:.6g}", f"{values[1]:.6g}"), None
+    laws = [str(m.coordinates.driven.get(j.coordinate, "")) for m, j in ((a, one), (b, other))]
+    if laws[0] != laws[1]:
+        yield Change(where, "law of its coordinate", laws[0] or "free", laws[1] or "free"), None
+
+
+_BOUNDS = ("effort", "velocity")
+
+
+def _bounds(limits: Limits, names: Sequence[str]) -> Array:
+    return np.array([float(getattr(limits, name)) for name in names])
+
+
+def _damping(m: Mechanism, joint: Single) -> float:
+    return sum(
+        m.evaluate(force.damping)
+        for force in m.forces
+        if isinstance(force, JointDamper) and force.joint == joint.name
+    )
+
+
+def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[Change]:
+    """Apply each change to the first description alone, and see what M and bias make of it."""
+    if not any(changed is not None for _, changed in numeric):
+        return [change for change, _ in numeric]
+    bare = replace(a, forces=(), loops=(), contacts=(), elements=())
+    try:
+        states = random_states(bare, _STATES, 0)
+        mass, bias = _dynamics(bare, states)
+    except MecaniqueError as error:
+        notes.append(f"changes are not weighed: {error}")
+        return [change for change, _ in numeric]
+    found = []
+    for change, changed in numeric:
+        if changed is None:
+            found.append(change)
+            continue
+        if isinstance(changed, Body):
+            bodies = tuple(changed if x.name == changed.name else x for x in bare.bodies)
+            other = replace(bare, bodies=bodies)
+        else:
+            joints = tuple(changed if x.name == changed.name else x for x in bare.joints)
+            other = replace(bare, joints=joints)
+        weight = 0.0
+        for quantity, x, y in zip(
+            ("mass matrix", "bias"), (mass, bias), _dynamics(other, states), strict=True
+        ):
+            u, v = (scale(quantity, values, mass) for values in (x, y))
+            weight = max(weight, float(np.mean(relative_difference(u, v, 1.0))))
+        found.append(replace(change, weight=weight))
+    return found
+
+
+def _dynamics(m: Mechanism, states: Any) -> tuple[Array, Array]:
+    equations = derive(m)
+    mass = np.asarray(equations.mass_matrix(states.q, states.t))
+    return mass, np.asarray(equations.bias(states.q, states.v, states.t))
+
+
+def _change(where: str, what: str, before: Array, after: Array, unit: str, slip: str) -> Change:
+    return Change(where, what, _show(before), f"{_show(after)} {unit}".strip(), slip)
+
+
+def _show(values: Array) -> str:
+    return " ".join(f"{x:.6g}" for x in np.ravel(values) + 0.0)
+
+
+def _differ(x: Array, y: Array, tolerance: float = _SAME) -> bool:
+    size = max(float(np.abs(x).max()), float(np.abs(y).max()))
+    return not math.isclose(size, 0.0, abs_tol=1e-300) and bool(
+        np.abs(x - y).max() > tolerance * size
+    )

@@ -1,0 +1,151 @@
+"""Two descriptions compared as descriptions."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.verification.descriptions.change import Change
+
+ARM = """<robot name="arm">
+<link name="base"/>
+<link name="upper"><inertial><origin xyz="0.1 0.2 -0.3"/><mass value="2"/>
+<inertia ixx="0.03" iyy="0.02" izz="0.04" ixy="0.001" ixz="0.002" iyz="0.003"/></inertial></link>
+<link name="lower"><inertial><origin xyz="0 0 -0.2"/><mass value="1"/>
+<inertia ixx="0.01" iyy="0.01" izz="0.005" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="tool"><inertial><origin xyz="0 0 0.1"/><mass value="0.5"/>
+<inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="shoulder" type="revolute"><parent link="base"/><child link="upper"/>
+<origin xyz="0.1 0.2 0.5" rpy="0.3 0.5 0.7"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1.5" effort="9" velocity="3"/></joint>
+<joint name="elbow" type="revolute"><parent link="upper"/><child link="lower"/>
+<origin xyz="0 0.05 -0.6"/><axis xyz="0 1 0"/>
+<limit lower="-2" upper="2" effort="9" velocity="3"/></joint>
+<joint name="flange" type="fixed"><parent link="lower"/><child link="tool"/>
+<origin xyz="0 0 -0.4"/></joint>
+</robot>"""
+
+
+def changed(old: str, new: str) -> tuple[Change, ...]:
+    assert old in ARM
+    return mq.diff(ARM, ARM.replace(old, new)).changes
+
+
+def test_the_same_written_another_way_is_the_same() -> None:
+    found = mq.diff(ARM, ARM.replace('value="2"', 'value="2.000"').replace("1.5", "15e-1"))
+    assert found.same
+    assert found.summary == "arm and the other arm describe the same mechanism"
+
+
+_INERTIA = 'ixx="0.03" iyy="0.02" izz="0.04" ixy="0.001" ixz="0.002" iyz="0.003"'
+_ENTRIES = "ixx", "iyy", "izz", "ixy", "ixz", "iyz"
+
+
+def _written(tensor: np.ndarray) -> str:
+    entries = tensor[(0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)]
+    return " ".join(f'{n}="{x:.9g}"' for n, x in zip(_ENTRIES, entries, strict=True))
+
+
+TENSOR = np.array([[0.03, 0.001, 0.002], [0.001, 0.02, 0.003], [0.002, 0.003, 0.04]])
+DIAGONAL = np.diag(np.diag(TENSOR))
+C = np.array([0.1, 0.2, -0.3])
+LEVER = 2 * (C @ C * np.eye(3) - np.outer(C, C))
+TURN = np.array(mq.Placement(rpy=(0.2, 0.4, 0.1)).rotation, dtype=float)
+REORDERED = "0.7 0.5 0.3"
+SLIPS = {
+    "grams for kilograms": ('value="2"', 'value="2000"'),
+    "a decimal point (×10)": ('value="2"', 'value="20"'),
+    "pounds for kilograms": ('value="2"', 'value="4.40924524"'),
+    "millimeters for meters": ('xyz="0.1 0.2 -0.3"', 'xyz="100 200 -300"'),
+    "mirrored (y with the other sign)": ('xyz="0.1 0.2 -0.3"', 'xyz="0.1 -0.2 -0.3"'),
+    "axes exchanged (y, x, z)": ('xyz="0.1 0.2 -0.3"', 'xyz="0.2 0.1 -0.3"'),
+    "kg·mm² for kg·m²": (_INERTIA, _written(1e6 * TENSOR)),
+    "about the link's origin instead of": (_INERTIA, _written(TENSOR + LEVER)),
+    "products of inertia with the other": (_INERTIA, _written(2 * DIAGONAL - TENSOR)),
+    "the same principal moments about": (_INERTIA, _written(TURN @ TENSOR @ TURN.T)),
+    "products of inertia left out": (_INERTIA, _written(DIAGONAL)),
+    "degrees for radians": ('rpy="0.3 0.5 0.7"', 'rpy="17.1887339 28.6478898 40.1070457"'),
+    "rpy in the order y, p, r": ('rpy="0.3 0.5 0.7"', f'rpy="{REORDERED}"'),
+    "the other sign": ('lower="-1" upper="1.5"', 'lower="1" upper="-1.5"'),
+    "reversed": ('"0.3 0.5 0.7"/><axis xyz="0 1 0"/>', '"0.3 0.5 0.7"/><axis xyz="0 -1 0"/>'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("slip", [name for name in SLIPS if name != "the other sign"])
+def test_likely_slips_are_named(slip: str) -> None:
+    (change,) = changed(*SLIPS[slip])
+    assert change.slip.startswith(slip)
+    assert change.where in ("link 'upper'", "joint 'shoulder'")
+    assert change.weight >= 0
+
+
+def test_limits_in_degrees() -> None:
+    (change,) = changed('lower="-2" upper="2"', 'lower="-114.591559" upper="114.591559"')
+    assert (change.what, change.slip) == ("limits", "degrees for radians")
+    assert math.isnan(change.weight)
+
+
+def test_weight_is_the_change_of_mass_matrix_and_bias() -> None:
+    """One hinge: M = m l² grows by 10 % with the mass, and the bias m g l sin q as much."""
+    text = """<robot name="r"><link name="a"/><link name="b"><inertial><origin xyz="0 0 -1"/>
+    <mass value="1"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+    <joint name="j" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 1 0"/></joint>
+    </robot>"""
+    (change,) = mq.diff(text, text.replace('value="1"', 'value="1.1"')).changes
+    assert change.weight == pytest.approx(0.1 / 1.1, rel=1e-9)
+    assert (change.before, change.after) == ("1", "1.1 kg (+10 %)")
+
+
+def test_renamed_added_and_merged() -> None:
+    renamed = mq.diff(ARM, ARM.replace('"upper"', '"humerus"').replace('"elbow"', '"hinge"'))
+    assert {str(change) for change in renamed.changes} == {
+        "link 'upper': renamed 'upper' → 'humerus'",
+        "joint 'elbow': renamed 'elbow' → 'hinge'",
+    }
+    # a tool of 0.5 kg, its center 0.3 m below the link's origin: 1 · (−0.2) + 0.5 · (−0.3)
+    center = (-0.2 - 0.15) / 1.5
+    moment = 0.01 + 0.001 + 1 * (0.2 + center) ** 2 + 0.5 * (0.3 + center) ** 2
+    lower = ARM[ARM.index('<link name="lower">') : ARM.index("<joint")]
+    merged = ARM.replace(lower, re.sub(r'<link name="tool">.*?</link>', "", lower, flags=re.DOTALL))
+    merged = re.sub(r'<joint name="flange".*?</joint>', "", merged, flags=re.DOTALL)
+    merged = merged.replace(
+        'xyz="0 0 -0.2"/><mass value="1"', f'xyz="0 0 {center!r}"/><mass value="1.5"'
+    )
+    merged = merged.replace(
+        '"0.01" iyy="0.01" izz="0.005"', f'"{moment!r}" iyy="{moment!r}" izz="0.006"'
+    )
+    found = [str(change) for change in mq.diff(ARM, merged).changes]
+    assert found == [
+        "link 'tool': merged into link 'lower', with the same mass and inertia in all",
+        "joint 'flange': merged into link 'lower', with the same mass and inertia in all",
+    ]
+    back = [str(change) for change in mq.diff(merged, ARM).changes]
+    assert (
+        back[0] == "link 'tool': split off from link 'lower', with the same mass and inertia in all"
+    )
+
+
+def test_the_command_and_the_verdict_show_the_summary_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.urdf").write_text(ARM)
+    (tmp_path / "b.urdf").write_text(ARM.replace('value="2"', 'value="2000"'))
+    run = CliRunner().invoke(app, ["diff", "a.urdf", "b.urdf"])
+    assert run.exit_code == 1
+    assert run.stdout.startswith("arm and the other arm: 1 difference, 1 likely slip\n")
+    assert "link 'upper': mass 2 → 2000 kg (+9.99e+04 %): grams for kilograms" in run.stdout
+    assert CliRunner().invoke(app, ["diff", "a.urdf", "a.urdf"]).exit_code == 0
+    shown = json.loads(CliRunner().invoke(app, ["diff", "a.urdf", "b.urdf", "--json"]).stdout)
+    assert shown["changes"][0]["slip"] == "grams for kilograms"
+    verdict = mq.verify(mq.read_urdf(ARM), samples=5, against=str(tmp_path / "b.urdf"))
+    assert str(verdict).startswith("arm and the other arm: 1 difference, 1 likely slip\n")
+    assert not verdict.agrees
