@@ -14,7 +14,6 @@ from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.errors import MecaniqueError
 from mecanique.model.bodies import Body
-from mecanique.model.forces import JointDamper
 from mecanique.model.joints import Fixed, Joint, Limits, Planar, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
@@ -244,11 +243,8 @@ def _bounds(limits: Limits, names: Sequence[str]) -> Array:
 
 
 def _damping(m: Mechanism, joint: Single) -> float:
-    return sum(
-        m.evaluate(force.damping)
-        for force in m.forces
-        if isinstance(force, JointDamper) and force.joint == joint.name
-    )
+    dampers = [force for force in m.forces if hasattr(force, "damping")]
+    return sum(m.evaluate(d.damping) for d in dampers if getattr(d, "joint", "") == joint.name)
 
 
 def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[Change]:
