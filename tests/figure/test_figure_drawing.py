@@ -221,7 +221,7 @@ def test_a_body_cut_free_shows_its_forces_in_their_directions() -> None:
     given = setting(
         motion.mechanism, motion.reference, np.asarray(state.q), np.asarray(state.v), 0.3
     )
-    marks = cut_free(given, "rod1")
+    marks = cut_free(given, "rod1", resultants=True, numbers=True)
     tips = [
         (m.style, m.points[0])
         for m in marks

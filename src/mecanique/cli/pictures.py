@@ -181,6 +181,12 @@ def picture(
             "--free-body", metavar="BODY", help="Draw this body cut free, with all forces on it."
         ),
     ] = None,
+    resultants: Annotated[
+        bool, typer.Option("--resultants", help="Draw each reaction on it as one arrow.")
+    ] = False,
+    numbers: Annotated[
+        bool, typer.Option("--numbers", help="Write the values of the forces on it.")
+    ] = False,
     parameters: Parameters = None,
     q: Coordinates = None,
     v: Velocities = None,
@@ -197,7 +203,7 @@ def picture(
         mq.picture(chosen.mechanism, path=path, q=posture(chosen.mechanism, chosen.start).tolist())
     else:
         motion = simulate_motion(chosen, q, v, max(time or 0.0, 0.1), rtol)
-        mq.picture(motion, time, path, free_body=free_body)
+        mq.picture(motion, time, path, free_body=free_body, resultants=resultants, numbers=numbers)
     say(f"Wrote {path}")
 
 

@@ -77,8 +77,13 @@ class _Distance:
         return unit3(self.step) * math.copysign(1.0, self.value)
 
 
-def coordinates(setting: Setting) -> Iterator[Mark]:
-    """Yield the marks of a mechanism's generalized coordinates."""
+def coordinates(setting: Setting, body: str | None = None) -> Iterator[Mark]:
+    """Yield the marks of a mechanism's generalized coordinates.
+
+    Args:
+        setting: what is drawn.
+        body: only the angles that this body turns by; all coordinates by default.
+    """
     mechanism = setting.mechanism
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     distances: list[_Distance] = []
@@ -87,12 +92,12 @@ def coordinates(setting: Setting) -> Iterator[Mark]:
         if name in inside:
             continue
         match _read(setting, k, name):
-            case _Angle() as angle:
+            case _Angle() as angle if body in (None, mechanism.bodies[angle.body].name):
                 center = setting.camera.at(setting.poses[angle.body, :3, 3])
                 place = tuple(np.round(center / SAME_PLACE).tolist())
                 yield from _draw_angle(setting, angle, arcs[place])
                 arcs[place] += 1
-            case _Distance() as distance:
+            case _Distance() as distance if body is None:
                 distances.append(distance)
     small = [each for each in distances if each.length * setting.camera.scale < SMALL]
     if len(small) > 1 and _crossing([each.step for each in small]):

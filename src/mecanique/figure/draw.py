@@ -30,13 +30,16 @@ def picture(
     path: str | os.PathLike[str] = "figure.svg",
     *,
     free_body: str | None = None,
+    resultants: bool = False,
+    numbers: bool = False,
     q: Mapping[str, float] | Sequence[float] | None = None,
 ) -> Path:
     """Draw a mechanism as a textbook line figure, or a body cut free with all forces on it.
 
     A planar mechanism is seen from the front (x to the right, z up) or from the top, any other in a
-    parallel projection. d'Alembert's inertia forces are dashed; forces are labelled with their
-    values at that instant.
+    parallel projection. On a body cut free, reactions are drawn by their components along the axes
+    of its equations, in the sense that counts positive there; d'Alembert's inertia forces are
+    dashed.
 
     Args:
         shown: a motion, or a mechanism, which is drawn a little away from its zero position.
@@ -44,6 +47,8 @@ def picture(
         path: the file, ending in .svg, .png or .pdf (the latter two need matplotlib); it is
             replaced in one step.
         free_body: the body to cut free; the whole mechanism by default.
+        resultants: whether each reaction on it is one arrow, not its components.
+        numbers: whether the values of its forces stand beside their letters, to scale.
         q: the position of a mechanism, by coordinate name or shape (nq,).
 
     Returns:
@@ -63,7 +68,8 @@ def picture(
     if not target.parent.is_dir():
         raise InputError(f"expected a path in a directory that exists, got {os.fspath(path)!r}")
     seen = _set_up(shown, t, q)
-    marks, title = _marks(seen, free_body), _title(seen, free_body)
+    marks = _marks(seen, free_body, resultants=resultants, numbers=numbers)
+    title = _title(seen, free_body)
     if form == ".svg":
         content = svg(marks, title).encode()
     else:
@@ -112,7 +118,9 @@ def _set_up(
     raise InputError(f"expected a Motion or a Mechanism, got {type(shown).__name__}")
 
 
-def _marks(seen: Setting, free_body: str | None) -> tuple[Mark, ...]:
+def _marks(
+    seen: Setting, free_body: str | None, *, resultants: bool = False, numbers: bool = False
+) -> tuple[Mark, ...]:
     if free_body is None:
         marks = figure(seen)
     else:
@@ -121,7 +129,7 @@ def _marks(seen: Setting, free_body: str | None) -> tuple[Mark, ...]:
         names = [body.name for body in seen.mechanism.bodies if body.name != seen.mechanism.ground]
         if free_body not in names:
             raise UnknownNameError("moving body", free_body, names)
-        marks = cut_free(seen, free_body)
+        marks = cut_free(seen, free_body, resultants=resultants, numbers=numbers)
     if not marks:
         raise InputError(f"{seen.mechanism.name} has nothing that could be drawn")
     return marks

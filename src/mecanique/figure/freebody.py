@@ -1,56 +1,115 @@
-"""A body cut free, with every force on it as a labelled arrow, inertia forces dashed."""
+"""A body cut free: every force on it as an arrow with its letter, inertia forces dashed.
+
+In a plane, reactions are drawn by their components, in the sense in which the equations count them
+positive: along the axes on the child of a joint, against them on its parent, as R_pin_n and R_pin_t
+of a pendulum. Known forces point where they act.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import final
 
 import numpy as np
 
+from mecanique.derivation.symbolic.axes import find_swing
+from mecanique.figure.camera import Floats
+from mecanique.figure.coordinates import coordinates
+from mecanique.figure.measures import lengths
 from mecanique.figure.mechanism import solid_marks
+from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
-from mecanique.figure.paper.signs import arc, arrow, label, unit
+from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
 from mecanique.model.elements import Cord
+from mecanique.model.forces import BodyLoad, JointLoad
+from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
 
 __all__ = ["cut_free"]
 
-LONGEST, SHORTEST = 110.0, 18.0
-"""Lengths of the largest and of the smallest arrow [pt]."""
+LONGEST, SHORTEST, LETTERED = 110.0, 18.0, 62.0
+"""Lengths of the largest and of the smallest arrow, and of all where there are no numbers [pt]."""
 
 _UNKNOWN = "S, C: reactions and guides together; each by itself is undetermined"
 """Note below a body on which forces act that the mechanism does not describe."""
 
-WIDE = 150.0
-"""Labels nearer to one another than this, at one height, overlap [pt]."""
-
 NEGLIGIBLE = 1e-6
 """Forces smaller than this fraction of the largest are not drawn."""
 
+BESIDE, SAME = 11.0, 4.0
+"""Distance between arrows along one line, and of tails that count as one place [pt]."""
 
-def cut_free(setting: Setting, body: str) -> tuple[Mark, ...]:
-    """Return the marks of a body's free-body diagram."""
+AXIS, AWAY = 30.0, 34.0
+"""Length of the arrows of the axes, and their distance from the figure [pt]."""
+
+
+@final
+@dataclass(frozen=True)
+class _Axis:
+    """A direction along which forces are resolved: its letter, and the sense of reactions."""
+
+    letter: str
+    along: Floats
+    sign: int = 1
+
+
+@final
+@dataclass(frozen=True)
+class _Arrow:
+    """A force to be drawn: where, which way on paper, its size, its letter, how far aside."""
+
+    at: Point
+    along: Point
+    size: float
+    symbol: str
+    style: str
+    seen: float = 1.0
+    aside: float = 0.0
+
+
+def cut_free(
+    setting: Setting, body: str, *, resultants: bool = False, numbers: bool = False
+) -> tuple[Mark, ...]:
+    """Return the marks of a body's free-body diagram.
+
+    Args:
+        setting: the mechanism at one instant.
+        body: name of the body.
+        resultants: whether each force is one arrow, not its components.
+        numbers: whether the values stand beside the letters.
+    """
     actions = [action for action in _acting(setting) if action.body == body]
     force = max((float(np.linalg.norm(each.force)) for each in actions), default=0.0)
     moment = max((float(np.linalg.norm(each.moment)) for each in actions), default=0.0)
+    axes = [] if resultants or not setting.camera.flat else _axes(setting, body)
     marks: list[Mark] = list(solid_marks(setting, body))
-    arrows: list[Mark] = []
-    taken: list[Point] = []
+    arrows: list[_Arrow] = []
     for each in actions:
-        at = setting.camera.at(each.origin[0])
         if np.linalg.norm(each.force) > NEGLIGIBLE * force:
-            arrows += _force(setting, each, at, force, taken)
+            parts = [one for one in _resolve(setting, each, axes) if abs(one.size) > 1e-6 * force]
+            arrows += [_step_aside(one, arrows) for one in parts]
+    for one in arrows:
+        marks += _draw(one, force, numbers)
+    for each in actions:
         if np.linalg.norm(each.moment) > max(NEGLIGIBLE * moment, 1e-9 * force):
-            arrows += _moment(setting, each, at, taken)
+            marks += _moment(setting, each, numbers, counted=bool(axes))
     spots = {tuple(np.round(setting.camera.at(each.origin[0]), 1)) for each in actions}
-    marks += [*arrows, *(Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots))]
-    if marks:
-        left, top, right, bottom = bounds(marks)
-        middle = (left + right) / 2
-        marks.append(Words(np.array([middle, top - 14.0]), ((body, "upright"),), "name"))
-        if any(each.name == TOGETHER for each in actions):
-            marks.append(Words(np.array([middle, bottom + 22.0]), ((_UNKNOWN, "upright"),), "name"))
+    marks += [Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots)]
+    if not marks:
+        return ()
+    if axes:
+        alone = replace(setting, solids=tuple(s for s in setting.solids if s.body == body))
+        marks += [*lengths(alone), *coordinates(alone, body)]
+        marks += _cross(marks, setting, axes)
+    marks = [*clear_letters(marks, crowded=True)]
+    left, top, right, bottom = bounds(marks)
+    middle = (left + right) / 2
+    marks.append(Words(np.array([middle, top - 14.0]), ((body, "upright"),), "name"))
+    if any(each.name == TOGETHER for each in actions):
+        marks.append(Words(np.array([middle, bottom + 22.0]), ((_UNKNOWN, "upright"),), "name"))
     return tuple(marks)
 
 
@@ -62,62 +121,125 @@ def _acting(setting: Setting) -> Iterator[Action]:
     yield from acting.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
 
 
-def _force(
-    setting: Setting, action: Action, at: Point, largest: float, taken: list[Point]
-) -> Iterator[Mark]:
-    size = float(np.linalg.norm(action.force))
-    paper = setting.camera.at(action.force[0]) / setting.camera.scale
-    seen = float(np.hypot(*paper)) / size
-    if seen < 0.05:
-        return
-    along = unit(paper)
-    length = (SHORTEST + (LONGEST - SHORTEST) * size / largest) * seen
-    style = "inertia" if action.kind == "inertia" else "force"
-    tip = at + length * along
-    yield from arrow(at, tip, style)
-    yield _label(_free(tip, along, taken), _symbol(setting, action, False), size, "N", along, style)
+def _axes(setting: Setting, body: str) -> list[_Axis]:
+    """The axes of the body's equations that lie in the picture: n and t of a pendulum, or x, z."""
+    swing = find_swing(setting.mechanism, body)
+    if swing is not None:
+        turn = setting.poses[setting.index(body), :3, :3]
+        _, n, t = swing
+        return [_Axis("n", turn @ np.array(n), -1), _Axis("t", turn @ np.array(t))]
+    toward = setting.camera.toward
+    world = [_Axis(letter, axis) for letter, axis in zip("xyz", np.eye(3), strict=True)]
+    return [axis for axis in world if abs(axis.along @ toward) < NEGLIGIBLE]
 
 
-def _moment(setting: Setting, action: Action, at: Point, taken: list[Point]) -> Iterator[Mark]:
-    size = float(np.linalg.norm(action.moment))
-    along = float(action.moment[0] @ setting.camera.toward) / size
-    if abs(along) < 0.05:
-        return
+def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterator[_Arrow]:
+    """The arrows of a force: of a reaction and of inertia by components, of any other as it is."""
+    at, force = setting.camera.at(action.origin[0]), action.force[0]
     style = "inertia" if action.kind == "inertia" else "force"
-    way, radius = math.copysign(1.0, along), 24.0 if style == "inertia" else 30.0
+    symbol = _symbol(setting, action, moment=False)
+    if not axes or action.kind not in ("reaction", "inertia") or action.name == TOGETHER:
+        paper = setting.camera.at(force) / setting.camera.scale
+        size = float(np.linalg.norm(force))
+        seen = float(np.hypot(*paper)) / size
+        if seen > 0.05:
+            yield _Arrow(at, unit(paper), size, symbol, style, seen)
+        return
+    for axis in axes:
+        sense = axis.along * axis.sign * _sense(setting, action)
+        if action.kind == "inertia":
+            sense, symbol = -axis.along, symbol.removeprefix("-")
+        size = float(force @ sense)
+        yield _Arrow(at, unit(setting.camera.at(sense)), size, f"{symbol}_{axis.letter}", style)
+
+
+def _sense(setting: Setting, action: Action) -> int:
+    """1 where the force counts positive along the axes: on a joint's child; −1 on its parent."""
+    mechanism = setting.mechanism
+    for joint in mechanism.joints:
+        if joint.name == action.name:
+            return 1 if joint.child == action.body else -1
+    for loop in mechanism.loops:
+        if loop.name == action.name:
+            return 1 if loop.body_b == action.body else -1
+    for contact in mechanism.contacts:
+        if contact.name == action.name:
+            return 1 if contact.body == action.body else -1
+    return 1
+
+
+def _step_aside(one: _Arrow, drawn: Sequence[_Arrow]) -> _Arrow:
+    """An arrow beside those that start at the same place in the same direction."""
+    same = sum(
+        math.hypot(*(one.at - other.at)) < SAME and float(one.along @ other.along) > 0.99
+        for other in drawn
+    )
+    return replace(one, aside=BESIDE * ((same + 1) // 2) * (1 if same % 2 else -1))
+
+
+def _draw(one: _Arrow, largest: float, numbers: bool) -> Iterator[Mark]:
+    length = LETTERED
+    if numbers:
+        length = SHORTEST + (LONGEST - SHORTEST) * min(abs(one.size) / largest, 1.0)
+    tail = one.at + one.aside * across(one.along)
+    tip = tail + length * one.seen * one.along
+    yield from arrow(tail, tip, one.style)
+    yield _label(tip, one.symbol, one.size if numbers else None, "N", one.along, one.style)
+
+
+def _moment(setting: Setting, action: Action, numbers: bool, *, counted: bool) -> Iterator[Mark]:
+    """A bent arrow, in the sense in which the equations count the moment, or as it acts."""
+    at, size = setting.camera.at(action.origin[0]), float(np.linalg.norm(action.moment))
+    along = float(action.moment[0] @ setting.camera.toward)
+    if abs(along) < 0.05 * size:
+        return
+    sense, style = math.copysign(1.0, along), "inertia" if action.kind == "inertia" else "force"
+    if counted and action.kind == "reaction":
+        sense = _find_turn(setting, action) * _sense(setting, action)
+        size = along * sense
+    way, radius = sense, 24.0 if style == "inertia" else 30.0
     turn = -way * np.linspace(0.0, 1.3 * math.pi, 40) - 0.4 * way
     points = at + radius * np.stack([np.cos(turn), np.sin(turn)], axis=1)
     yield from arc(points, style)
     side = np.array([0.7, 0.7])
-    yield _label(
-        _free(at + radius * side, side, taken),
-        _symbol(setting, action, True),
-        size,
-        "N·m",
-        side,
-        style,
-    )
+    symbol = _symbol(setting, action, moment=True)
+    yield _label(at + radius * side, symbol, size if numbers else None, "N·m", side, style)
 
 
-def _free(at: Point, along: Point, taken: list[Point]) -> Point:
-    """A place for a label, moved outwards past the labels already placed."""
-    while any(abs(at[1] - other[1]) < 16 and abs(at[0] - other[0]) < WIDE for other in taken):
-        at = at + np.array([0.0, 17.0 if along[1] >= 0 else -17.0])
-    taken.append(at)
-    return at
+def _find_turn(setting: Setting, action: Action) -> float:
+    """1 if moments in a joint count positive counterclockwise on paper, −1 if clockwise."""
+    for joint in setting.mechanism.joints:
+        if joint.name == action.name and isinstance(joint, Revolute):
+            return math.copysign(1.0, float(setting.axis(joint) @ setting.camera.toward))
+    return 1.0
 
 
-def _label(at: Point, symbol: str, size: float, unit_: str, along: Point, style: str) -> Words:
+def _cross(marks: Sequence[Mark], setting: Setting, axes: Sequence[_Axis]) -> Iterator[Mark]:
+    """The axes of the components, beside the body."""
+    left, _, _, bottom = bounds(marks)
+    corner = np.array([left - AWAY, bottom])
+    for axis in axes:
+        along = unit(setting.camera.at(axis.along))
+        yield from arrow(corner, corner + AXIS * along, "thin")
+        yield label(corner + AXIS * along, axis.letter, along, 5.0, "name")
+
+
+def _label(
+    at: Point, symbol: str, size: float | None, unit_: str, along: Point, style: str
+) -> Words:
     words = label(at, symbol, along, 8.0, f"{style}-letter")
-    parts = (*words.parts, (f" = {size:.3g} {unit_}", "upright"))
+    parts = tuple(
+        (text.replace("_", ",") if how == "below" else text, how) for text, how in words.parts
+    )
+    if size is not None:
+        parts = (*parts, (f" = {size:.3g} {unit_}".replace("-", "−"), "upright"))
     whole = Words(words.at, parts, words.style)
     # the near side of the longer label stays where the symbol's was
-    return Words(
-        words.at + np.array([along[0] * (whole.width - words.width) / 2, 0.0]), parts, words.style
-    )
+    shift = np.array([along[0] * (whole.width - words.width) / 2, 0.0])
+    return replace(whole, at=words.at + shift)
 
 
-def _symbol(setting: Setting, action: Action, moment: bool) -> str:
+def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
     mass = setting.name(setting.mechanism.body(action.body).mass)
     if action.kind == "weight":
         return f"{mass}*g" if mass.isidentifier() else "G"
@@ -129,10 +251,27 @@ def _symbol(setting: Setting, action: Action, moment: bool) -> str:
     cords = [each for each in setting.mechanism.elements if isinstance(each, Cord)]
     if any(action.name in cord.forces for cord in cords):
         return f"T_{action.name}"
+    if action.kind == "load":
+        stated = _find_letter(setting, action.name)
+        if stated:
+            return stated
     stem = "".join(sign if sign.isalnum() else "_" for sign in action.name).strip("_") or "force"
+    if action.kind == "reaction" and action.name in (loop.name for loop in setting.mechanism.loops):
+        return f"lambda_{stem}"
     letters = {
         "reaction": "M" if moment else "R",
         "spring": "M" if moment else "F",
         "damper": "M" if moment else "D",
     }
     return f"{letters.get(action.kind, 'M' if moment else 'F')}_{stem}"
+
+
+def _find_letter(setting: Setting, name: str) -> str:
+    """The letter of a load, where it is stated by a single one."""
+    (force,) = (each for each in setting.mechanism.forces if each.name == name)
+    if not isinstance(force, (BodyLoad, JointLoad)):
+        return ""
+    given = force.coefficient
+    parts = given if isinstance(given, tuple) else (given,)
+    letters = [setting.name(part).lstrip("-") for part in parts if not isinstance(part, float)]
+    return letters[0] if len(letters) == 1 and letters[0].isidentifier() else ""

@@ -13,7 +13,7 @@ from mecanique.derivation.tree.poses import Arithmetic, local, placement_matrix,
 from mecanique.model.joints import Revolute
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Axes", "Direction", "axes_of", "normal_of"]
+__all__ = ["Axes", "Direction", "axes_of", "find_swing", "normal_of"]
 
 _UNITS = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
@@ -90,7 +90,7 @@ def axes_of(kinematics: Kinematics, body: str, normal: np.ndarray | None) -> Axe
         whose = body if own else "the world"
         sentence = f"x, y and z are the axes of {whose}; moments are taken about them."
         return Axes(rows, ("x", "y", "z"), (1, 1, 1), rows, ("x", "y", "z"), sentence, whose)
-    if (swing := _swing(mechanism, body)) is not None:
+    if (swing := find_swing(mechanism, body)) is not None:
         joint, n, t = swing
         rotation = kinematics.turn(kinematics.place[body])
         rows = []
@@ -150,10 +150,10 @@ def normal_of(kinematics: Kinematics) -> np.ndarray | None:
     return normal if parallel and across and np.abs(normal).max() > 1 - 1e-12 else None
 
 
-def _swing(
+def find_swing(
     mechanism: Mechanism, body: str
 ) -> tuple[Revolute, tuple[float, ...], tuple[float, ...]] | None:
-    """Joint, n and t of the only body of a pendulum, in its own axes."""
+    """Return joint, n and t of the only body of a pendulum, in its own axes; None of others."""
     (joint, *others) = mechanism.joints
     if others or not isinstance(joint, Revolute) or joint.child != body:
         return None

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words
 
-__all__ = ["clear_letters", "frame", "overlap"]
+__all__ = ["clear_letters", "frame", "measure_lines_under", "overlap"]
 
 FARTHEST = 36.0
 """The farthest that a letter may move [pt]."""
@@ -19,6 +19,7 @@ AIR = 2.0
 """Margin on both sides of a word [pt]."""
 
 _RINGS = (5.0, 10.0, 15.0, 20.0, 28.0, FARTHEST)
+_WIDE_RINGS = (*_RINGS, 46.0, 58.0, 72.0, 90.0, 110.0)
 _WAYS = 16
 _PASSES = 2
 _MOVE, _WORD = 0.6, 12.0
@@ -30,8 +31,11 @@ _FAINT = {"thin": 0.5, "dashed": 0.5, "axis": 0.4, "hatch": 0.7}
 _BEFORE = {"start": 0.0, "middle": 0.5, "end": 1.0}
 """Fraction of a word to the left of its anchor."""
 
-_HALF_HEIGHT = 0.42
-"""Of a word, in its size."""
+_HALF_HEIGHT, _FULL_HEIGHT = 0.42, 0.58
+"""Of a word, in its size: of its letters, and with what hangs below and stands above them."""
+
+_CROWDED = 6.0
+"""How much more a point of a line costs among the many arrows of a free body."""
 
 _TINY = 1e-12
 """Instead of zero, where a line is level or upright."""
@@ -39,25 +43,39 @@ _TINY = 1e-12
 Boxes = NDArray[np.float64]
 
 
-def clear_letters(marks: Sequence[Mark]) -> tuple[Mark, ...]:
-    """Move the words of a figure off one another and off lines."""
+def clear_letters(marks: Sequence[Mark], *, crowded: bool = False) -> tuple[Mark, ...]:
+    """Move the words of a figure off one another and off lines.
+
+    Args:
+        marks: of the figure.
+        crowded: whether they may move far, and must not touch.
+    """
     lines, weights = _lines(marks)
+    rings: Sequence[float] = _RINGS
+    if crowded:
+        weights, rings = np.maximum(_CROWDED * weights, _CROWDED), _WIDE_RINGS
     words = {k: mark for k, mark in enumerate(marks) if isinstance(mark, Words)}
     moved = dict(words)
     for _ in range(_PASSES):
         for k, word in words.items():
-            others = [frame(other) for j, other in moved.items() if j != k]
-            move = _best(frame(word), np.array(others), lines, weights)
+            others = [frame(other, full=crowded) for j, other in moved.items() if j != k]
+            box = frame(word, full=crowded)
+            move = _best(box, np.array(others), lines, weights, rings)
             moved[k] = replace(word, at=word.at + move)
     return tuple(moved.get(k, mark) for k, mark in enumerate(marks))
 
 
-def frame(word: Words) -> Point:
-    """Return the box that a word needs, shape (4,): left, top, right, bottom [pt]."""
+def frame(word: Words, *, full: bool = False) -> Point:
+    """Return the box that a word needs, shape (4,): left, top, right, bottom [pt].
+
+    Args:
+        word: where it stands.
+        full: whether with what hangs below its letters and stands above them.
+    """
     x, y = word.at
     left = x - _BEFORE[word.anchor] * word.width
     right = left + word.width
-    half = _HALF_HEIGHT * word.size
+    half = (_FULL_HEIGHT if full else _HALF_HEIGHT) * word.size
     return np.array([left - AIR, y - half, right + AIR, y + half])
 
 
@@ -75,16 +93,20 @@ def overlap(boxes: Boxes, others: Boxes) -> NDArray[np.float64]:
 
 
 def _best(
-    box: Point, others: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
+    box: Point,
+    others: Boxes,
+    lines: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    radii: Sequence[float],
 ) -> Point:
     """The cheapest move."""
     angles = np.arange(_WAYS) * 2 * np.pi / _WAYS
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    rings = [radius * ring for radius in _RINGS]
+    rings = [radius * ring for radius in radii]
     moves = np.concatenate([np.zeros((1, 2)), *rings])
     boxes = box + np.tile(moves, 2)
     # lines that no box can reach cost nothing
-    low, high = box[:2] - FARTHEST, box[2:] + FARTHEST
+    low, high = box[:2] - radii[-1], box[2:] + radii[-1]
     after = (lines.max(axis=1) >= low).all(axis=1)
     before = (lines.min(axis=1) <= high).all(axis=1)
     near = after & before
@@ -94,6 +116,13 @@ def _best(
         cost += _WORD * overlap(boxes, others)
     best: Point = moves[int(np.argmin(np.round(cost, 6)))]
     return best
+
+
+def measure_lines_under(marks: Sequence[Mark]) -> NDArray[np.float64]:
+    """Return the length of the lines under each word of a figure, in their order [pt]."""
+    lines, _ = _lines(marks)
+    boxes = [frame(mark) for mark in marks if isinstance(mark, Words)]
+    return _measure_crossings(np.array(boxes).reshape(-1, 4), lines, np.ones(len(lines)))
 
 
 def _measure_crossings(

@@ -1,0 +1,111 @@
+"""Bodies cut free, in letters: components along axes, and no label over another or over a line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+
+from mecanique import textbook
+from mecanique.figure.freebody import cut_free
+from mecanique.figure.paper.lettering import frame, measure_lines_under, overlap
+from mecanique.figure.paper.marks import Mark, Stroke, Words
+from mecanique.figure.posture import posture
+from mecanique.figure.setting import Setting, setting
+from mecanique.reference import Reference
+
+
+def seen(name: str, speed: float = 0.0) -> Setting:
+    mechanism = textbook.load(name)
+    q = posture(mechanism, textbook.entry(name).start)
+    reference = Reference(mechanism)
+    v = np.full(mechanism.nv, speed)
+    if mechanism.constrained:
+        v = np.zeros(mechanism.nv)
+    return setting(mechanism, reference, q, v, 0.3)
+
+
+def texts(marks: Sequence[Mark]) -> list[str]:
+    words = [mark for mark in marks if isinstance(mark, Words)]
+    return ["".join(text for text, _ in word.parts) for word in words]
+
+
+def worst_overlap(marks: Sequence[Mark]) -> float:
+    frames = np.array([frame(mark) for mark in marks if isinstance(mark, Words)]).reshape(-1, 4)
+    own = np.prod(frames[:, 2:] - frames[:, :2], axis=1)
+    return float((overlap(frames, frames) - own).max(initial=0.0))
+
+
+@pytest.mark.parametrize("numbers", [False, True])
+@pytest.mark.parametrize("name", textbook.names())
+def test_no_label_lies_over_another_or_over_a_line(name: str, numbers: bool) -> None:
+    where = seen(name, 0.7)
+    for body in where.mechanism.bodies:
+        if body.name == where.mechanism.ground:
+            continue
+        marks = cut_free(where, body.name, numbers=numbers, resultants=numbers)
+        assert worst_overlap(marks) == 0, (body.name, texts(marks))
+        under = measure_lines_under(marks)
+        assert under.max(initial=0.0) < 3.0, (body.name, texts(marks)[int(np.argmax(under))])
+
+
+def arrows(marks: Sequence[Mark], style: str) -> list[np.ndarray]:
+    """Directions of straight arrows, by their heads."""
+    heads = [m.points for m in marks if isinstance(m, Stroke) and m.style == f"{style}-tip"]
+    return [head[0] - (head[1] + head[2]) / 2 for head in heads]
+
+
+def directions(marks: Sequence[Mark], style: str) -> list[np.ndarray]:
+    return [way / np.hypot(*way) for way in arrows(marks, style)]
+
+
+def has(ways: Sequence[np.ndarray], expected: Sequence[float] | np.ndarray) -> bool:
+    return any(np.allclose(way, expected, atol=1e-6) for way in ways)
+
+
+def test_a_pendulum_has_its_components_along_and_across() -> None:
+    """R_n towards the pin, R_t where the angle grows; -m a_n and -m a_t dashed, against n and t."""
+    where = seen("rigid_bar_pendulum", 1.0)
+    marks = cut_free(where, "rod")
+    said = texts(marks)
+    for letter in ("Rpin,n", "Rpin,t", "m\u2009g", "m\u2009an", "m\u2009at", "n", "t", "l", "q"):
+        assert letter in said, letter
+    (q,) = where.q
+    n, t = np.array([np.sin(q), np.cos(q)]), np.array([np.cos(q), -np.sin(q)])
+    forces = directions(marks, "force")
+    assert has(forces, -n)
+    assert has(forces, t)
+    assert has(forces, [0.0, 1.0])
+    inertia = directions(marks, "inertia")
+    assert has(inertia, -n)
+    assert has(inertia, -t)
+
+
+def test_a_reaction_on_the_parent_is_drawn_against_that_on_the_child() -> None:
+    where = seen("double_pendulum", 0.4)
+    first, second = (directions(cut_free(where, name), "force") for name in ("rod1", "rod2"))
+    for way in ([1.0, 0.0], [0.0, -1.0]):  # x and up, at pin1 and, on rod2, at pin2
+        assert has(first, way)
+        assert has(second, way)
+    assert has(first, [-1.0, 0.0])  # R_pin2 on rod1
+    assert not has(second, [-1.0, 0.0])
+
+
+def test_the_force_of_a_loop_has_the_letter_of_the_equations() -> None:
+    where = seen("slider_crank")
+    assert {"λB,x", "λB,z"} <= set(texts(cut_free(where, "slider")))
+
+
+def test_resultants_and_numbers_come_on_request() -> None:
+    where = seen("rigid_bar_pendulum", 1.0)
+    whole = texts(cut_free(where, "rod", resultants=True))
+    assert "Rpin" in whole
+    assert "Rpin,n" not in whole
+    assert not any("=" in text for text in whole)
+    numbered = texts(cut_free(where, "rod", numbers=True))
+    assert any(text.startswith("Rpin,n = ") and text.endswith(" N") for text in numbered)
+
+
+def test_a_load_has_the_letter_it_is_stated_by() -> None:
+    assert "F" in texts(cut_free(seen("two_blocks"), "block2"))
