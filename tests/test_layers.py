@@ -118,6 +118,8 @@ ORDER: dict[str, list[str]] = {
         "letters vectors",
         "action chart closed_form sampling",
         "recursion",
+        "world",
+        "contacts",
         "forces",
         "loops",
         "constrained",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from mecanique.derivation.equations import Equations
-from mecanique.errors import DerivationError, UnknownNameError
+from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.program.program import Answer, Letter, Program
@@ -33,15 +33,10 @@ def build_program(
     Raises:
         InputError: if `what` or `name` is not what is expected.
         UnknownNameError: if a name is no quantity or no parameter.
-        DerivationError: if the coordinate map has no derivatives, or the mechanism rolls.
+        DerivationError: if the coordinate map has no derivatives.
     """
     mechanism = equations.mechanism
-    if mechanism.rolls:
-        raise DerivationError(
-            f"mechanism {mechanism.name!r} is held by contacts or velocity constraints, of which "
-            "no program is known; simulate it"
-        )
-    quantities = choose(what, loops=bool(mechanism.loops))
+    quantities = choose(what, loops=mechanism.constrained)
     stem = file_stem(mechanism.name, name)
     known = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
     for symbol in parameters or ():

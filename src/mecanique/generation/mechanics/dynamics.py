@@ -160,7 +160,7 @@ class Dynamics:
     @cached_property
     def acceleration(self) -> list[Any]:
         """Generalized accelerations."""
-        if self.letters.mechanism.loops:
+        if self.letters.mechanism.constrained:
             return list(self._solution.acceleration)
         return factorize(self.letters.tape, self.mass_matrix).solve(self._drive)
 
@@ -212,7 +212,7 @@ def dynamics_of(equations: Equations, open: tuple[str, ...]) -> Dynamics:  # noq
     letters = Letters(mechanism, open)
     tree = Tree(letters)
     found = Dynamics(letters, tree, tree, "recursion along the tree")
-    if mechanism.loops or mechanism.nv > _READABLE:
+    if mechanism.constrained or mechanism.nv > _READABLE:
         return found
     try:
         letters = Letters(mechanism, open)

@@ -1,4 +1,4 @@
-"""What loops demand, on a tape: Φ(q, t) = 0 with Φ'' = J a + γ."""
+"""What loops, contacts and velocity constraints demand, on a tape: Φ'' or ψ' = J a + γ = 0."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any, final
 from mecanique.derivation.tree.poses import Matrix, origin, product
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.chart import along
+from mecanique.generation.mechanics.contacts import demands_of
 from mecanique.generation.mechanics.forces import on_velocities
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
@@ -20,13 +21,13 @@ __all__ = ["Loops", "loops_of"]
 @final
 @dataclass(frozen=True)
 class Loops:
-    """The equations of all loops.
+    """The equations of all loops, contacts and velocity constraints.
 
     Args:
-        names: "loop: motion it closes" of each equation.
-        blocks: number of the block of each: the lengths of a loop, or its angles.
-        residual: Φ.
-        rate: Φ'.
+        names: "loop: motion it closes" of each equation, or as contacts and constraints name it.
+        blocks: number of the block of each: the lengths of a loop, or its angles, or a contact.
+        residual: Φ; zero of what restricts velocities alone.
+        rate: Φ', or ψ.
         jacobian: rows of J.
         gamma: γ.
     """
@@ -40,7 +41,7 @@ class Loops:
 
 
 def loops_of(letters: Letters, recursion: Recursion) -> Loops:
-    """Return what the loops of a mechanism demand.
+    """Return what the loops, contacts and velocity constraints of a mechanism demand.
 
     Args:
         letters: its letters.
@@ -54,13 +55,15 @@ def loops_of(letters: Letters, recursion: Recursion) -> Loops:
         blocks += [2 * k + row.startswith("r") for row in CLOSED[loop.kind]]
         residual += _demands(letters, recursion, loop)
     rate = along(letters, residual)
+    jacobian = [on_velocities(letters, [row], [1.0]) for row in residual]
+    demands = demands_of(letters, recursion)
     return Loops(
-        tuple(names),
-        tuple(blocks),
-        residual,
-        rate,
-        [on_velocities(letters, [row], [1.0]) for row in residual],
-        along(letters, rate),
+        (*names, *(demand.name for demand in demands)),
+        (*blocks, *(2 * len(letters.mechanism.loops) + demand.block for demand in demands)),
+        [*residual, *(demand.gap for demand in demands)],
+        [*rate, *(demand.slip for demand in demands)],
+        [*jacobian, *(demand.slopes for demand in demands)],
+        [*along(letters, rate), *(demand.rate for demand in demands)],
     )
 
 

@@ -61,12 +61,21 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
             found = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
             return np.stack(found, axis=1)
         case "closure":
-            J = np.asarray(reference.constraint_jacobian(q, t))
             residual = np.asarray(reference.constraint_residual(q, t))
-            return np.hstack([residual, np.einsum("nmv,nv->nm", J, v)])
+            return np.hstack([residual, _rates_of_gaps(reference, states)])
         case "multipliers":
             return _multipliers(reference, states, tau)
     raise InputError(f"{name!r} cannot be compared with Pinocchio")
+
+
+def _rates_of_gaps(reference: Reference, states: States) -> np.ndarray:
+    """Return Φ', or ψ of what restricts velocities alone, shape (n, m)."""
+    assert reference.closed is not None, "the mechanism has loops"
+    found = []
+    for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True):
+        here = reference.closed.closures.at(q, v, t)
+        found.append(here.jacobian @ v + here.drift)
+    return np.array(found)
 
 
 def unit_of(name: str, answer: np.ndarray, d: np.ndarray, mass: float) -> Any:
@@ -103,8 +112,8 @@ def _multipliers(reference: Reference, states: States, tau: np.ndarray) -> np.nd
         solved = np.linalg.lstsq(J[k].T, M[k] @ a[k] + rest[k], rcond=None)
         if solved[2] < len(J[k]):
             raise DerivationError(
-                f"loops of mechanism {reference.mechanism.name!r} are redundant, which leaves "
-                "their multipliers undetermined"
+                f"constraints of mechanism {reference.mechanism.name!r} are redundant, which "
+                "leaves their multipliers undetermined"
             )
         found.append(solved[0])
     return np.array(found)

@@ -83,7 +83,7 @@ def _variations(program: Program, samples: int, seed: int) -> Iterator[tuple[Mec
     number = samples // (2 * _VARIATIONS)
     varied = []
     random = np.random.default_rng(seed)
-    for _ in range(_VARIATIONS if symbols and number and not mechanism.loops else 0):
+    for _ in range(_VARIATIONS if symbols and number and not mechanism.constrained else 0):
         factors = random.uniform(1 - _CHANGE, 1 + _CHANGE, len(symbols))
         values = {
             symbol: mechanism.values[symbol] * float(factor)
@@ -148,7 +148,7 @@ def _regular_states(reference: Reference, samples: int, seed: int) -> States:
     """Random states, of a closed mechanism those at which its loops hold all that they can."""
     mechanism = reference.mechanism
     states = random_states(mechanism, samples, seed)
-    if not mechanism.loops:
+    if not mechanism.constrained:
         return states
     found = []
     for k in range(_ROUNDS):

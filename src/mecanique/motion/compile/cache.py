@@ -50,7 +50,7 @@ class Compiled:
     def __init__(self, mechanism: Mechanism) -> None:
         self._mechanism = weakref.ref(mechanism)
         self._size = mechanism.nv
-        self._closed = bool(mechanism.loops)
+        self._closed = mechanism.constrained
         self.rates = Rates.of(mechanism)
         """The maps between v and q̇."""
         self._program: Program | DerivationError | None = None
@@ -189,7 +189,7 @@ def compile_once(mechanism: Mechanism) -> Compiled:
 
 
 def _compare(mechanism: Mechanism, reference: Reference) -> Program:
-    states = random_states(mechanism, SAMPLES, 0) if mechanism.loops else None
+    states = random_states(mechanism, SAMPLES, 0) if mechanism.constrained else None
     program = program_of(mechanism, states=states)
     rhs = scalar(program)
 

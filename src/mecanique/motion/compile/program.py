@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any, final
 
 from mecanique.derivation import derive
-from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
 from mecanique.generation.mechanics.constrained import Constrained
 from mecanique.generation.mechanics.dynamics import Tree
@@ -89,12 +88,7 @@ def program_of(
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
     letters = Letters(mechanism, kept)
     landing = None
-    if mechanism.rolls:
-        raise DerivationError(
-            f"mechanism {mechanism.name!r} is held by contacts or velocity constraints, of which "
-            "no program is known"
-        )
-    if mechanism.loops:
+    if mechanism.constrained:
         rates, landing = _solve_loops(letters, states)
     else:
         form = ClosedForm(letters, derive(mechanism))

@@ -139,7 +139,7 @@ def first_choice(problem: Problem, method: str) -> Choice:
         reference.rhs(overwriting=True),
         reason="non-stiff equations",
         automatic=True,
-        compiles=code.possible and not problem.mechanism.rolls,
+        compiles=code.possible,
     )
 
 

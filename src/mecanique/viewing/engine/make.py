@@ -196,7 +196,7 @@ def refuse(mechanism: Mechanism) -> None:
         DerivationError: saying why.
     """
     if mechanism.rolls:
-        raise DerivationError("no program is known of contacts and velocity constraints")
+        raise DerivationError("pages do not integrate contacts and velocity constraints")
     if mechanism.nv > MOST_VELOCITIES:
         raise DerivationError(f"a program for {mechanism.nv} velocities would be too long")
     for signal in mechanism.inputs:
