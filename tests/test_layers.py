@@ -143,7 +143,12 @@ ORDER: dict[str, list[str]] = {
     "figure.paper": ["marks", "lettering raster signs svg"],
     "viewing": ["scene", "engine page", "live", "show", "gallery"],
     "viewing.engine": ["agreement columns", "make", "attach"],
-    "viewing.page": ["keyframes sanitize window", "bodies meshes panels", "page"],
+    "viewing.page": [
+        "keyframes sanitize window",
+        "bodies equations fields meshes",
+        "panels",
+        "page",
+    ],
 }
 """What lies in each room, from the bottom up: one imports only from lines above its own."""
 

@@ -186,11 +186,11 @@ def crank() -> Scene:
 
 def test_the_page_carries_its_proof(crank: Scene) -> None:
     verdict = crank.document.verdict
-    assert verdict.columns[-1] == "this page"
-    rows = {row[0]: float(row[-1]) for row in verdict.rows if row[-1]}
+    rows = {name: float(worst) for name, worst in verdict.own}
     assert set(rows) == {"rates of the state", "energies", "poses of bodies", "closure of loops"}
     assert max(rows.values()) < 1e-9
-    assert any("100 random states" in note for note in verdict.notes)
+    assert "100 random states" in verdict.own_note
+    assert "The program of this page" in page(crank)
 
 
 def test_the_engine_takes_little_room(crank: Scene) -> None:

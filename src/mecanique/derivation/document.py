@@ -188,6 +188,16 @@ class Document:
             out += section.formulas
         return "\n".join(out)
 
+    def symbols(self) -> tuple[tuple[str, str], ...]:
+        """Return the symbols of the equations of motion in MathML, and what they mean in words."""
+        writer = MathML()
+        found = []
+        for meaning in meanings(self.derivation, steps=False):
+            written = [writer.letter(name, False, "") for name in meaning.names]
+            symbol = "<mo>,</mo>".join(written)
+            found.append((_MATH.format("inline", symbol), meaning.sentence))
+        return tuple(found)
+
     def sections(self) -> tuple[Section, ...]:
         """Return symbols and steps in MathML; the last section holds the equations of motion."""
         writer = MathML()

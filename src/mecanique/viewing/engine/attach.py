@@ -75,26 +75,19 @@ def add_row(table: VerdictTable, code: CodeVerdict) -> VerdictTable:
         table: the verdict on the equations.
         code: the verdict on the program.
     """
-    if table.agrees is None:
-        return table
-    columns = table.columns or ("difference from Pinocchio",)
     title = {
         "rhs": "rates of the state",
         "energy": "energies",
         "poses": "poses of bodies",
         "closure": "closure of loops",
     }
-    rows = [(*row, "") for row in table.rows]
-    blank = ("",) * (len(columns) - 1)
-    rows += [(title[name], *blank, f"{worst:.1e}") for name, worst in code.worst.items()]
+    own = tuple((title[name], f"{worst:.1e}") for name, worst in code.worst.items())
     run = code.versions.get("run by", "")
     note = (
         f"The program that this page computes with was run by {run} at {code.samples} random "
         f"states (seed {code.seed}), {code.varied} of them with other parameters."
     )
-    return replace(
-        table, columns=(*columns, "this page"), rows=tuple(rows), notes=(*table.notes, note)
-    )
+    return replace(table, own=own, own_note=note)
 
 
 def write_python(mechanism: Mechanism) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from html import escape
 
+from mecanique.viewing.page.equations import write_equations
+from mecanique.viewing.page.fields import write_parameters
 from mecanique.viewing.page.sanitize import safe
-from mecanique.viewing.scene.document import Block, Quantity
-from mecanique.viewing.scene.engine import Engine
+from mecanique.viewing.scene.document import VerdictTable
 from mecanique.viewing.scene.scene import Scene
 
 __all__ = ["badge", "late", "panels"]
@@ -21,9 +22,9 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
         live: whether parameters and initial values get sliders.
     """
     makers: list[tuple[str, str, Callable[[], str]]] = [
-        ("equations", "Equations", lambda: _equations(scene)),
+        ("equations", "Equations", lambda: write_equations(scene.document)),
         ("plots", "Plots", lambda: _plots(scene)),
-        ("parameters", "Parameters", lambda: _parameters(scene, live)),
+        ("parameters", "Parameters", lambda: write_parameters(scene, live)),
         ("forces", "Forces", lambda: _forces(scene)),
         ("ledger", "Virtual work", lambda: _ledger(scene)),
         ("verdict", "Verdict", lambda: _verdict(scene)),
@@ -58,25 +59,11 @@ def badge(scene: Scene) -> str:
 
 def late(scene: Scene) -> dict[str, str]:
     """Return what a live view learns after its start: the badge and the insides of two panels."""
-    return {"badge": badge(scene), "equations": _equations(scene), "verdict": _verdict(scene)}
-
-
-def _equations(scene: Scene) -> str:
-    parts = []
-    for derivation in scene.document.derivations:
-        parts.append(f"<h3>{escape(derivation.method)}</h3>")
-        parts += [_block(block) for block in derivation.blocks]
-    return "".join(parts)
-
-
-def _block(block: Block) -> str:
-    heading = f"<h4>{escape(block.heading)}</h4>" if block.heading else ""
-    lead, note = (
-        f'<p class="note">{escape(text)}</p>' if text else "" for text in (block.lead, block.note)
-    )
-    kind = "equation result" if block.final else "equation"
-    body = f'<div class="{kind}">{safe(block.body, display=True)}</div>' if block.body else ""
-    return f"{heading}{lead}{body}{note}"
+    return {
+        "badge": badge(scene),
+        "equations": write_equations(scene.document),
+        "verdict": _verdict(scene),
+    }
 
 
 def _plots(scene: Scene) -> str:
@@ -89,7 +76,10 @@ def _plots(scene: Scene) -> str:
         ' title="Zoom in around the cursor">+</button>'
         '<button type="button" id="zoom-out" aria-label="Zoom out" title="Zoom out">−</button>'
         '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
-        '<button type="button" id="csv" title="Save the chosen quantities">CSV</button></div>'
+        '<label class="pick">over <select id="plot-x">'
+        '<option value="">time</option></select></label>'
+        '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
+        '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
         '<div id="charts"></div>'
         '<p class="note bar">'
         "Click or drag to move the clock; shift-drag or ctrl-scroll to zoom.</p>"
@@ -152,98 +142,23 @@ def _verdict(scene: Scene) -> str:
     notes = "".join(f'<p class="note">{escape(note)}</p>' for note in verdict.notes)
     return (
         f"<p><strong>{escape(verdict.headline)}</strong></p>{table if verdict.rows else ''}{notes}"
+        f"{_proof(verdict)}"
     )
 
 
-def _parameters(scene: Scene, live: bool) -> str:
-    document = scene.document
-    parts = [_SETUP] if scene.engine and not live else []
-    if document.recorded:
-        parts.append(f'<p class="note">{escape(document.recorded)}</p>')
-    for title, kind, quantities in (
-        ("Parameters", "parameter", document.parameters),
-        ("Initial values", "initial", document.initial),
-    ):
-        if quantities:
-            parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
-    if scene.engine and not live:
-        parts.append(_integration(scene.engine))
-    if document.freedom:
-        parts.append(
-            "<h3>Degrees of freedom</h3>"
-            + "".join(f"<p>{safe(each)}</p>" for each in document.freedom)
-        )
-    return "".join(parts)
-
-
-_SETUP = (
-    '<div class="bar"><button type="button" id="setup-reset">Reset</button>'
-    '<button type="button" id="setup-undo" title="Undo (Ctrl+Z)" disabled>Undo</button>'
-    '<button type="button" id="setup-link">Copy link</button>'
-    '<button type="button" id="setup-python">Copy as Python</button>'
-    '<label class="pick"><input type="checkbox" id="setup-stay"> go on from the state now</label>'
-    '</div><p id="setup-status" class="note" role="status"></p>'
-)
-
-
-def _integration(engine: Engine) -> str:
-    """The fields of the integration, and what is known of its accuracy."""
+def _proof(verdict: VerdictTable) -> str:
+    """What the page's own program was found to differ by."""
+    if not verdict.own:
+        return ""
     rows = "".join(
-        f'<tr><th scope="row">{title}</th><td class="number">{_field(kind, "", value, unit)}</td>'
-        f'<td>{unit}</td><td class="words">{meaning}</td></tr>'
-        for kind, title, value, unit, meaning in (
-            ("duration", "Duration", engine.duration, "s", "of the motion"),
-            ("rtol", "Tolerance", engine.rtol, "", "of each step, relative"),
-        )
-    )
-    facts = "".join(
-        f'<dt>{title}</dt><dd id="setup-{key}">–</dd>'
-        for key, title in (
-            ("balance", "Energy balance, missing"),
-            ("error", "Largest error of a step"),
-            ("steps", "Steps"),
-        )
-    )
-    return f"<h3>Integration</h3><table><tbody>{rows}</tbody></table><dl>{facts}</dl>"
-
-
-def _field(kind: str, name: str, value: float, unit: str) -> str:
-    label = escape(name or {"rtol": "Tolerance"}.get(kind, kind.capitalize()))
-    return (
-        f'<input type="number" step="any" disabled data-kind="{kind}" data-name="{escape(name)}"'
-        f' data-unit="{escape(unit)}" aria-label="{label}" value="{value:.6g}">'
-    )
-
-
-def _quantities(scene: Scene, kind: str, quantities: Iterable[Quantity], live: bool) -> str:
-    rows = []
-    known: tuple[str, ...] = ()
-    if scene.engine and not live:
-        known = (*scene.engine.parameters, *scene.engine.coordinates, *scene.engine.velocities)
-    for each in quantities:
-        own = each.name in known
-        value = f"<output>{each.value:.6g}</output>"
-        if own:
-            value = _field(kind, each.name, each.value, each.unit)
-        if (own or live) and each.low < each.high:
-            value += (
-                f' <input type="range" disabled data-kind="{kind}" data-name="{escape(each.name)}"'
-                f' data-unit="{escape(each.unit)}" aria-label="{escape(each.name)}"'
-                f' min="{each.low!r}" max="{each.high!r}" step="any"'
-                f' value="{each.value!r}">'
-            )
-        cells = (
-            f'<td class="number">{value}</td><td>{escape(each.unit)}</td>'
-            f'<td class="words">{escape(each.meaning)}</td>'
-        )
-        rows.append(f'<tr><th scope="row">{safe(each.symbol)}</th>{cells}</tr>')
-    head = (
-        '<th scope="col">Symbol</th><th scope="col" class="number">Value</th>'
-        '<th scope="col">Unit</th>'
+        f'<tr><th scope="row" class="words">{escape(name)}</th><td>{escape(worst)}</td></tr>'
+        for name, worst in verdict.own
     )
     return (
-        f'<div class="scroll"><table><thead><tr>{head}<th scope="col">Meaning</th></tr></thead>'
-        f"<tbody>{''.join(rows)}</tbody></table></div>"
+        f"<h3>The program of this page</h3>"
+        '<table><thead><tr><th scope="col">difference from Pinocchio</th>'
+        f'<th scope="col">worst, relative</th></tr></thead><tbody>{rows}</tbody></table>'
+        f'<p class="note">{escape(verdict.own_note)}</p>'
     )
 
 

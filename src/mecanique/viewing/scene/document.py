@@ -39,10 +39,12 @@ class Derivation:
     Args:
         method: e.g. "Lagrange".
         blocks: its steps, in order.
+        latex: the equations of motion in LaTeX, to be copied; empty if there are none.
     """
 
     method: str
     blocks: tuple[Block, ...]
+    latex: str = ""
 
 
 @final
@@ -56,6 +58,8 @@ class VerdictTable:
         columns: the heads of the table.
         rows: its cells, as text.
         notes: sentences below it: likely causes, versions, the seed.
+        own: what the program of the page itself differs by: quantities and numbers.
+        own_note: how it was compared.
     """
 
     agrees: bool | None = None
@@ -63,6 +67,8 @@ class VerdictTable:
     columns: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
     notes: tuple[str, ...] = ()
+    own: tuple[tuple[str, str], ...] = ()
+    own_note: str = ""
 
 
 @final
@@ -129,7 +135,10 @@ class Document:
     """The texts of a page.
 
     Args:
-        subtitle: one line below the title.
+        subtitle: one line below the title: what the system is.
+        source: author, work, page; empty if there is none.
+        figure: the system as a line figure, SVG text; empty if there is none.
+        symbols: each symbol of the equations, MathML, and what it means.
         derivations: method by method.
         verdict: what the comparison found.
         parameters: with their values and units.
@@ -139,10 +148,14 @@ class Document:
         urdf: the mechanism as URDF text.
         file_name: stem of the files that can be saved from the page.
         undetermined: sentences on the forces that are not determined, and why.
+        method: how the motion was computed.
         recorded: why the page shows a recorded motion and cannot compute another; empty if it can.
     """
 
     subtitle: str = ""
+    source: str = ""
+    figure: str = ""
+    symbols: tuple[tuple[str, str], ...] = ()
     derivations: tuple[Derivation, ...] = ()
     verdict: VerdictTable = field(default_factory=VerdictTable)
     parameters: tuple[Quantity, ...] = ()
@@ -152,4 +165,5 @@ class Document:
     urdf: str = ""
     file_name: str = "mechanism"
     undetermined: tuple[str, ...] = ()
+    method: str = ""
     recorded: str = ""

@@ -10,10 +10,12 @@ import numpy as np
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.errors import MecaniqueError
+from mecanique.figure.draw import figure_text
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.record.motion import Motion
+from mecanique.textbook import entry, names
 from mecanique.urdf.write import write_urdf
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.scene.document import (
@@ -56,8 +58,15 @@ def document_of(
         actions: every force on the moving bodies, as many states as the motion has samples.
     """
     mechanism: Mechanism = motion.mechanism
+    symbolic = [each for each in equations if each.symbolic]
+    known = entry(mechanism.name) if mechanism.name in names() else None
+    method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
-        subtitle=f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}",
+        subtitle=known.title if known else method,
+        source=known.source if known else "",
+        figure=_figure(motion),
+        symbols=symbolic[0].document.symbols() if symbolic else (),
+        method=method,
         derivations=tuple(derivation_of(each) for each in equations),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),
         parameters=tuple(_parameters(mechanism)),
@@ -68,6 +77,16 @@ def document_of(
         file_name=mechanism.name,
         undetermined=explain_reactions(motion),
     )
+
+
+def _figure(motion: Motion) -> str:
+    """The system at the start as a line figure; nothing if it cannot be drawn."""
+    mechanism = motion.mechanism
+    start = dict(zip(mechanism.coordinates, motion.q[0].tolist(), strict=True))
+    try:
+        return figure_text(mechanism, start)
+    except MecaniqueError:
+        return ""
 
 
 def letter(name: str) -> str:
@@ -101,7 +120,7 @@ def derivation_of(equations: Equations) -> Derivation:
         for k, formula in enumerate(formulas):
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(Block(heading, formula, final=last, lead=lead))
-    return Derivation(equations.document.title, tuple(blocks))
+    return Derivation(equations.document.title, tuple(blocks), equations.latex())
 
 
 def table_of(verdict: Verdict) -> VerdictTable:

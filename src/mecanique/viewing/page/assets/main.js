@@ -15,6 +15,7 @@ import {
 import { LiveClock } from "./clock/live.js";
 import { Loop } from "./clock/loop.js";
 import { Picture } from "./picture/picture.js";
+import { wireCopies, wireSplitter } from "./panels/copies.js";
 import { findPlace } from "./panels/place.js";
 import { listenToKeys, Player, Transport } from "./clock/player.js";
 import { Plots, quantities } from "./panels/plots.js";
@@ -68,6 +69,8 @@ async function start() {
   wirePicture(picture, forces, transport);
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
+  wireCopies(document.getElementById("panel"));
+  wireSplitter(document.getElementById("splitter"));
 
   const source = live
     ? new Stream(live, picture, plots)

@@ -65,6 +65,7 @@ export function wireForces(picture) {
       picture.redraw();
     };
     const chip = checkbox(KINDS[kind].label, arrows.kinds.has(kind), set, chips);
+    chip.dataset.force = kind;
     const swatch = document.createElement("i");
     swatch.style.backgroundColor = colorOf(kind);
     chip.insertBefore(swatch, chip.lastChild);
@@ -87,10 +88,23 @@ export function wireForces(picture) {
   document.getElementById("forces").hidden = !present.length;
 }
 
+// Ticks or unticks a kind of forces.
+function tick(kind, on) {
+  const box = document.querySelector(`[data-force=${kind}] input`);
+  if (box && box.checked !== on) box.click();
+}
+
 // Shows one body cut free, in the picture and in the table of forces.
 export function wireFreeBody(picture, forces) {
   const { scene } = picture;
+  let reactions = false;
   const choose = (body) => {
+    // a body cut free is held by its reactions; whoever wants can untick them
+    if (body !== null && forces.body === null) {
+      reactions = picture.arrows.kinds.has("reaction");
+      tick("reaction", true);
+    }
+    if (body === null && !reactions) tick("reaction", false);
     picture.isolate(body);
     forces.choose(body);
   };

@@ -1,20 +1,13 @@
 // Plots of any quantity over time: one chart for each unit, a cursor on the clock, zoom, CSV.
 
 import { measure } from "../data/numbers.js";
-import { isNothing, rangeOf, ticks, ticksAlong } from "../data/scales.js";
+import { isNothing, rangeOf } from "../data/scales.js";
+import { MARGIN, drawAxes, stack, svg } from "./drawing.js";
+import { drawPhase } from "./phase.js";
 import { save } from "./tabs.js";
 
 const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
-const SVG = "http://www.w3.org/2000/svg";
-const MARGIN = { left: 52, right: 10, top: 8, bottom: 24 };
 const HEIGHT = 168;
-
-function svg(tag, attributes, parent) {
-  const element = document.createElementNS(SVG, tag);
-  for (const [name, value] of Object.entries(attributes)) element.setAttribute(name, value);
-  parent?.append(element);
-  return element;
-}
 
 // Everything that can be plotted: the scene's series, then each arrow's length and components.
 export function quantities(scene, layout) {
@@ -57,6 +50,16 @@ export class Plots {
     document.getElementById("zoom-out").onclick = () => this.zoom(2);
     document.getElementById("zoom-all").onclick = () => this.setRange(null);
     document.getElementById("csv").onclick = () => save(`${fileName}.csv`, this.csv(), "text/csv");
+    document.getElementById("svg").onclick = () =>
+      save(`${fileName}.svg`, stack(this.charts), "image/svg+xml");
+    const over = document.getElementById("plot-x");
+    for (const { id, text, unit } of list)
+      over.append(new Option(unit ? `${text} [${unit}]` : text, id));
+    over.onchange = () => {
+      this.over = over.value === "" ? -1 : Number(over.value);
+      this.draw();
+    };
+    this.over = -1;
     new ResizeObserver(() => this.draw()).observe(this.holder);
   }
 
@@ -163,6 +166,15 @@ export class Plots {
       legend.append(entry);
       return reading;
     });
+    const over = this.list[this.over];
+    const drawn = over
+      ? drawPhase(this, over, members, width)
+      : this.overTime(unit, members, width);
+    figure.append(legend, drawn.picture);
+    return { ...drawn, figure, members, readings };
+  }
+
+  overTime(unit, members, width) {
     const [a, b] = this.span();
     const inner = width - MARGIN.left - MARGIN.right;
     const sx = (t) => MARGIN.left + ((t - a) / (b - a)) * inner;
@@ -171,43 +183,12 @@ export class Plots {
     for (const path of paths)
       for (const [, y] of path) [low, high] = [Math.min(low, y), Math.max(high, y)];
     [low, high] = rangeOf(low, high, this.peaks.get(unit) ?? 0);
-    const sy = (y) =>
-      MARGIN.top + ((high - y) / (high - low)) * (HEIGHT - MARGIN.top - MARGIN.bottom);
-    const names = members.map((each) => each.text).join(", ");
-    const picture = svg("svg", {
-      viewBox: `0 0 ${width} ${HEIGHT}`,
-      role: "img",
-      "aria-label": `${names} over time`,
-    });
     const bottom = HEIGHT - MARGIN.bottom;
-    const { marks, power } = ticks(low, high, 4);
-    for (const { x, text } of marks) {
-      svg(
-        "line",
-        { class: "rule", x1: MARGIN.left, x2: width - MARGIN.right, y1: sy(x), y2: sy(x) },
-        picture,
-      );
-      svg(
-        "text",
-        { x: MARGIN.left - 6, y: sy(x) + 3.5, "text-anchor": "end" },
-        picture,
-      ).textContent = text;
-    }
-    if (power)
-      svg("text", { class: "unit", x: MARGIN.left + 4, y: MARGIN.top + 9 }, picture).textContent =
-        power;
-    const along = ticksAlong(a, b, inner);
-    for (const { x, text } of along.marks) {
-      svg("line", { class: "rule", x1: sx(x), x2: sx(x), y1: MARGIN.top, y2: bottom }, picture);
-      if (sx(x) < width - MARGIN.right - 42)
-        svg("text", { x: sx(x), y: bottom + 15, "text-anchor": "middle" }, picture).textContent =
-          text;
-    }
-    svg(
-      "text",
-      { class: "unit", x: width - MARGIN.right, y: bottom + 15, "text-anchor": "end" },
-      picture,
-    ).textContent = `${along.power} t [s]`.trim();
+    const sy = (y) => MARGIN.top + ((high - y) / (high - low)) * (bottom - MARGIN.top);
+    const label = `${members.map((each) => each.text).join(", ")} over time`;
+    const attributes = { viewBox: `0 0 ${width} ${HEIGHT}`, role: "img", "aria-label": label };
+    const picture = svg("svg", attributes);
+    drawAxes(picture, { from: a, to: b, at: sx }, { from: low, to: high, at: sy }, "t [s]");
     paths.forEach((path, i) => {
       const points = path.map(([t, y]) => `${sx(t).toFixed(1)},${sy(y).toFixed(1)}`).join(" ");
       const { color, dash } = members[i];
@@ -218,8 +199,19 @@ export class Plots {
       svg("circle", { class: "dot", r: 4, fill: color }, picture),
     );
     this.listen(picture, (x) => a + ((x - MARGIN.left) / inner) * (b - a), width);
-    figure.append(legend, picture);
-    return { figure, members, readings, cursor, dots, sx, sy, a, b };
+    const move = (t) => {
+      const inside = t >= a && t <= b;
+      for (const mark of [cursor, ...dots]) mark.style.display = inside ? "" : "none";
+      cursor.setAttribute("x1", sx(t));
+      cursor.setAttribute("x2", sx(t));
+      dots.forEach((dot, i) => {
+        const y = this.at(members[i], t);
+        if (Number.isNaN(y)) return;
+        dot.setAttribute("cx", sx(t));
+        dot.setAttribute("cy", sy(y));
+      });
+    };
+    return { picture, move, sx, sy };
   }
 
   // At most two points a pixel: the least and the greatest of what falls there.
@@ -285,18 +277,13 @@ export class Plots {
     const t = this.clock.time;
     if (!this.charts || (t === this.followed && !anew)) return;
     this.followed = t;
-    for (const { members, readings, cursor, dots, sx, sy, a, b } of this.charts) {
-      const inside = t >= a && t <= b;
-      for (const mark of [cursor, ...dots]) mark.style.display = inside ? "" : "none";
-      cursor.setAttribute("x1", sx(t));
-      cursor.setAttribute("x2", sx(t));
+    for (const { members, readings, move } of this.charts) {
+      move(t);
       members.forEach((each, i) => {
         const y = this.at(each, t);
         if (Number.isNaN(y)) return;
         readings[i].textContent =
           `${isNothing(y, this.peaks.get(each.unit)) ? "0" : measure(y)} ${each.unit}`;
-        dots[i].setAttribute("cx", sx(t));
-        dots[i].setAttribute("cy", sy(y));
       });
     }
   }

@@ -2,6 +2,7 @@
 
 import { readFragment, writeFragment, writePython } from "../engine/bench.js";
 import { measure } from "../data/numbers.js";
+import { copyText } from "./copies.js";
 import { round } from "./sliders.js";
 
 export class Setup {
@@ -15,8 +16,8 @@ export class Setup {
     this.undoing = find("setup-undo");
     this.undoing.onclick = () => this.attempt(() => bench.undo(), "Undone");
     find("setup-reset").onclick = () => this.attempt(() => bench.reset(), "As at first");
-    find("setup-link").onclick = (event) => this.copy(event.target, () => this.link());
-    find("setup-python").onclick = (event) => this.copy(event.target, () => writePython(bench));
+    find("setup-link").onclick = (event) => copyText(event.target, this.link());
+    find("setup-python").onclick = (event) => copyText(event.target, writePython(bench));
     document.addEventListener("keydown", (event) => {
       const typed = event.target.tagName === "INPUT" && event.target.type === "number";
       if (!(event.ctrlKey || event.metaKey) || event.key !== "z" || typed || !bench.undoable)
@@ -87,26 +88,6 @@ export class Setup {
     const page = location.href.replace(/#.*/, "");
     const text = writeFragment(this.bench.changes());
     return text ? `${page}#${text}` : page;
-  }
-
-  async copy(button, make) {
-    const text = make();
-    const words = button.textContent;
-    const field = Object.assign(document.createElement("textarea"), { value: text });
-    field.className = "copied";
-    button.after(field);
-    field.select();
-    let done = false;
-    try {
-      await navigator.clipboard.writeText(text);
-      done = true;
-    } catch {
-      done = document.execCommand("copy");
-    }
-    field.remove();
-    button.textContent = done ? "Copied" : "Not copied";
-    this.copied = text;
-    setTimeout(() => (button.textContent = words), 1500);
   }
 
   show(typed = null) {

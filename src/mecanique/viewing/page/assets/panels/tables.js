@@ -3,6 +3,7 @@
 import { colorOf } from "../picture/arrows.js";
 import { balance, totalWork } from "./balance.js";
 import { measure } from "../data/numbers.js";
+import { isNothing } from "../data/scales.js";
 
 function cell(row, text = "", className = "") {
   const made = row.insertCell();
@@ -37,6 +38,8 @@ export class LedgerTable {
 export class ForceTable {
   constructor(scene, layout) {
     this.arrows = scene.arrows.map((arrow, i) => ({ ...arrow, column: layout.arrows + 6 * i }));
+    // what is nothing beside the largest force so far is rounding
+    this.largest = {};
     this.table = document.getElementById("force-table");
     this.sum = document.getElementById("force-sum");
   }
@@ -74,10 +77,12 @@ export class ForceTable {
       vector: [...row.subarray(column + 3, column + 6)],
     });
     const loads = this.forces.map(read);
-    loads.forEach(({ vector }, i) => {
-      [...vector, Math.hypot(...vector)].forEach(
-        (x, c) => (rows[i].cells[c + 1].textContent = measure(x, 4)),
-      );
+    for (const { unit, vector } of loads)
+      this.largest[unit] = Math.max(this.largest[unit] ?? 0, Math.hypot(...vector));
+    loads.forEach(({ unit, vector }, i) => {
+      [...vector, Math.hypot(...vector)].forEach((x, c) => {
+        rows[i].cells[c + 1].textContent = isNothing(x, this.largest[unit]) ? "0" : measure(x, 4);
+      });
     });
     const alone = this.body !== null && loads.length;
     const lines = alone ? balance(loads, this.inertia.map(read)) : [];

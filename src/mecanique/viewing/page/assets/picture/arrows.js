@@ -4,7 +4,7 @@ import { Gauge } from "./gauge.js";
 import { measure } from "../data/numbers.js";
 
 export const KINDS = {
-  weight: { label: "Weight", color: 0x0072b2 },
+  weight: { label: "Weight", color: 0x7a3e9d },
   spring: { label: "Springs", color: 0x009e73 },
   damper: { label: "Dampers", color: 0xcc79a7 },
   load: { label: "Loads", color: 0xd55e00 },
@@ -99,9 +99,7 @@ export class Arrows {
   }
 
   visible(item) {
-    return this.body === null
-      ? this.kinds.has(item.kind)
-      : item.body === this.body && item.kind !== "inertia";
+    return this.kinds.has(item.kind) && (this.body === null || item.body === this.body);
   }
 
   pose(row) {
