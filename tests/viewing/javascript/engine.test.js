@@ -7,6 +7,8 @@ const load = (name) => import(new URL(`engine/${name}.js`, assets));
 const { Integrator, findEvents } = await load("dop853");
 const { Machine } = await load("machine");
 const { Bench, readFragment, writeFragment, writePython } = await load("bench");
+const { Grip } = await load("grip");
+const { Loops } = await load("loops");
 const { Computed, quaternionOf } = await load("computed");
 
 function oscillator(t, y, out) {
@@ -170,4 +172,60 @@ test("the Python repeats the motion", () => {
   assert.match(text, /mechanism = mq\.textbook\.load\("spring"\)\n/);
   assert.match(text, /replace\(\*\*\{"k": 9\}\)/);
   assert.match(text, /q=\{"x": 1\},\n +v=\{"x'": 0\}/);
+});
+
+// Two coordinates x and y of a point, and a loop that keeps it on the unit circle.
+const circle = {
+  engine: {
+    ...engine,
+    coordinates: ["x", "y"],
+    velocities: ["x'", "y'"],
+    start: [1, 0, 0, 0],
+    loops: 1,
+  },
+  program: {
+    rates: (t, y, p, out) => {
+      out.set([y[2], y[3], 0, 0, 0]);
+      return out;
+    },
+    row: (t, y, p, out) => {
+      out.set([y[0], y[1], 0, 1, 0, 0, 0, 1, 0, 0, 0, 1]);
+      return out;
+    },
+    closure: (t, y, p, out) => {
+      const [a, b, c, d] = y;
+      out.set([(a * a + b * b - 1) / 2, a * c + b * d, a, b]);
+      return out;
+    },
+  },
+};
+
+test("loops are closed near by, what is held stays, and what cannot be closed is said", () => {
+  const machine = new Machine(circle.engine, circle.program);
+  const setting = { p: [], start: [0.6, 0.7, 0, 1], first: 0 };
+  const [x, y, u, v] = machine.begin(setting, ["x"]);
+  assertNear([x, y], [0.6, 0.8]);
+  assertNear([x * u + y * v], [0]);
+  assertNear([Math.hypot(...machine.begin(setting).subarray(0, 2))], [1]);
+  assert.throws(() => machine.begin({ ...setting, start: [0, 0, 0, 0] }), /cannot be closed/);
+});
+
+test("redundant equations of loops do no harm", () => {
+  const twice = (t, y, p, out) => {
+    const [phi, rate, a, b] = circle.program.closure(t, y, p, new Float64Array(4));
+    out.set([phi, phi, rate, rate, a, b, a, b]);
+    return out;
+  };
+  const loops = new Loops({ ...circle.program, closure: twice }, { loops: 2, nq: 2, nv: 2 }, []);
+  const y = Float64Array.from([0.9, 0.6, 0, 0, 0]);
+  assert.ok(loops.close(0, y));
+  assertNear([Math.hypot(y[0], y[1])], [1]);
+});
+
+test("a hand moves a body as far as the loops let it", () => {
+  const machine = new Machine(circle.engine, circle.program);
+  const computed = { machine, p: [], raw: new Float64Array(12) };
+  const grip = new Grip(computed, 0, [1, 0, 0, 0, 0], 0, [0, 0, 0]);
+  const state = grip.pull([3, 3, 0]);
+  assertNearly(state, [Math.SQRT1_2, Math.SQRT1_2], 1e-6);
 });

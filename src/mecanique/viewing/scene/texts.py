@@ -58,14 +58,15 @@ def document_of(
         actions: every force on the moving bodies, as many states as the motion has samples.
     """
     mechanism: Mechanism = motion.mechanism
-    symbolic = [each for each in equations if each.symbolic]
+    # other methods have reactions among their symbols, which the equations of motion have not
+    lists = [each.document.symbols() for each in equations if each.symbolic]
     known = entry(mechanism.name) if mechanism.name in names() else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
         subtitle=known.title if known else method,
         source=known.source if known else "",
         figure=_figure(motion),
-        symbols=symbolic[0].document.symbols() if symbolic else (),
+        symbols=min(lists, key=len, default=()),
         method=method,
         derivations=tuple(derivation_of(each) for each in equations),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),

@@ -14,9 +14,10 @@ import {
 } from "./panels/controls.js";
 import { LiveClock } from "./clock/live.js";
 import { Loop } from "./clock/loop.js";
+import { Hand } from "./picture/hand.js";
 import { Picture } from "./picture/picture.js";
 import { wireCopies, wireSplitter } from "./panels/copies.js";
-import { findPlace } from "./panels/place.js";
+import { findPlace, wireEmbedding } from "./panels/place.js";
 import { listenToKeys, Player, Transport } from "./clock/player.js";
 import { Plots, quantities } from "./panels/plots.js";
 import { Recording, Stream } from "./clock/sources.js";
@@ -52,6 +53,7 @@ function wirePicture(picture, forces, transport) {
 }
 
 async function start() {
+  wireEmbedding();
   wireTabs(document.querySelector("[role=tablist]"));
   const { header: scene, parts } = openParcel(await gunzip(bytesOf("parcel")));
   await loadViewer();
@@ -85,6 +87,7 @@ async function start() {
   }
   plots.draw();
   setup?.open(location.hash);
+  if (setup) new Hand(picture, clock, setup);
   window.mecanique = { ...picture, picture, layout, table, clock, plots, setup };
   document.body.classList.add("ready");
   if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();

@@ -19,8 +19,9 @@ export class Loops {
     return this.program.closure(t, y, this.p, this.found);
   }
 
-  // The shortest x with J x = b, b being the rows from `first` on; zero where something is held.
-  solve(first, held) {
+  // Unit vectors that span the rows of J, each with the step along it that J x = b asks for, b being
+  // the numbers from `first` on; zero where something is held.
+  basis(first, held) {
     const { count, nv, found } = this;
     const basis = [];
     for (let r = 0; r < count; r++) {
@@ -39,8 +40,14 @@ export class Loops {
       if (rest > DEPENDENT * size)
         basis.push({ axis: row.map((x) => x / rest), share: part / rest });
     }
-    const x = new Float64Array(nv);
-    for (const { axis, share } of basis) for (let k = 0; k < nv; k++) x[k] += share * axis[k];
+    return basis;
+  }
+
+  // The shortest x with J x = b.
+  solve(first, held) {
+    const x = new Float64Array(this.nv);
+    for (const { axis, share } of this.basis(first, held))
+      for (let k = 0; k < this.nv; k++) x[k] += share * axis[k];
     return x;
   }
 

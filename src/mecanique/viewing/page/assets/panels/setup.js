@@ -54,6 +54,17 @@ export class Setup {
     return this.attempt(() => this.bench.set([...given.values()], { keep }), null, field);
   }
 
+  // The motion shown, computed by the page: at first it is a recorded one.
+  computed() {
+    return this.bench.table ?? this.bench.adopt(this.bench.setting, { keep: false });
+  }
+
+  // Starts from a state, with one step to go back.
+  startFrom(state) {
+    const changes = this.bench.machine.names.map((name, k) => ["initial", name, state[k]]);
+    return this.attempt(() => this.bench.set(changes), "Started from rest where it was let go");
+  }
+
   attempt(make, said, field = null) {
     let table;
     try {

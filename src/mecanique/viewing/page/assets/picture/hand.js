@@ -1,0 +1,97 @@
+// Bodies that the mouse or a finger moves; let go, they start from rest where they are.
+
+import { Grip } from "../engine/grip.js";
+
+export class Hand {
+  constructor(picture, clock, setup) {
+    Object.assign(this, { picture, clock, setup });
+    const { pane, viewer } = picture.stage;
+    this.controls = viewer.controls;
+    // before the camera's own listener, which would turn the picture
+    const early = { capture: true };
+    pane.addEventListener("pointerdown", (event) => this.take(event), early);
+    pane.addEventListener("pointermove", (event) => this.move(event), early);
+    for (const end of ["pointerup", "pointercancel"])
+      pane.addEventListener(end, (event) => this.drop(event), early);
+    pane.addEventListener("pointermove", (event) => {
+      if (!event.buttons) pane.classList.toggle("over-body", this.hit(event) !== null);
+    });
+  }
+
+  ray(event) {
+    const { Raycaster, Vector2 } = this.picture.stage.three;
+    const { pane, viewer } = this.picture.stage;
+    const box = pane.getBoundingClientRect();
+    const x = ((event.clientX - box.left) / box.width) * 2 - 1;
+    const y = 1 - ((event.clientY - box.top) / box.height) * 2;
+    const caster = new Raycaster();
+    caster.setFromCamera(new Vector2(x, y), viewer.camera);
+    return caster;
+  }
+
+  // The body under a pointer that can move, and where it is touched.
+  hit(event) {
+    const { nodes } = this.picture.stage;
+    const found = this.ray(event).intersectObjects(
+      nodes.filter((node) => node.visible),
+      true,
+    )[0];
+    if (!found) return null;
+    let part = found.object;
+    while (part && !nodes.includes(part)) part = part.parent;
+    const body = nodes.indexOf(part);
+    return body >= 0 && this.moves(body) ? { body, at: found.point } : null;
+  }
+
+  // Whether a body is not the ground, nor fixed to it.
+  moves(body) {
+    const { table } = this.clock;
+    const o = 7 * body;
+    for (let j = o; j < o + 7; j++)
+      for (const k of [1, table.n >> 1, table.n - 1])
+        if (Math.abs(table.value(Math.max(k, 0), j) - table.value(0, j)) > 1e-7) return true;
+    return false;
+  }
+
+  take(event) {
+    if (event.button !== 0 || !event.isPrimary) return;
+    const hit = this.hit(event);
+    if (!hit) return;
+    event.stopImmediatePropagation();
+    event.preventDefault();
+    const { stage } = this.picture;
+    this.clock.pause();
+    this.controls.enabled = false;
+    stage.pane.setPointerCapture(event.pointerId);
+    const computed = this.setup.computed();
+    const state = computed.stateAt(this.clock.time);
+    const point = stage.nodes[hit.body].worldToLocal(hit.at.clone()).toArray();
+    this.grip = new Grip(computed, computed.first, state, hit.body, point);
+    const { Plane, Vector3 } = stage.three;
+    const normal = this.picture.scene.planar
+      ? new Vector3(0, 0, 1) // the viewer's axes have y up
+      : stage.viewer.camera.getWorldDirection(new Vector3());
+    this.plane = new Plane().setFromNormalAndCoplanarPoint(normal, hit.at);
+  }
+
+  move(event) {
+    if (!this.grip) return;
+    event.stopImmediatePropagation();
+    const { Vector3 } = this.picture.stage.three;
+    const target = this.ray(event).ray.intersectPlane(this.plane, new Vector3());
+    if (!target) return;
+    const state = this.grip.pull([target.x, -target.z, target.y]);
+    this.grip.computed.fill(this.grip.t, state, this.picture.row);
+    this.picture.redraw();
+  }
+
+  drop(event) {
+    if (!this.grip) return;
+    event.stopImmediatePropagation();
+    this.controls.enabled = true;
+    const { y } = this.grip;
+    this.grip = null;
+    this.setup.startFrom(y);
+    this.clock.play();
+  }
+}
