@@ -93,9 +93,10 @@ def test_a_page_tells_the_equations_the_verdict_and_the_ledger(
         panel.locator(".result math").last.text_content() == "q¨+32lgsin⁡(q)=0"
         or "sin" in panel.inner_text()
     )
-    heads = panel.locator("h4").all_inner_texts()
+    assert panel.locator("h3").first.inner_text() == "Equations of motion"
+    heads = panel.locator("h4").all_text_contents()
     assert heads[-1] == "Equations of motion"
-    assert all(panel.locator("h4 + p.note").nth(k).inner_text() for k in range(len(heads)))
+    assert all(panel.locator("h4 + p.note").nth(k).text_content() for k in range(len(heads)))
     assert seen.page.locator(".badge.good").inner_text() == "✓ agrees"
     seen.page.click("#tab-verdict")
     cells = seen.page.locator("#panel-verdict td").all_inner_texts()

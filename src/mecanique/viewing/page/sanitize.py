@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from xml.etree.ElementTree import Element
 
 from mecanique.safe_xml import XmlRefusedError, tree_of
@@ -45,7 +46,10 @@ def safe(text: str, *, display: bool = False) -> str:
     kept = "".join(_write(child) for child in tree)
     if len(tree) == 1 and tree[0].tag == "math":
         kept = "".join(_write(child) for child in tree[0])
-    return f'<math display="{"block" if display else "inline"}">{kept}</math>'
+    # what is kept is escaped already, and so are its words
+    words = " ".join(re.sub(r"<[^>]*>", " ", kept).split())
+    alternative = f' alttext="{words}"' if words else ""
+    return f'<math display="{"block" if display else "inline"}"{alternative}>{kept}</math>'
 
 
 def _write(element: Element) -> str:

@@ -3,6 +3,7 @@
 const PULLS = 12;
 const NUDGE = 1e-6;
 const DAMPING_SHARE = 1e-3; // of the squares of the rows, so that stretched arms do not jerk
+const SHORTEST_PULL = 1e-9;
 const FARTHEST_TURN = 0.5; // of a round, in the units of the coordinates
 
 function subtract3(a, b) {
@@ -72,14 +73,24 @@ export class Grip {
       for (let i = 0; i < 3; i++) squares[i][i] += DAMPING_SHARE * size;
       const weights = solve3(squares, gap);
       const x = columns.map((_, k) => rows.reduce((sum, row, i) => sum + weights[i] * row[k], 0));
-      const length = Math.hypot(...x);
-      const next = this.moved(this.y, x, Math.min(1, FARTHEST_TURN / (length || 1)));
-      if (this.loops && !this.loops.close(this.t, next)) break;
-      next.fill(0, this.machine.nq);
-      this.y = next;
-      if (length < 1e-9) break;
+      if (!this.advance(x, target, Math.hypot(...gap))) break;
     }
     return this.y;
+  }
+
+  // Goes along x as far as that brings the point nearer; says whether it did.
+  advance(x, target, distance) {
+    const length = Math.hypot(...x);
+    if (length < SHORTEST_PULL) return false;
+    for (let part = Math.min(1, FARTHEST_TURN / length); part * length > SHORTEST_PULL; part /= 2) {
+      const next = this.moved(this.y, x, part);
+      if (this.loops && !this.loops.close(this.t, next)) continue;
+      next.fill(0, this.machine.nq);
+      if (Math.hypot(...subtract3(target, this.at(next))) >= distance) continue;
+      this.y = next;
+      return true;
+    }
+    return false;
   }
 
   // The part of a row along motions that the loops leave free.

@@ -211,7 +211,7 @@ export class Plots {
         dot.setAttribute("cy", sy(y));
       });
     };
-    return { picture, move, sx, sy };
+    return { picture, move, cursor, sx, sy };
   }
 
   // At most two points a pixel: the least and the greatest of what falls there.

@@ -1,5 +1,13 @@
 // Tabs that the keyboard reaches, and files to save.
 
+// What is wider than its frame is scrolled by the keyboard too, once it has the focus.
+function reach() {
+  for (const frame of document.querySelectorAll(".equation, .scroll, pre")) {
+    if (frame.scrollWidth > frame.clientWidth) frame.tabIndex = 0;
+    else frame.removeAttribute("tabindex");
+  }
+}
+
 export function wireTabs(list) {
   const tabs = [...list.querySelectorAll("[role=tab]")];
   const panel = (tab) => document.getElementById(tab.getAttribute("aria-controls"));
@@ -11,7 +19,10 @@ export function wireTabs(list) {
       panel(tab).classList.toggle("off", !on);
     }
     chosen.scrollIntoView({ block: "nearest", inline: "nearest" });
+    reach();
   };
+  addEventListener("resize", reach);
+  document.getElementById("panel").addEventListener("toggle", reach, true);
   tabs.forEach((tab, i) => {
     tab.onclick = () => choose(tab);
     tab.onkeydown = (event) => {
