@@ -19,9 +19,12 @@ def write_equations(document: Document) -> str:
         document: the texts of the page.
     """
     first = next((each for each in document.derivations if each.blocks), None)
-    parts = [_result(first) if first else "", _figure(document), _symbols(document)]
+    parts = [_result(first) if first else ""]
+    if document.about:
+        parts.append(f"<p>{escape(document.about)}</p>")
+    parts += [_figure(document), _symbols(document)]
     parts += [_derivation(each) for each in document.derivations]
-    if document.source:
+    if document.source and document.source not in document.about:
         parts.append(f'<p class="note">Source: {escape(document.source)}</p>')
     return "".join(parts)
 

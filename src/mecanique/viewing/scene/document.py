@@ -136,6 +136,7 @@ class Document:
 
     Args:
         subtitle: one line below the title: what the system is.
+        about: what the system is, in sentences; empty if nothing is known.
         source: author, work, page; empty if there is none.
         figure: the system as a line figure, SVG text; empty if there is none.
         symbols: each symbol of the equations, MathML, and what it means.
@@ -153,6 +154,7 @@ class Document:
     """
 
     subtitle: str = ""
+    about: str = ""
     source: str = ""
     figure: str = ""
     symbols: tuple[tuple[str, str], ...] = ()

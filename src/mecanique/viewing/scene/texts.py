@@ -59,11 +59,13 @@ def document_of(
     """
     mechanism: Mechanism = motion.mechanism
     # other methods have reactions among their symbols, which the equations of motion have not
-    lists = [each.document.symbols() for each in equations if each.symbolic]
+    symbolic = [each.document for each in equations if each.symbolic]
+    lists = [each.symbols() for each in symbolic]
     known = entry(mechanism.name) if mechanism.name in names() else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
         subtitle=known.title if known else method,
+        about=symbolic[0].sections()[0].explanation if symbolic else "",
         source=known.source if known else "",
         figure=_figure(motion),
         symbols=min(lists, key=len, default=()),
@@ -114,7 +116,7 @@ def derivation_of(equations: Equations) -> Derivation:
         )
         return Derivation(equations.title, (Block("Equations of motion", said, final=True),))
     blocks = []
-    parts = equations.document.sections()
+    _, *parts = equations.document.sections()
     for number, part in enumerate(parts, 1):
         last = number == len(parts)
         formulas = part.formulas or ("",)
