@@ -13,6 +13,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.printing import inform, progress, say
+from mecanique.cli.reading import Reading
 from mecanique.cli.words import numbers
 
 if TYPE_CHECKING:
@@ -69,13 +70,20 @@ def textbook_facts(system: str, parameters: Sequence[str] | None, seed: int) -> 
 
 
 def lint_file(
-    file: str, form: str, *, fix: bool, output: Path | None, balance: bool = False
+    file: str,
+    form: str,
+    reading: Reading,
+    *,
+    fix: bool,
+    output: Path | None,
+    balance: bool = False,
 ) -> int:
     """Report what is wrong in a URDF file, or repair it; return the exit code.
 
     Args:
         file: its path, or a robot's name.
         form: "text", "json" or "sarif".
+        reading: where packages are searched for, and arguments of a xacro file.
         fix: whether to repair what has one safe remedy.
         output: where to write the repaired text; it is printed by default.
         balance: whether to repair also inertias that no real body has.
@@ -84,10 +92,12 @@ def lint_file(
 
     if output is not None and not fix:
         raise mq.InputError("expected --fix with --output: only a repaired copy goes to a file")
+    if fix and Path(file).suffix == ".xacro":
+        raise mq.InputError("expected a URDF file with --fix: a xacro file is mended by hand")
     if balance and not fix:
         raise mq.InputError("expected --fix with --balance: it repairs a copy")
     path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
-    findings = lint(path)
+    findings = lint(path, package_path=reading.package_path or None, arguments=reading.arguments)
     if fix and not any(_unreadable(finding.code) for finding in findings):
         given = path.read_text(encoding="utf-8-sig")
         text = mend(given, name=path.stem, balance=balance)
@@ -129,4 +139,4 @@ def _unreadable(code: str) -> bool:
 
 
 def _is_word(text: str) -> bool:
-    return not text.endswith((".urdf", ".xml")) and text in mq.robots()
+    return not text.endswith((".urdf", ".xml", ".xacro")) and text in mq.robots()

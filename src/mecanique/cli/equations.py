@@ -196,6 +196,7 @@ def verify(
 
 @app.command(epilog="Example: mecanique lint panda --json")
 @report_errors
+@reads_files
 def lint(
     file: Annotated[
         str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")
@@ -221,6 +222,8 @@ def lint(
             "--output", "-o", help="Where to write the repaired copy; printed by default."
         ),
     ] = None,
+    *,
+    reading: Reading,
 ) -> None:
     """Report what is wrong in a URDF file.
 
@@ -229,7 +232,7 @@ def lint(
     form = "text"
     if as_json or as_sarif:
         form = "json" if as_json else "sarif"
-    raise typer.Exit(lint_file(file, form, fix=fix, output=output, balance=balance))
+    raise typer.Exit(lint_file(file, form, reading, fix=fix, output=output, balance=balance))
 
 
 @app.command(epilog="Example: mecanique diff old.urdf new.urdf")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, final
 
@@ -29,11 +29,13 @@ class Reading:
         root: how its root link is held.
         strict: whether every error refuses it.
         package_path: folders to search for packages.
+        arguments: of a xacro file, by name.
     """
 
     root: Root = "fixed"
     strict: bool = False
     package_path: tuple[Path, ...] = ()
+    arguments: Mapping[str, str] = field(default_factory=dict)
 
     def read(self, path: Path) -> mq.Mechanism:
         """Return the mechanism of a file.
@@ -42,7 +44,11 @@ class Reading:
             path: of the file.
         """
         return mq.read_urdf(
-            path, root=self.root, strict=self.strict, package_path=self.package_path or None
+            path,
+            root=self.root,
+            strict=self.strict,
+            package_path=self.package_path or None,
+            arguments=self.arguments,
         )
 
 
@@ -77,6 +83,13 @@ _OPTIONS = {
         ],
         None,
     ),
+    "arg": (
+        Annotated[
+            list[str] | None,
+            typer.Option(metavar="NAME=VALUE", help="Set an argument of a xacro file; repeatable."),
+        ],
+        None,
+    ),
 }
 """Annotation and default of each option, by the name of its parameter."""
 
@@ -92,7 +105,8 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
     def reads(*args: Any, **kwargs: Any) -> R:
         given = {name: kwargs.pop(name, default) for name, (_, default) in _OPTIONS.items()}
         root: Root = "floating" if given["floating"] else given["root"]
-        reading = Reading(root, given["strict"], tuple(given["package_path"] or ()))
+        arguments = dict(map(_split, given["arg"] or ()))
+        reading = Reading(root, given["strict"], tuple(given["package_path"] or ()), arguments)
         return command(*args, reading=reading, **kwargs)
 
     own = inspect.signature(command, eval_str=True)
@@ -106,3 +120,12 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
     kept = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in kept]
     reads.__signature__ = own.replace(parameters=[*kept, *added])  # type: ignore[attr-defined]
     return reads
+
+
+def _split(word: str) -> tuple[str, str]:
+    """Return name and value of "name=value", or of "name:=value" as xacro itself writes it."""
+    name, sign, value = word.partition("=")
+    name = name.removesuffix(":")
+    if not (name and sign):
+        raise mq.InputError(f"expected NAME=VALUE after --arg, got {word!r}")
+    return name, value

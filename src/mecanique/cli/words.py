@@ -129,7 +129,7 @@ def _file(system: str) -> Path:
     path, robots = Path(system), mq.robots()
     if path.is_file():
         return path
-    looks_like_path = system.endswith((".urdf", ".xml")) or (
+    looks_like_path = system.endswith((".urdf", ".xml", ".xacro")) or (
         "/" in system
         and not any(
             "/" in known and known.split("/")[0] == system.split("/")[0] for known in robots

@@ -45,6 +45,7 @@ def read_urdf(
     armature: float | Mapping[str, float] | None = None,
     parameters: str | Collection[str] = (),
     strict: bool = False,
+    arguments: Mapping[str, str] | None = None,
 ) -> Mechanism:
     """Return the mechanism that a URDF describes.
 
@@ -77,11 +78,11 @@ def read_urdf(
     equations. `mecanique.lint` says what is not used and what other programs read differently.
 
     Args:
-        path_or_text: the path of a URDF file, or its text.
+        path_or_text: the path of a URDF or xacro file, or a URDF text.
         gravity: shape (3,), acceleration of free fall in world axes [m/s²].
         root: "fixed" holds the root link in the world, "floating" lets it move freely in it.
-        package_path: folders to search for the packages of meshes, before those of
-            ROS_PACKAGE_PATH.
+        package_path: folders to search for packages, before those of ROS_PACKAGE_PATH and
+            AMENT_PREFIX_PATH.
         damping: whether the damping of joints' <dynamics> is read.
         armature: inertia of the rotors seen at the joints, instead of what is written: one number
             for all joints with one coordinate, or by name of the joint [kg·m² or kg].
@@ -89,6 +90,8 @@ def read_urdf(
             and of letters, e.g. ("masses", "z_elbow").
         strict: whether to refuse a text with any error, also with those that its equations of
             motion do without (`mechanism.origin.flaws`).
+        arguments: values of the arguments of a xacro file, which is expanded first (extra `xacro`);
+            lines are those of the expanded text.
 
     Raises:
         UrdfError: with every error found, each with its line.
@@ -100,7 +103,7 @@ def read_urdf(
         raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
     if root not in ("fixed", "floating"):
         raise InputError(f"expected 'fixed' or 'floating' for the root, got {root!r}")
-    document, report = read_document(path_or_text, package_path)
+    document, report = read_document(path_or_text, package_path, arguments)
     for name, value in (("damping", damping), ("strict", strict)):
         if not isinstance(value, bool):
             raise InputError(f"expected True or False for {name}, got {value!r}")

@@ -80,7 +80,7 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "unexpanded-xacro",
         "error",
         "Macros and ${…} are no numbers; engines drop or zero what they cannot read.",
-        "Expand it first: xacro FILE.xacro > FILE.urdf.",
+        "Read the .xacro file itself (extra xacro), or expand it: xacro FILE.xacro > FILE.urdf.",
     ),
     # structure and names
     ("M101", "no-robot-name", "error", "URDF parsers refuse the file.", "Add name=… to <robot>."),
@@ -406,7 +406,7 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "mesh-not-found",
         "warning",
         "It is not drawn.",
-        "Add its package's folder to package_path.",
+        "Add its package's folder to --package-path, ROS_PACKAGE_PATH or AMENT_PREFIX_PATH.",
     ),
     (
         "M502",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 
 from mecanique.errors import InputError
 from mecanique.urdf.findings import Finding
@@ -14,7 +15,12 @@ from mecanique.urdf.reading.meshes import PackagePath
 __all__ = ["lint"]
 
 
-def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tuple[Finding, ...]:
+def lint(
+    path_or_text: Source,
+    *,
+    package_path: PackagePath | None = None,
+    arguments: Mapping[str, str] | None = None,
+) -> tuple[Finding, ...]:
     """Return what is wrong in a URDF and what other programs read differently, line by line.
 
     The findings include errors if and only if `read_urdf` refuses the text
@@ -22,15 +28,16 @@ def lint(path_or_text: Source, *, package_path: PackagePath | None = None) -> tu
 
     Args:
         path_or_text: the path of a URDF file, or its text.
-        package_path: folders to search for the packages of meshes, before those of
-            ROS_PACKAGE_PATH.
+        package_path: folders to search for packages, before those of ROS_PACKAGE_PATH and
+            AMENT_PREFIX_PATH.
+        arguments: values of the arguments of a xacro file, which is expanded first.
 
     Raises:
         InputError: if it is neither a path nor a text.
     """
     if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
         raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
-    document, report = read_document(path_or_text, package_path)
+    document, report = read_document(path_or_text, package_path, arguments)
     if document is not None:
         mechanism_of(document, report)
         for rules in (spelling, blanks, masses, units, engines, added):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -20,12 +20,20 @@ from mecanique.urdf.reading.meshes import MeshSearch, PackagePath
 from mecanique.urdf.reading.mimic import Follower, followers
 from mecanique.urdf.reading.pictures import Pictures
 from mecanique.urdf.reading.structure import root_of
+from mecanique.urdf.reading.xacro import expand
 from mecanique.urdf.xml.parse import MOST_BYTES, parse
 
 __all__ = ["Document", "Source", "read_document"]
 
 Source = str | os.PathLike[str]
 """A URDF text, or the path of a file: a string with "<" in it is a text."""
+
+_FORMATS = {
+    "sdf": ": this is SDF, Gazebo's format; convert it to URDF first",
+    "mujoco": ": this is MJCF, MuJoCo's own format; convert it to URDF first",
+    "COLLADA": ": this is a mesh, not a robot",
+}
+"""What other outermost elements say a file is."""
 
 
 @final
@@ -59,24 +67,30 @@ class Document:
 
 
 def read_document(
-    source: Source, package_path: PackagePath | None = None
+    source: Source,
+    package_path: PackagePath | None = None,
+    arguments: Mapping[str, str] | None = None,
 ) -> tuple[Document | None, Report]:
     """Return the contents of a URDF and the faults found; no contents if it is not a robot.
 
     Args:
         source: the path of a URDF file, or its text.
-        package_path: folders to search for packages with meshes.
+        package_path: folders to search for packages.
+        arguments: of a xacro file, by name.
     """
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
+    search = MeshSearch(file, package_path)
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
+    if file is not None and data is not None and file.suffix.lower() == ".xacro":
+        data = expand(file, arguments or {}, search, report)
     robot = None if data is None else parse(data, report)
     if data is None or robot is None:
         return None, report
     if robot.tag != "robot":
-        report.add(
-            "M005", robot, "", f"expected <robot> as the outermost element, got <{robot.tag[:60]}>"
-        )
+        known = _FORMATS.get(robot.tag, "")
+        message = f"expected <robot> as the outermost element, got <{robot.tag[:60]}>{known}"
+        report.add("M005", robot, "", message)
         return None, report
     macros = [element for element in robot.walk() if element.tag.startswith("xacro:")]
     if macros:
@@ -90,7 +104,7 @@ def read_document(
     if "name" not in robot.attributes:
         report.aside.add("M101", robot, "", "the robot has no name")
     name = (name_of(robot, report.aside) if "name" in robot.attributes else None) or "robot"
-    pictures = Pictures(report.aside, MeshSearch(file, package_path))
+    pictures = Pictures(report.aside, search)
     pictures.declare(robot)
     links = read_links(robot, report, pictures)
     joints = read_joints(robot, report)

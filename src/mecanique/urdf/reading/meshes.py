@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TypeAlias, final
@@ -43,12 +44,15 @@ class MeshSearch:
 
     Args:
         file: the URDF file, if there is one.
-        package_path: more folders to search, before those of ROS_PACKAGE_PATH.
+        package_path: more folders to search, before those of ROS_PACKAGE_PATH and
+            AMENT_PREFIX_PATH.
     """
 
     def __init__(self, file: Path | None, package_path: PackagePath | None = None) -> None:
         self._folder = None if file is None else Path(os.path.abspath(file)).parent
         self._path = [*_folders(package_path), *_folders(os.environ.get("ROS_PACKAGE_PATH"))]
+        prefixes = _folders(os.environ.get("AMENT_PREFIX_PATH"))
+        self._path += [prefix / "share" for prefix in prefixes]
         self._found: dict[str, Path | None] = {}
 
     def find(self, uri: str) -> Path | None:
@@ -63,6 +67,22 @@ class MeshSearch:
         if uri not in self._found:
             self._found[uri] = self._search(uri)
         return self._found[uri]
+
+    def package(self, name: str) -> Path | None:
+        """Return the folder of a package, or None if it is not found.
+
+        Args:
+            name: of the package.
+        """
+        if name in ("", ".", "..") or "/" in name or "\\" in name:
+            return None
+        return next((folder for folder in self._packages(name) if folder.is_dir()), None)
+
+    @property
+    def searched(self) -> str:
+        """Where packages are looked for, in words."""
+        around = [] if self._folder is None else [f"{self._folder} and above"]
+        return ", ".join([*map(str, self._path), *around]) or "no folder"
 
     def _search(self, uri: str) -> Path | None:
         scheme, separator, rest = uri.partition("://")
@@ -97,7 +117,7 @@ class MeshSearch:
             yield folder / package
         if self._folder is not None:
             for folder in (self._folder, *self._folder.parents):
-                if folder.name == package:
+                if folder.name == package or _declares(folder, package):
                     yield folder
                 yield folder / package
 
@@ -110,6 +130,16 @@ class MeshSearch:
                 if (folder / "package.xml").is_file():
                     yield folder
                     break
+
+
+def _declares(folder: Path, package: str) -> bool:
+    """Whether the package.xml of a folder, whatever that is called, has this name."""
+    try:
+        text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return False
+    found = re.search(r"<name>\s*([^<\s]+)\s*</name>", text)
+    return found is not None and found.group(1) == package
 
 
 def _folders(path: PackagePath | None) -> list[Path]:

@@ -1,0 +1,95 @@
+"""Xacro files, and the packages that they and meshes lie in."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.urdf import read_urdf
+from mecanique.urdf.lint import lint
+
+pytest.importorskip("xacro")
+
+MACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:macro name="rod" params="name m l">
+  <link name="${name}"><inertial><origin xyz="0 0 ${-l/2}"/><mass value="${m}"/>
+  <inertia ixx="${m*l*l/12}" iyy="${m*l*l/12}" izz="0" ixy="0" ixz="0" iyz="0"/></inertial></link>
+</xacro:macro></robot>"""
+ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:include filename="$(find rods)/rod.xacro"/>
+<xacro:arg name="length" default="0.5"/>
+<link name="base"/>
+<xacro:rod name="bar" m="3.0" l="${$(arg length)}"/>
+<joint name="q" type="continuous"><parent link="base"/><child link="bar"/>
+<axis xyz="0 1 0"/></joint>
+</robot>"""
+
+
+@pytest.fixture
+def arm(tmp_path: Path) -> Path:
+    rods = tmp_path / "elsewhere" / "rods"
+    rods.mkdir(parents=True)
+    (rods / "rod.xacro").write_text(MACRO)
+    (tmp_path / "here").mkdir()
+    file = tmp_path / "here" / "arm.urdf.xacro"
+    file.write_text(ARM)
+    return file
+
+
+def test_a_xacro_file_is_read_with_its_arguments(arm: Path) -> None:
+    """A bar's inertia about its end is m l²/3."""
+    path = arm.parents[1] / "elsewhere"
+    for length in (0.5, 2.0):
+        arguments = {} if length == 0.5 else {"length": str(length)}
+        mechanism = read_urdf(arm, package_path=path, arguments=arguments)
+        assert mq.Reference(mechanism).mass_matrix({"q": 0.3})[0, 0] == pytest.approx(length**2)
+    assert mq.verify(mechanism, samples=3).agrees
+
+
+def test_a_package_that_is_not_found_is_told_with_where(
+    arm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with pytest.raises(mq.UrdfError, match=r"package 'rods' is not found in .*here and above"):
+        read_urdf(arm)
+    (finding,) = lint(arm)
+    assert finding.code == "M006"
+    prefix = arm.parents[1] / "prefix"
+    prefix.mkdir()
+    (arm.parents[1] / "elsewhere").rename(prefix / "share")
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(prefix))
+    assert read_urdf(arm).name == "arm"
+
+
+def test_a_folder_is_the_package_that_its_package_xml_names(arm: Path) -> None:
+    home = arm.parent
+    (home / "package.xml").write_text("<package><name> rods </name></package>")
+    (home / "rod.xacro").write_text(MACRO)
+    assert read_urdf(arm).name == "arm"
+
+
+def test_what_xacro_cannot_expand_is_told(arm: Path) -> None:
+    arm.write_text(ARM.replace("${$(arg length)}", "${nothing}"))
+    with pytest.raises(mq.UrdfError, match=r"xacro does not expand it: .*nothing"):
+        read_urdf(arm, package_path=arm.parents[1] / "elsewhere")
+
+
+def test_the_command_takes_arguments(arm: Path) -> None:
+    path = str(arm.parents[1] / "elsewhere")
+    words = [str(arm), "--package-path", path, "--arg", "length:=2"]
+    run = CliRunner().invoke(app, ["verify", *words, "--samples", "3"])
+    assert (run.exit_code, run.stdout[:12]) == (0, "arm: agrees ")
+    assert CliRunner().invoke(app, ["lint", *words]).exit_code == 0
+    wrong = CliRunner().invoke(app, ["verify", str(arm), "--arg", "length"])
+    assert (wrong.exit_code, "expected NAME=VALUE after --arg" in wrong.stderr) == (2, True)
+    fix = CliRunner().invoke(app, ["lint", *words, "--fix"])
+    assert (fix.exit_code, "a xacro file is mended by hand" in fix.stderr) == (2, True)
+
+
+@pytest.mark.parametrize(("tag", "said"), [("sdf", "this is SDF"), ("mujoco", "this is MJCF")])
+def test_other_formats_are_called_by_their_names(tag: str, said: str) -> None:
+    with pytest.raises(mq.UrdfError, match=said):
+        read_urdf(f"<{tag}/>")
