@@ -187,6 +187,8 @@ def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
             sentence = _explain(name, left, owners)
             if name not in groups.setdefault(sentence, []):
                 groups[sentence].append(name)
+    if any(left.turning for left in _lefts(derivation)):
+        yield Meaning(("ω", "v"), "angular velocity and velocities of the body, in its own axes")
     for sentence, names in groups.items():
         yield Meaning(tuple(names), sentence)
 

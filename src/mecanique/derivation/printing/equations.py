@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from html import escape
@@ -13,6 +13,7 @@ from mecanique.derivation.printing.expressions import (
     collect_terms,
     factor_out,
     letters,
+    size,
     to_formula,
     to_power,
 )
@@ -43,7 +44,16 @@ from mecanique.derivation.scalars.polynomials import Parts
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 from mecanique.errors import DerivationError
 
-__all__ = ["Equation", "Expression", "equations", "expression", "root"]
+__all__ = [
+    "Equation",
+    "Expression",
+    "equations",
+    "expression",
+    "half_square",
+    "join",
+    "root",
+    "shorter",
+]
 
 _RANKED = (
     Kind.ACCELERATION,
@@ -167,6 +177,26 @@ def equations(
 def root(series: Series) -> Expression:
     """Return the square root of a series as it is written out."""
     return Expression((to_power(to_formula(series), Fraction(1, 2)),), _in_decimals(series))
+
+
+def half_square(factor: Series, base: Series) -> Expression:
+    """Return half a factor times a square that is not multiplied out, e.g. ½ k (q2 − q1)²."""
+    inner = add(expression(base).terms)
+    whole = multiply(number(Fraction(1, 2)), to_formula(factor), (inner, 2))
+    return Expression((whole,), _in_decimals(factor))
+
+
+def join(parts: Iterable[Expression]) -> Expression:
+    """Return the sum of expressions, each as it is."""
+    found = list(parts)
+    terms = tuple(term for part in found for term in part.terms)
+    return Expression(terms, any(part.decimals for part in found))
+
+
+def shorter(one: Expression, other: Expression) -> Expression:
+    """Return the expression that takes fewer signs."""
+    sizes = [sum(map(size, each.terms)) + len(each.terms) for each in (one, other)]
+    return one if sizes[0] <= sizes[1] else other
 
 
 def expression(series: Series) -> Expression:

@@ -12,6 +12,8 @@ PAGE = 335.0
 
 _INDENT = 20.0  # of a line that goes on, \qquad
 _LEFT = 0.3  # of the page is what stands before the sign of equality at most
+_ROWS = 24  # of one display
+_END = " \\\\\n"
 _DEEPEST = 6  # brackets within brackets are broken no deeper
 
 _TOKEN = re.compile(r"\\[a-zA-Z]+|\\.|\s+|.", re.DOTALL)
@@ -30,7 +32,7 @@ _WIDE |= {"+": 12.3, "-": 12.3, "=": 13.4, "(": 3.9, ")": 3.9, "|": 2.8, ",": 4.
 _WIDE |= {"\\,": 1.7, "\\times": 12.3, "\\partial": 6.0, "\\left": 2.5, "\\right": 2.5}
 _WIDE |= {"\\qquad": 20.0, "\\delta": 4.6, "\\sum": 14.4}
 _FUNCTIONS = ("sin", "cos", "tan", "exp", "log", "tanh", "arcsin", "arccos", "arctan")
-_USUAL, _LETTER_OF_TEXT, _SMALL = 5.8, 5.2, 0.75
+_USUAL, _LETTER_OF_TEXT, _SMALL = 5.9, 5.3, 0.75
 
 
 def align(formulas: Sequence[str], page: float = PAGE) -> str:
@@ -46,16 +48,18 @@ def align(formulas: Sequence[str], page: float = PAGE) -> str:
     rest = page - left - 13.4
     if not split or (left > _LEFT * page and any(width(side[1]) > rest for side in sides)):
         rows = [line for formula in formulas for line in _rows(formula, "& ", page)]
-        return " \\\\\n".join(rows)
+        return _END.join(rows)
     rows = []
     for before, after in sides:
         rows += _rows(after, f"{before} &= ", rest)
-    return " \\\\\n".join(rows)
+    return _END.join(rows)
 
 
 def display(formulas: Sequence[str], page: float = PAGE) -> str:
-    """Return formulas as a display of their own, which may go on on the next page."""
-    return f"\\begin{{align*}}\n{align(formulas, page)}\n\\end{{align*}}"
+    """Return formulas as displays, which may go on on the next page; KaTeX takes no long ones."""
+    rows = align(formulas, page).split(_END)
+    parts = [_END.join(rows[k : k + _ROWS]) for k in range(0, len(rows), _ROWS)]
+    return "\n".join(f"\\begin{{align*}}\n{part}\n\\end{{align*}}" for part in parts)
 
 
 def width(formula: str) -> float:
@@ -74,7 +78,7 @@ def width(formula: str) -> float:
         elif "{" in atom:
             total += sum(width(group) for group in _groups(atom))
         elif atom[1:] in _FUNCTIONS:
-            total += 4.9 * len(atom[1:]) + 1.7
+            total += 4.9 * len(atom[1:]) + 3.4
         elif not atom.isspace():
             total += _WIDE.get(atom, _USUAL)
     return total
@@ -122,7 +126,9 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
             return _open("".join(atoms), page, depth + 1)
     spans = sorted(_brackets(atoms), key=lambda span: span[0] - span[1])
     for start, end in spans:
-        inside = _pieces("".join(atoms[start + 1 : end]), page, depth + 1)
+        around = width("".join([*atoms[: start + 1], *atoms[end:]]))
+        room = max(page - around, page / 3)
+        inside = _pieces("".join(atoms[start + 1 : end]), room, depth + 1)
         if len(inside) > 1:
             opening, closing = f"\\Bigl{_bare(atoms[start])}", f"\\Bigr{_bare(atoms[end])}"
             parts = [*inside]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol, TypeAlias, final
 
-from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.printing.equations import Expression, expression
 from mecanique.derivation.printing.writers import Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
@@ -77,15 +77,18 @@ class Result:
     Args:
         left: what is found; a series where an equation relates two sums.
         right: what it is.
+        shown: how that is written, if not in the usual order.
     """
 
     left: Left | Series
     right: Series
+    shown: Expression | None = field(default=None, compare=False)
 
     def write(self, writer: Writer) -> str:
         """Return the line in the format of a writer."""
         left = self.left if isinstance(self.left, Left) else expression(self.left)
-        return writer.equation(left.write(writer), expression(self.right).write(writer))
+        right = expression(self.right) if self.shown is None else self.shown
+        return writer.equation(left.write(writer), right.write(writer))
 
 
 @final

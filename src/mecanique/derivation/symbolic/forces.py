@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.derivation.laws import Law, laws_of
+from mecanique.derivation.laws import Elastic, Law, laws_of
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
@@ -29,6 +29,8 @@ class Work:
         forces: generalized forces by coordinate: −∂V/∂q, −∂D/∂q' or the coefficients of δq in δW.
         assumptions: what these take for granted.
         length: the distance between the ends of a spring or damper that enters.
+        square: stiffness and elongation of a spring whose energy is half the one times the square
+            of the other.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Work:
     forces: tuple[Series, ...]
     assumptions: tuple[Assumption, ...] = ()
     length: Series | None = None
+    square: tuple[Series, Series] | None = None
 
 
 def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
@@ -56,7 +59,15 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         # elsewhere the length enters with its square, so its sign does not matter
         taken = along.assumption if law.kind == "potential" else None
         assumptions = () if taken is None else (taken,)
-        yield Work(force.name, law.kind, scalar, forces, assumptions, along.length)
+        square = _square(law, along)
+        yield Work(force.name, law.kind, scalar, forces, assumptions, along.length, square)
+
+
+def _square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:
+    """Stiffness and elongation of a spring, if a free length or a joint states the latter."""
+    if not isinstance(law, Elastic) or not (law.rest or isinstance(along, Travel)):
+        return None
+    return law.stiffness, along.x - law.rest
 
 
 def _forces(

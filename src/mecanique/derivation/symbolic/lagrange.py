@@ -18,7 +18,9 @@ from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.steps import (
     coordinate_stages,
+    energy_integral,
     energy_stages,
+    geometry_stages,
     loop_stages,
     multiplier_stages,
     quaternion_stages,
@@ -85,12 +87,19 @@ class Lagrange:
             Q=tuple(by_velocity(load, names) for load in loads),
             stages=(
                 *quaternion_stages(algebra),
+                *geometry_stages(self.kinematics),
                 *energy_stages(self.kinetic, self.T, self.gravity, self.works, self.V),
                 *work_stages(algebra, self.works, self.D),
                 *loop_stages(self.ties),
                 *coordinate_stages(
-                    names, operated, turning, ring.along(self.V), ring.partials(self.D)
+                    names,
+                    operated,
+                    turning,
+                    ring.along(self.V),
+                    ring.partials(self.D),
+                    self._find_free(),
                 ),
+                *energy_integral(self.T, self.V, self.D, self.works, self.ties),
                 *multiplier_stages(
                     algebra, M, [a - b for a, b in zip(h, loads, strict=True)], self.ties
                 ),
@@ -153,6 +162,15 @@ class Lagrange:
             work.scalar for work in self.works if work.kind == kind and work.scalar is not None
         ]
         return tidy(self.algebra.ring.sum(scalars))
+
+    def _find_free(self) -> list[bool]:
+        """Whether no drive, load or constraint acts along each velocity."""
+        drives = [work for work in self.works if work.kind == "work"]
+        slopes = [tie.slopes(self.algebra.ring) for tie in self.ties]
+        return [
+            not any(work.forces[k] for work in drives) and not any(slope[k] for slope in slopes)
+            for k in range(len(self.algebra.velocities))
+        ]
 
     def _closing(self) -> str:
         """The sentence before the equations of motion."""

@@ -105,6 +105,7 @@ class NewtonEuler:
             load.linear(names)[1]
             for load in project(self.cuts, self.rates, self._loads, rotors=False)
         ]
+        named = (*ties, *(tie for touch in self.cuts.touches for tie in touch.ties))
         Q = tuple(by_velocity(load, algebra.velocities) for load in loads)
         rest = [a - b for a, b in zip(h, Q, strict=True)]
         loops = [tie for closing in self.cuts.closings for tie in closing.ties]
@@ -123,7 +124,7 @@ class NewtonEuler:
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(algebra.ring, self.cuts.lengths.items()),
             closing=self._closing(),
-            unknowns={**self.unknowns, **{f"lambda_{tie.name}": tie.meaning for tie in ties}},
+            unknowns={**self.unknowns, **{f"lambda_{tie.name}": tie.meaning for tie in named}},
             reactions=self.reactions,
             ties=ties,
         )
@@ -236,11 +237,20 @@ class NewtonEuler:
         return "the total of reaction and guide in" if self.is_guided(cut) else "the reaction in"
 
     def _accelerations(self, cut: Cut) -> list[Result]:
+        """Position, velocity and acceleration of a body's center of mass."""
         if not cut.mass:
             return []
-        a = self.cuts.kinematics.change(cut.center_velocity, cut.carrier)
-        named = zip(cut.axes.labels, along(cut.axes.rows, a), strict=True)
-        return [Result(Left(f"a_{cut.body}_{label}"), part) for label, part in named if part]
+        kinematics = self.cuts.kinematics
+        center = self.algebra.mechanism.body(cut.body).center
+        r = zip("xyz", kinematics.point(cut.body, center), strict=True)
+        found = [Result(Left(f"r_{cut.body}_{axis}"), tidy(part)) for axis, part in r if part]
+        a = kinematics.change(cut.center_velocity, cut.carrier)
+        for letter, vector in (("v", cut.center_velocity), ("a", a)):
+            named = zip(cut.axes.labels, along(cut.axes.rows, vector), strict=True)
+            for label, part in named:
+                if part:
+                    found.append(Result(Left(f"{letter}_{cut.body}_{label}"), part))
+        return found
 
     def resultant(self, cut: Cut) -> Vector:
         """Return the resultant force on a body, reactions by name, in the axes of its carrier."""
@@ -385,7 +395,8 @@ def _momentum_balance(cut: Cut, moving: bool) -> str:
     if moving:
         return (
             "Mass times the acceleration a of the center of mass equals the resultant force; "
-            "below are the components of a, then those of both sides."
+            "below are the position r of that center, the components of its velocity v and of a, "
+            "then those of both sides."
         )
     if cut.mass:
         return "Its center of mass stays where it is, so the forces on it are in balance."

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from mecanique.derivation.printing.equations import expression, half_square, join, shorter
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.ring import Euler
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage
 from mecanique.derivation.symbolic.forces import Work
+from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.multipliers import solve_multipliers
 from mecanique.derivation.symbolic.ties.tie import Tie
@@ -16,12 +18,17 @@ from mecanique.derivation.symbolic.ties.tie import Tie
 __all__ = [
     "coordinate_of",
     "coordinate_stages",
+    "energy_integral",
     "energy_stages",
+    "geometry_stages",
     "loop_stages",
     "multiplier_stages",
     "quaternion_stages",
     "work_stages",
 ]
+
+_LONGEST = 600
+"""Most terms of positions and velocities that are listed."""
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:
@@ -64,16 +71,14 @@ def energy_stages(
     found = [
         Stage(
             "Kinetic energy",
-            "The velocity of every mass particle follows from the position of its body as a "
-            "function of the coordinates; half the mass times the square of the velocity, summed "
-            "over all bodies, is T.",
+            "A body has half its mass times the square of the velocity of its center of mass, and "
+            "half its moments of inertia times the squares of its angular velocity; summed over "
+            "all bodies, this is T.",
             (*parts, Result(Left("T"), T)),
         )
     ]
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
-    stored = [
-        Result(Left(f"V_{work.name}"), work.scalar) for work in springs if work.scalar is not None
-    ]
+    stored = [_stored(work.name, work) for work in springs]
     if gravity:
         stored.insert(0, Result(Left("V_gravity"), gravity))
     sentence = (
@@ -86,8 +91,64 @@ def energy_stages(
         sentence += " Each spring stores half its stiffness times the square of its elongation."
     if gravity or springs:
         several = stored if len(stored) > 1 else []
-        found.append(Stage("Potential energy", sentence, (*several, Result(Left("V"), V))))
+        written = join(part.shown or expression(part.right) for part in stored)
+        whole = Result(Left("V"), V, shorter(written, expression(V)))
+        found.append(Stage("Potential energy", sentence, (*several, whole)))
     return found
+
+
+def _stored(name: str, work: Work) -> Result:
+    """The energy of a spring, as a square where its elongation is known."""
+    assert work.scalar is not None
+    shown = None if work.square is None else half_square(*work.square)
+    return Result(Left(f"V_{name}"), work.scalar, shown)
+
+
+def geometry_stages(kinematics: Kinematics) -> list[Stage]:
+    """Return the step from the coordinates to the velocities of all bodies."""
+    mechanism, results = kinematics.algebra.mechanism, list[Result]()
+    for body in kinematics.bodies:
+        center = mechanism.body(body).center
+        found = {
+            "r": kinematics.point(body, center),
+            "v": kinematics.velocity(body, center),
+            "omega": kinematics.spin(body),
+        }
+        for letter, vector in found.items():
+            for axis, part in zip("xyz", vector, strict=True):
+                if part:
+                    results.append(Result(Left(f"{letter}_{body}_{axis}"), tidy(part)))
+    if not results or sum(len(result.right) for result in results) > _LONGEST:
+        return []
+    sentence = (
+        "The poses of the bodies as functions of the coordinates give the position r of each "
+        "center of mass, its rate the velocity v, and the turning axes the angular velocity omega. "
+        "Components along x, y and z of the world that are not listed are zero."
+    )
+    if any(joint.quaternion for joint in mechanism.joints):
+        sentence += (
+            " Velocities of a body that turns freely, and of what hangs on it, are in its own axes."
+        )
+    return [Stage("Positions and velocities", sentence, tuple(results))]
+
+
+def energy_integral(
+    T: Series, V: Series, D: Series, works: Sequence[Work], ties: Sequence[Tie]
+) -> list[Stage]:
+    """Return the step that says that the energy is conserved, if it is."""
+    given = {Kind.TIME, Kind.INPUT}
+    kinds = {
+        g.kind for series in (T, V, *(tie.demand for tie in ties)) for g in series.generators()
+    }
+    if D or kinds & given or any(work.kind == "work" for work in works):
+        return []
+    sentence = (
+        "Nothing depends on time, no force but weights and springs does work"
+        + (", and the constraints do none" if ties else "")
+        + ": along any motion the total energy keeps its value."
+    )
+    shown = join((expression(T), expression(V)))
+    return [Stage("Energy integral", sentence, (Result(Left("E"), T + V, shown),))]
 
 
 def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stage]:
@@ -226,6 +287,7 @@ def coordinate_stages(
     turning: Sequence[Series],
     falls: Sequence[Series],
     losses: Sequence[Series],
+    free: Sequence[bool] = (),
 ) -> list[Stage]:
     """Return the steps that apply Lagrange's operator, one for each velocity.
 
@@ -235,9 +297,12 @@ def coordinate_stages(
         turning: the terms of Euler and Kirchhoff.
         falls: the slope of V along each velocity.
         losses: the slope of D with each velocity.
+        free: whether no drive, load or constraint acts along each velocity.
     """
     found = []
-    for v, E, terms, fall, loss in zip(velocities, operated, turning, falls, losses, strict=True):
+    alone = free or [False] * len(velocities)
+    each = zip(velocities, operated, turning, falls, losses, alone, strict=True)
+    for v, E, terms, fall, loss, unforced in each:
         q = coordinate_of(v)
         quasi = q == v
         sentence = (
@@ -249,8 +314,15 @@ def coordinate_stages(
                 f"The operator for {v}, which is no rate of a coordinate: because its axes turn "
                 "with the body, the terms of Euler and Kirchhoff enter."
             )
+        conserved = unforced and not (quasi or E.slope or fall or loss)
+        if conserved:
+            sentence += (
+                f" As neither T nor V depends on {q}, and no other force acts along it, its "
+                f"momentum p, ∂T/∂{v}, is conserved."
+            )
         lines = [
-            (Left("T", v), E.momentum, True),
+            (Left("p", q, component=True), E.momentum, conserved),
+            (Left("T", v), E.momentum, not conserved),
             (Left("T", v, total=True), E.rate, True),
             (Left("T", v, turning=True), terms, bool(terms)),
             (Left("T", q), E.slope, bool(E.slope) or not quasi),

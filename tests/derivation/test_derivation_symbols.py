@@ -1,0 +1,95 @@
+"""Every symbol that stands in print is defined above it, for all systems by all methods."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from mecanique import Body, Mechanism, Parameter, Revolute, derive, rod, textbook
+from mecanique.derivation import readable
+from mecanique.derivation.document import Document
+from mecanique.derivation.glossary import clashes, meanings
+
+FUNCTIONS = {"sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "abs"}
+FUNCTIONS |= {"sign", "pi", "d", "dt"}
+MATRICES = {"M", "C", "K", "f", "q"}
+NAME = re.compile(r"[^\W\d]\w*'*")
+NUMBER = re.compile(r"\d[\d.]*e[-+]?\d+")
+COMPONENT = re.compile(r"\)_\w+")
+
+
+def defined_in(text: str) -> set[str]:
+    """The symbols that the list above a derivation defines."""
+    listed = text.split("\nSymbols\n", 1)[1].split("\n\n")[0]
+    names: set[str] = set()
+    for line in listed.splitlines():
+        if re.match(r"  \S", line):
+            names |= set(line.strip().partition("  ")[0].split(", "))
+    return names
+
+
+def undefined_in(document: Document) -> set[str]:
+    """The symbols in the formulas of a derivation that its list does not define."""
+    text = document.text(steps=True)
+    known = defined_in(text)
+    if document.linear is not None:
+        known |= MATRICES
+    used: set[str] = set()
+    for line in text.split("\n\n1. ", 1)[1].splitlines():
+        if line.startswith("     "):
+            used |= set(NAME.findall(NUMBER.sub(" ", COMPONENT.sub(") ", line)).replace("∂", " ")))
+    for meaning in meanings(document.derivation):
+        used |= meaning.definition.letters if meaning.definition is not None else frozenset()
+    return {name for name in used if not {name, name.rstrip("'")} & (known | FUNCTIONS)}
+
+
+@pytest.mark.parametrize("name", textbook.names())
+def test_every_symbol_of_every_system_is_defined(name: str) -> None:
+    mechanism = textbook.load(name)
+    for method in readable(mechanism):
+        equations = derive(mechanism, method)
+        if equations.symbolic:
+            assert undefined_in(equations.document) == set(), method
+
+
+def test_what_is_not_defined_is_found() -> None:
+    document = derive(textbook.load("cart_pole")).document
+    text = document.text(steps=True)
+    assert "l" in defined_in(text)
+    assert "l" not in defined_in(text.replace("  l    ", "  "))
+
+
+@pytest.mark.parametrize("name", textbook.names())
+def test_description_and_source_stand_above_the_equations(name: str) -> None:
+    mechanism = textbook.load(name)
+    description, source = mechanism.about.splitlines()
+    assert len(description) > 60
+    assert source == f"Source: {textbook.entry(name).source}."
+
+
+def test_the_coordinate_map_is_stated() -> None:
+    text = derive(textbook.load("double_pendulum")).text(symbols=True)
+    assert "theta2  angle of the hinge pin2, about -y of rod1 [rad], theta2 = q2 - q1" in text
+    assert "l = l0 - w t" in derive(textbook.load("crane")).text(symbols=True)
+    assert "z = A cos(W t)" in derive(textbook.load("kapitza_pendulum")).text(symbols=True)
+
+
+def test_the_law_of_an_input_is_stated_in_all_formats() -> None:
+    equations = derive(textbook.load("two_blocks"))
+    assert "force on block 2 [N], F = F0 cos(W t)" in equations.text(symbols=True)
+    assert r"$F = F_{0} \cos(W t)$" in equations.latex(symbols=True)
+    assert "angular frequency of the force [rad/s]" in equations.mathml(symbols=True)
+    assert "angular frequency of the force [rad/s]" in equations._repr_html_()
+    assert "free length of each spring [m]" in equations.document.sections()[0].formulas[0]
+
+
+def test_a_letter_for_two_things_is_warned_of() -> None:
+    m, T = Parameter("m", 1.0, "kg", "mass"), Parameter("T", 2.0, "m", "length of the rod")
+    bodies = (Body("ground"), Body("bar", rod(m, T)))
+    pin = Revolute("pin", "ground", "bar", axis=(0, -1, 0), coordinate="q")
+    equations = derive(Mechanism("bar", bodies, (pin,), parameters=(m, T)))
+    (warning,) = clashes(equations.derivation, steps=True, matrices=False)
+    assert warning.startswith("Beware: T stands for the length of the rod; alone on the left")
+    assert " ".join(warning.split()) in " ".join(equations.text(steps=True).split())
+    assert not list(clashes(equations.derivation, steps=False, matrices=False))
