@@ -166,11 +166,12 @@ class Lagrange:
     def _find_free(self) -> list[bool]:
         """Whether no drive, load or constraint acts along each velocity."""
         drives = [work for work in self.works if work.kind == "work"]
-        slopes = [tie.slopes(self.algebra.ring) for tie in self.ties]
-        return [
-            not any(work.forces[k] for work in drives) and not any(slope[k] for slope in slopes)
-            for k in range(len(self.algebra.velocities))
-        ]
+        acting = [work.forces for work in drives]
+        acting += [tuple(tie.slopes(self.algebra.ring)) for tie in self.ties]
+        free = []
+        for k in range(len(self.algebra.velocities)):
+            free.append(not any(each[k] for each in acting))
+        return free
 
     def _closing(self) -> str:
         """The sentence before the equations of motion."""

@@ -137,9 +137,8 @@ def energy_integral(
 ) -> list[Stage]:
     """Return the step that says that the energy is conserved, if it is."""
     given = {Kind.TIME, Kind.INPUT}
-    kinds = {
-        g.kind for series in (T, V, *(tie.demand for tie in ties)) for g in series.generators()
-    }
+    every = [T, V, *(tie.demand for tie in ties)]
+    kinds = {g.kind for series in every for g in series.generators()}
     if D or kinds & given or any(work.kind == "work" for work in works):
         return []
     sentence = (
