@@ -78,7 +78,7 @@ def energy_stages(
         )
     ]
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
-    stored = [_stored(work.name, work) for work in springs]
+    stored = [_store(work.name, work) for work in springs]
     if gravity:
         stored.insert(0, Result(Left("V_gravity"), gravity))
     sentence = (
@@ -97,7 +97,7 @@ def energy_stages(
     return found
 
 
-def _stored(name: str, work: Work) -> Result:
+def _store(name: str, work: Work) -> Result:
     """The energy of a spring, as a square where its elongation is known."""
     assert work.scalar is not None
     shown = None if work.square is None else half_square(*work.square)
