@@ -15,7 +15,7 @@ from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given, column_of, numbers_of
 
-__all__ = ["Efforts", "Given", "States", "explain_defaults"]
+__all__ = ["Efforts", "Given", "States", "explain_defaults", "list_left_out"]
 
 _LISTED = 8
 """At most this many coordinates are listed in a message."""
@@ -207,11 +207,46 @@ def explain_defaults(mechanism: Mechanism, q: Given) -> str:
     """
     if q is not None and not isinstance(q, Mapping):
         return ""
+    return _say(_left_out(mechanism, q or {}, mechanism.neutral()))
+
+
+def list_left_out(
+    mechanism: Mechanism, q: object, v: object, start: np.ndarray, rank: int | None = None
+) -> str:
+    """Return what a start by name left out and its values there, to end a sentence.
+
+    Nothing is said of a position, or of velocities, without any name: the neutral one, and rest;
+    nor, where constraints decide others, of velocities, and of positions if as many are given as
+    there are degrees of freedom.
+
+    Args:
+        mechanism: what starts.
+        q: positions as they were given.
+        v: velocities as they were given.
+        start: shape (nq + nv,), position and velocity at the start.
+        rank: of the constraints.
+    """
+    position, velocity = np.split(start, [mechanism.nq])
+    enough = mechanism.nv if rank is None else mechanism.nv - rank
+    found: list[str] = []
+    if isinstance(q, Mapping) and q and (rank is None or len(q) < enough):
+        found += _left_out(mechanism, q, position)
+    if isinstance(v, Mapping) and v and rank is None:
+        given = {f"{name.removesuffix(chr(39))}'" for name in v} | {*v}
+        values = zip(mechanism.velocities, velocity.tolist(), strict=True)
+        found += [f"{name} = {value:.6g}" for name, value in values if name not in given]
+    return _say(found)
+
+
+def _left_out(mechanism: Mechanism, q: Mapping[str, Any], position: np.ndarray) -> list[str]:
     driven = mechanism.coordinates.driven
-    given = {*(q or ())}
+    given = {*q}
     given |= {leader for name in given & driven.keys() for leader in symbols_in(driven[name])}
-    values = zip(mechanism.coordinates, mechanism.neutral(), strict=True)
-    left_out = [f"{name} = {value:g}" for name, value in values if name not in given]
+    values = zip(mechanism.coordinates, position.tolist(), strict=True)
+    return [f"{name} = {value:.6g}" for name, value in values if name not in given]
+
+
+def _say(left_out: list[str]) -> str:
     if not left_out:
         return ""
     more = ", …" if len(left_out) > _LISTED else ""

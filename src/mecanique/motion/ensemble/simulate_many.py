@@ -22,7 +22,7 @@ from mecanique.errors import (
 )
 from mecanique.generation.targets.c import compiler
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States
+from mecanique.model.states import States, list_left_out
 from mecanique.motion.compile.admission import SAMPLES, require_agreement
 from mecanique.motion.compile.heyoka import build_seconds, is_installed
 from mecanique.motion.compile.program import Program, program_of
@@ -136,6 +136,8 @@ def simulate_many(
         else {}
     )
     store = Store(None if directory is None else Path(directory), about)
+    if not mechanism.constrained:
+        reason += list_left_out(mechanism, q, v, start[0])
     runs = Runs(mechanism, times, start, varied, f"{_TITLES[chosen]}{reason}", rtol, size, store)
     pickled = _pickle(mechanism)
     threads = threads_here() if executor is None else 1

@@ -12,6 +12,7 @@ from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
+from mecanique.model.states import list_left_out
 from mecanique.motion.linear.equilibrium import effort
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.rates import Rates
@@ -90,8 +91,17 @@ def linearize_about(
         error=max(error_k, error_c),
         acceleration=acceleration,
         tangent=tangent,
-        chosen=chosen,
+        chosen=chosen or _explain_left_out(reference, at, v, position, velocity),
     )
+
+
+def _explain_left_out(
+    reference: Reference, at: Values, v: Values | None, position: np.ndarray, velocity: np.ndarray
+) -> str:
+    rank = None if reference.closed is None else reference.closed.most
+    start = np.concatenate([position, velocity])
+    said = list_left_out(reference.mechanism, at, v, start, rank)
+    return f"about the state given{said}" if said else ""
 
 
 def refuse_rolling(mechanism: Mechanism) -> None:

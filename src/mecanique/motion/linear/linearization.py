@@ -46,7 +46,8 @@ class Linearization:
         acceleration: shape (nv,), of the state itself; zero at an equilibrium.
         tangent: shape (nv, n), deviations along all velocities by the independent ones; unity
             without loops.
-        chosen: which equilibrium it is and how it was found; "" about a state that was given.
+        chosen: which equilibrium it is and how it was found; about a state that was given, what
+            it left out, or "".
     """
 
     mechanism: Mechanism

@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import list_left_out
 from mecanique.model.values import Given
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
@@ -70,7 +71,8 @@ def simulate(
     Args:
         mechanism: what moves.
         q: positions at the start: shape (nq,) or by coordinate name, zero where left out.
-        v: velocities at the start: shape (nv,) or by name (q or q'), zero where left out.
+        v: velocities at the start: shape (nv,) or by name (q or q'), zero where left out. What a
+            mapping leaves out is named, with its value at the start, in the motion's `method`.
         duration: how long [s].
         rtol: relative tolerance of each step, in 1e-14…1e-1; where it is 1e-11 or less and dop853
             would take more than 10,000 steps, their tolerance is smaller, because their errors add
@@ -127,6 +129,8 @@ def simulate(
     if mechanism.constrained:
         reference, start, remark = begin_on_loops(reference, q, v, t0)
         loops = ClosedLoops(reference, rtol)
+    rank = None if reference.closed is None else reference.closed.most
+    remark += list_left_out(mechanism, q, v, start, rank)
     problem = Problem(
         mechanism=mechanism,
         reference=reference,
@@ -152,7 +156,7 @@ def simulate(
     if integration.course is None:
         raise failure(problem, integration, None, q)
     if integration.rtol < rtol and loops is None:
-        remark = f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
+        remark += f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(
         integration.steps, integration.evaluations, perf_counter() - begin, rtol, atol
     )
@@ -168,7 +172,7 @@ def simulate(
         events=course.events,
         watched=tuple(events),
         engine=reference if own else None,
-        rank=None if reference.closed is None else reference.closed.most,
+        rank=rank,
     )
     motion = add_breaks(motion, reference)
     if not integration.outcome.complete:
