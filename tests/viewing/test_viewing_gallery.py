@@ -59,6 +59,12 @@ def test_a_gallery_of_two(visit: Callable[..., Visit], tmp_path: Path) -> None:
     seen.page.click("button[data-tag=pendulum]")
     assert seen.page.locator("article:visible h2").all_inner_texts() == ["Rigid bar pendulum"]
     assert seen.page.locator("#count").inner_text() == "1 of 2 systems"
+    seen.page.click("button[data-tag=pendulum]")
+    seen.page.select_option("#freedom", "2")
+    assert seen.page.locator("article:visible h2").all_inner_texts() == ["Two blocks"]
+    seen.page.select_option("#freedom", "")
+    seen.page.fill("#search", "bar RIGID")
+    assert seen.page.locator("article:visible h2").all_inner_texts() == ["Rigid bar pendulum"]
     seen.page.click("article:visible a")
     seen.page.wait_for_selector("body.ready")
     assert "Rigid bar pendulum" in seen.page.title()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import os
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from html import escape
@@ -17,6 +18,7 @@ from mecanique.figure.draw import figure_text
 from mecanique.files import write_whole
 from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.simulate import simulate
+from mecanique.reference import degrees_of_freedom
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.page.page import policy
 from mecanique.viewing.show import export
@@ -36,6 +38,7 @@ class Card:
         tags: words to find it by.
         picture: its figure, as SVG text; empty if there is none.
         fault: why it has no page; empty if it has one.
+        freedom: its degrees of freedom; None if they are unknown.
     """
 
     name: str
@@ -43,6 +46,7 @@ class Card:
     tags: tuple[str, ...]
     picture: str
     fault: str = ""
+    freedom: int | None = None
 
 
 def gallery(
@@ -78,7 +82,8 @@ def gallery(
             export(_motion(name, duration), folder / f"{name}.html")
         except MecaniqueError as error:
             fault = str(error)
-        cards.append(Card(name, system.title, system.tags, picture_of(name), fault))
+        picture, freedom = picture_of(name), _count_freedom(name)
+        cards.append(Card(name, system.title, system.tags, picture, fault, freedom))
     _write(folder / "index.html", index(cards))
     return tuple(cards)
 
@@ -128,6 +133,16 @@ def picture_of(name: str) -> str:
     return figure_text(load(name), entry(name).start)
 
 
+def _count_freedom(name: str) -> int | None:
+    """Degrees of freedom of a system at the start of its motion."""
+    mechanism, system = load(name), entry(name)
+    if not (mechanism.constrained or mechanism.rolls):
+        return mechanism.nv
+    with suppress(MecaniqueError):
+        return degrees_of_freedom(mechanism, mechanism.position(dict(system.start))).N
+    return None
+
+
 def _motion(name: str, duration: float | None) -> Motion:
     system = entry(name)
     speed = {velocity.removesuffix("'"): value for velocity, value in system.start_velocity.items()}
@@ -144,6 +159,8 @@ def index(cards: Sequence[Card]) -> str:
         f"{escape(tag)}</button>"
         for tag in tags
     )
+    counts = sorted({card.freedom for card in cards if card.freedom is not None})
+    choices = "".join(f'<option value="{n}">{n}</option>' for n in counts)
     style, script = _read_asset("gallery.css"), _read_asset("gallery.js")
     allowed = escape(policy([script], [style], "'none'"))
     return (
@@ -153,6 +170,9 @@ def index(cards: Sequence[Card]) -> str:
         '<meta name="color-scheme" content="light dark">\n<title>Mechanisms</title>\n'
         f"<style>{style}</style>\n</head>\n<body>\n<header><h1>Mechanisms</h1>"
         f'<p id="count" role="status">{say_count(len(cards), "system")}</p></header>\n'
+        '<div class="find"><label>Search <input type="search" id="search"></label>'
+        '<label>Degrees of freedom <select id="freedom"><option value="">any</option>'
+        f"{choices}</select></label></div>\n"
         f'<nav aria-label="Tags">{buttons}</nav>\n<main>\n'
         + "\n".join(map(_card, cards))
         + f"\n</main>\n<script>{script}</script>\n</body>\n</html>\n"
@@ -164,7 +184,8 @@ def _card(card: Card) -> str:
     image = f'<img src="data:image/svg+xml;base64,{data}" alt="">' if card.picture else ""
     words = f"<h2>{escape(card.name.replace('_', ' '))}</h2><p>{escape(card.title)}</p>"
     tags = "".join(f"<li>{escape(tag)}</li>" for tag in card.tags)
-    attributes = f'data-tags="{escape("|".join(card.tags))}"'
+    freedom = "" if card.freedom is None else card.freedom
+    attributes = f'data-tags="{escape("|".join(card.tags))}" data-freedom="{freedom}"'
     if card.fault:
         inner = f'<div class="card">{image}{words}<p class="fault">{escape(card.fault)}</p></div>'
     else:

@@ -36,6 +36,9 @@ MOST_LETTERS = 400_000
 MOST_VELOCITIES = 12
 """Programs of larger mechanisms would take long to write, and longer than this to read."""
 
+RTOL, LOOPS_RTOL = 1e-9, 1e-8
+"""Relative tolerances of a step that a page begins with; with loops a step uses a tenth of it."""
+
 _STATES = 12
 """Number of random states at which a force that never acts is recognized."""
 
@@ -124,7 +127,7 @@ class Maker:
             start=tuple(map(float, (*motion.q[0], *motion.v[0]))),
             first=float(motion.t[0]),
             duration=float(motion.t[-1] - motion.t[0]),
-            rtol=1e-10,
+            rtol=LOOPS_RTOL if mechanism.loops else RTOL,
             quaternions=tuple(_quaternions(mechanism)),
             loops=len(closing),
             unknown=unknown,

@@ -3,8 +3,8 @@
 import { Integrator } from "./dop853.js";
 import { Loops } from "./loops.js";
 
-// Scales of lengths of motions and steps.
-const MOST_STEPS = 100_000;
+// A motion that needs more steps stops there: the page must not stand still.
+const MOST_STEPS = 20_000;
 
 export class Machine {
   constructor(engine, program) {
