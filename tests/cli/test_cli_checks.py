@@ -161,9 +161,11 @@ def test_collections_are_surveyed(agrees: bool, monkeypatch: pytest.MonkeyPatch)
 
 def test_a_tolerance_acts_on_one_system_and_is_refused_with_all() -> None:
     runner = CliRunner()
-    strict = runner.invoke(app, ["verify", "cart_pole", "--samples", "5", "--tolerance", "1e-17"])
-    assert strict.exit_code == 1
-    assert "tolerance 1e-17" in strict.stdout
+    near = TEXT.format(INERTIA.format(1).replace('izz="1"', 'izz="1.00001"'), 1)
+    Path("near.urdf").write_text(near, encoding="utf-8")
+    words = ["verify", "good.urdf", "--against", "near.urdf", "--samples", "5"]
+    assert runner.invoke(app, words).exit_code == 1
+    assert runner.invoke(app, [*words, "--tolerance", "1e-3"]).exit_code == 0
     every = runner.invoke(app, ["verify", "--all", "--tolerance", "1e-3"])
     assert every.exit_code == 2
     assert "expected a SYSTEM with --tolerance" in every.output

@@ -177,14 +177,12 @@ def verify(
     chosen = choose(system, parameters, reading)
     other = None if against is None else source(against, reading)
     with working(f"Comparing with {against or 'Pinocchio'} at {say_count(number, 'state')}"):
-        from mecanique.verification.rows import TOLERANCE
-
         verdict = mq.verify(
             chosen.mechanism,
             number,
             seed,
             against=other,
-            tolerance=TOLERANCE if tolerance is None else tolerance,
+            tolerance=tolerance,
             engines=[word for word in engines.split(",") if word],
         )
         facts = () if against is not None else textbook_facts(system, parameters, seed)
