@@ -90,6 +90,7 @@ ORDER: dict[str, list[str]] = {
         "verdict",
         "closed_form facts given rows",
         "conditioning contributions",
+        "reduced",
         "against derivations transformation",
         "answers",
         "compare",

@@ -18,6 +18,7 @@ from mecanique.verification.conditioning import rounding
 from mecanique.verification.descriptions.diff import diff
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.given import Functions, read_samples
+from mecanique.verification.reduced import Reduced, blame_substitution
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, versions
@@ -57,6 +58,8 @@ def compare_with(
             difference = diff(mechanism, mine)
         else:
             functions = other if isinstance(other, Functions) else Functions.of(other)
+            if functions.by:
+                return _compare_some(mechanism, functions, states, (seed, tolerance))
             name, theirs = "functions", functions.values(mechanism, states)
     equations = derive(mechanism)
     ours = evaluate(equations, states, light="acceleration" not in theirs)
@@ -92,6 +95,32 @@ def compare_with(
         difference=None if difference is None or difference.same else difference,
     )
     return verdict if verdict.agrees else verdict.with_causes(causes_of(mechanism, states, theirs))
+
+
+def _compare_some(
+    mechanism: Mechanism, functions: Functions, states: States, how: tuple[int, float]
+) -> Verdict:
+    """Compare equations that have some velocities of what rolls left."""
+    seed, tolerance = how
+    reduced = Reduced(mechanism, tuple(functions.by))
+    ours, theirs = reduced.values(states), functions.values(mechanism, states)
+    shared = {name: ours[name] for name in QUANTITIES if name in ours and name in theirs}
+    names = ("projected", "functions")
+    rows = rows_of(names, shared, {**ours, **theirs}, states, mechanism, tolerance=tolerance)
+    verdict = Verdict(
+        mechanism.name,
+        rows,
+        len(states),
+        seed,
+        tolerance,
+        mechanism.coordinates.names,
+        mechanism.velocities,
+        versions(),
+        (),
+    )
+    if verdict.agrees:
+        return verdict
+    return verdict.with_causes(blame_substitution(reduced, states, ours, theirs))
 
 
 def _of_mechanism(

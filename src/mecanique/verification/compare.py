@@ -54,7 +54,8 @@ def verify(
         seed: of the random states; the same seed gives the same states and the same verdict.
         against: another source instead of Pinocchio: a mechanism; the path of a URDF file;
             functions by name, e.g. `{"M": …, "C": …, "g": …}` (see
-            `mecanique.verification.given.Functions`); or the path of a CSV file with states and
+            `mecanique.verification.given.Functions`, which take equations in the independent
+            velocities of what rolls, too); or the path of a CSV file with states and
             forces, whose states are then used (see `mecanique.verification.given.read_samples`).
         tolerance: largest relative difference that counts as agreement. When left out, each entry
             of the mass matrix, and of bias and gravity, may differ by what rounding may make of it

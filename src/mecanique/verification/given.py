@@ -32,6 +32,8 @@ class Functions:
         gravity: (q) -> g, shape (nv,).
         forces: (q, v) -> generalized forces, shape (nv,).
         inverse_dynamics: (q, v, a) -> M a + C v + g − forces, shape (nv,).
+        by: of what rolls, names of the coordinates whose velocities the equations have left; M,
+            bias and forces then have as many rows, in this order, and still take all q and v.
 
     Raises:
         InputError: if none is given.
@@ -43,10 +45,12 @@ class Functions:
     gravity: Callable[..., Any] | None = None
     forces: Callable[..., Any] | None = None
     inverse_dynamics: Callable[..., Any] | None = None
+    by: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if not any(getattr(self, field.name) for field in fields(self)):
-            names = ", ".join(field.name for field in fields(self))
+        known = [field.name for field in fields(self) if field.name != "by"]
+        if not any(getattr(self, name) for name in known):
+            names = ", ".join(known)
             raise InputError(f"expected at least one of the functions {names}")
         if self.coriolis and not self.bias and not self.gravity:
             raise InputError("expected gravity besides coriolis: what is compared is C v + g")
@@ -59,12 +63,13 @@ class Functions:
             UnknownNameError: if a name is none of these.
         """
         short = {"M": "mass_matrix", "C": "coriolis", "g": "gravity"}
-        known = [field.name for field in fields(cls)]
+        known = [field.name for field in fields(cls) if field.name != "by"]
         named = {short.get(name, name): function for name, function in given.items()}
         for name in named:
             if name not in known:
                 raise UnknownNameError("function", name, (*known, *short))
-        return cls(**named)
+        functions: dict[str, Any] = named
+        return cls(**functions)
 
     def values(self, mechanism: Mechanism, states: States) -> dict[str, Array]:
         """Return what the functions give at all states, by quantity.
@@ -72,7 +77,7 @@ class Functions:
         Raises:
             InputError: if a function fails, or gives numbers of another shape.
         """
-        n = mechanism.nv
+        n = len(self.by) or mechanism.nv
         q, v, a = states.q, states.v, states.a
         found: dict[str, Array] = {}
         if self.mass_matrix:
