@@ -1,8 +1,10 @@
-"""Words that depend on numbers."""
+"""Words that depend on numbers, and tables of them."""
 
 from __future__ import annotations
 
-__all__ = ["say_count"]
+from collections.abc import Sequence
+
+__all__ = ["say_count", "write_table"]
 
 
 def say_count(count: int, noun: str, plural: str = "") -> str:
@@ -14,3 +16,19 @@ def say_count(count: int, noun: str, plural: str = "") -> str:
         plural: several of it; with an s by default.
     """
     return f"{count} {noun if count == 1 else plural or f'{noun}s'}"
+
+
+def write_table(caption: str, rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in HTML, for notebooks.
+
+    Args:
+        caption: what it shows.
+        rows: cells of plain text; the first row is the head.
+    """
+    from html import escape
+
+    lines = []
+    for tag, cells in zip(["th", *["td"] * (len(rows) - 1)], rows, strict=True):
+        inner = "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
+        lines.append(f"<tr>{inner}</tr>")
+    return f"<table><caption>{escape(caption)}</caption>{''.join(lines)}</table>"

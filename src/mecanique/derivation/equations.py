@@ -19,7 +19,7 @@ from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.derivation import Derivation, Stage
+from mecanique.derivation.symbolic.derivation import Derivation, Stages
 from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.derivation.term_units import unit_of
 from mecanique.errors import DerivationError
@@ -126,9 +126,9 @@ class Equations(Dynamics):
         return _matrix([[entry] for entry in self.derivation.Q])
 
     @property
-    def steps(self) -> tuple[Stage, ...]:
-        """The steps of the derivation."""
-        return self.derivation.stages
+    def steps(self) -> Stages:
+        """The steps of the derivation; a notebook shows them written out."""
+        return Stages(self.derivation.stages)
 
     @property
     def linear(self) -> Linear | None:

@@ -215,7 +215,14 @@ class _Joint(ABC):
 @final
 @dataclass(frozen=True)
 class Fixed(_Joint):
-    """The child is welded to its parent."""
+    """The child is welded to its parent.
+
+    Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+    """
 
     @property
     def chain(self) -> tuple[Elementary, ...]:
@@ -262,7 +269,18 @@ class Single(_Joint):
 @final
 @dataclass(frozen=True)
 class Revolute(Single):
-    """A hinge: the child turns about an axis by its coordinate [rad]."""
+    """A hinge: the child turns about an axis by its coordinate [rad].
+
+    Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        axis: shape (3,), in the joint's frame; numbers, any length but zero.
+        coordinate: name of its coordinate; the joint's own name by default.
+        limits: bounds, if any.
+        armature: inertia of the drive's rotor seen at the joint [kg·m²].
+    """
 
     noun: ClassVar[str] = "hinge"
 
@@ -275,7 +293,18 @@ class Revolute(Single):
 @final
 @dataclass(frozen=True)
 class Prismatic(Single):
-    """A slide: the child moves along an axis by its coordinate [m]."""
+    """A slide: the child moves along an axis by its coordinate [m].
+
+    Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        axis: shape (3,), in the joint's frame; numbers, any length but zero.
+        coordinate: name of its coordinate; the joint's own name by default.
+        limits: bounds, if any.
+        armature: inertia of the drive's rotor seen at the joint [kg].
+    """
 
     noun: ClassVar[str] = "slide"
 
@@ -295,6 +324,14 @@ class Helical(Single):
     the joint is a moment about the axis; the thread adds no friction.
 
     Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        axis: shape (3,), in the joint's frame; numbers, any length but zero.
+        coordinate: name of its coordinate; the joint's own name by default.
+        limits: bounds, if any.
+        armature: inertia of the drive's rotor seen at the joint [kg·m²].
         pitch: advance along the axis per radian [m/rad], a number other than zero or an expression
             in parameters; a thread of lead l has l/2π, a left-handed one a negative pitch.
     """
@@ -360,6 +397,11 @@ class Planar(_Named):
     that the smallest turn from z to the normal gives (for the normal −y: x and z).
 
     Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        names: names of its coordinates in order; `<joint>_x`, `_y` and `_theta` by default.
         axis: shape (3,), normal of the plane in the joint's frame.
     """
 
@@ -396,7 +438,15 @@ class Planar(_Named):
 @final
 @dataclass(frozen=True)
 class Universal(_Named):
-    """A Cardan joint: a turn about x, then one about the turned y [rad]."""
+    """A Cardan joint: a turn about x, then one about the turned y [rad].
+
+    Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        names: names of its coordinates in order; `<joint>_rx` and `_ry` by default.
+    """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("rx", "ry")
 
@@ -413,6 +463,13 @@ class Spherical(_Named):
     """A ball joint: a unit quaternion (x, y, z, w).
 
     Velocities are the angular velocity in the child's axes [rad/s].
+
+    Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        names: names of its coordinates in order; `<joint>_qx` and so on by default.
     """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("qx", "qy", "qz", "qw")
@@ -430,6 +487,13 @@ class Floating(_Named):
 
     Velocities are the child origin's velocity [m/s], then the angular velocity [rad/s], both in the
     child's axes.
+
+    Args:
+        name: its name, as in URDF.
+        parent: name of the parent body.
+        child: name of the child body.
+        origin: where the joint's frame stands in the parent.
+        names: names of its coordinates in order; `<joint>_x` … `_qw` by default.
     """
 
     _suffixes: ClassVar[tuple[str, ...]] = ("x", "y", "z", "qx", "qy", "qz", "qw")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import platform
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from html import escape
@@ -16,7 +16,7 @@ from mecanique.model.mechanism.origin import Finding
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.descriptions.change import Difference
 from mecanique.verification.originals.reading import EngineReading
-from mecanique.wording import say_count
+from mecanique.wording import say_count, write_table
 
 __all__ = ["TOLERANCE", "Row", "Verdict", "versions"]
 
@@ -276,21 +276,14 @@ class Verdict:
         return "\n".join([*first, self.summary, *lines, *self.remarks])
 
     def _repr_html_(self) -> str:
-        head, *body = self.table
-        table = _row("th", head) + "".join(_row("td", line) for line in body)
         remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
-        return f"<table><caption>{escape(self.summary)}</caption>{table}</table>{remarks}"
+        return write_table(self.summary, self.table) + remarks
 
     def _cell(self, row: Row | None) -> str:
         if row is None:
             return ""
         worst = f"{row.worst:.1e}" if math.isfinite(row.worst) else "not finite"
         return worst if row.agrees else f"{worst} !"
-
-
-def _row(tag: str, cells: Sequence[str]) -> str:
-    inner = "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells)
-    return f"<tr>{inner}</tr>"
 
 
 def _number(value: float) -> float | None:

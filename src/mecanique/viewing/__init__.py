@@ -1,6 +1,6 @@
 """Pictures of a motion: the scene as pure data, one offline page, a live view.
 
-Importing this package lets motions show themselves in notebooks.
+Importing this package lets motions and mechanisms show themselves in notebooks.
 """
 
 from __future__ import annotations
@@ -8,8 +8,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mecanique.motion.output.notebook import shown_by
+from mecanique.notebook import drawn_by
 
 if TYPE_CHECKING:
+    from mecanique.model.mechanism import Mechanism
     from mecanique.motion.record.motion import Motion
 
 __all__: list[str] = []
@@ -21,4 +23,15 @@ def _frame(motion: Motion) -> str:
     return frame(motion)
 
 
+def _draw(mechanism: Mechanism) -> str | None:
+    from mecanique.errors import MecaniqueError
+    from mecanique.figure.draw import figure_text
+
+    try:
+        return figure_text(mechanism)
+    except (MecaniqueError, ImportError):
+        return None
+
+
 shown_by(_frame)
+drawn_by(_draw)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from html import escape
 from typing import Protocol, TypeAlias, final
 
 from mecanique.derivation.printing.equations import Expression, expression
-from mecanique.derivation.printing.writers import Writer
+from mecanique.derivation.printing.writers import MathML, Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.lines_of_action import Assumption
@@ -20,10 +21,13 @@ __all__ = [
     "Matrix",
     "Result",
     "Stage",
+    "Stages",
     "SymbolicMethod",
     "along_displacement",
     "mass_and_bias",
 ]
+
+_MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
 
 Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 """Rows of series."""
@@ -105,6 +109,21 @@ class Stage:
     title: str
     explanation: str
     results: tuple[Result, ...] = ()
+
+    def _repr_html_(self) -> str:
+        """The step in a notebook: its title, what it does and its formulas in MathML."""
+        writer = MathML()
+        lines = [_MATH.format(result.write(writer)) for result in self.results]
+        head = f"<h4>{escape(self.title)}</h4>\n<p>{escape(self.explanation)}</p>"
+        return "\n".join([head, *lines])
+
+
+@final
+class Stages(tuple[Stage, ...]):
+    """The steps of a derivation; in a notebook, one below the other."""
+
+    def _repr_html_(self) -> str:
+        return "\n".join(stage._repr_html_() for stage in self)
 
 
 @final

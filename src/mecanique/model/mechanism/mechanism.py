@@ -12,6 +12,7 @@ from mecanique.model.mechanism.state_space import StateSpace
 from mecanique.model.mechanism.validation import faults
 from mecanique.model.mechanism.variants import Variants
 from mecanique.model.placement import vector
+from mecanique.notebook import draw
 from mecanique.wording import say_count
 
 __all__ = ["Mechanism"]
@@ -96,6 +97,10 @@ class Mechanism(StateSpace, Variants):
             f"{say_count(len(self.joints), 'joint')}, {say_count(len(self.forces), 'force')}, "
             f"q = ({', '.join(names)})>"
         )
+
+    def _repr_html_(self) -> str | None:
+        """The figure of the mechanism in a notebook, if pictures can be drawn."""
+        return draw(self)
 
     def __getstate__(self) -> dict[str, Any]:
         return {f.name: getattr(self, f.name) for f in fields(self)}

@@ -10,8 +10,9 @@ import numpy as np
 
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.units import units
+from mecanique.model.units import add_unit, units
 from mecanique.motion.simulation.arguments import Values
+from mecanique.wording import write_table
 
 if TYPE_CHECKING:
     from mecanique.derivation.printing.equations import Equation
@@ -276,6 +277,15 @@ class Linearization:
         from mecanique.motion.linear.comparison import compare
 
         return compare(self, amplitude, mode=mode, tolerance=tolerance)
+
+    def _repr_html_(self) -> str:
+        head = ["ω [rad/s]", "damping", *map(add_unit, self.deviations, self.units)]
+        rows = []
+        for omega, zeta, mode in zip(self.frequencies, self.damping, self.modes.T, strict=True):
+            shape = [f"{x.real:+.4f}" if abs(x.imag) < 1e-12 else f"{x:+.4f}" for x in mode]
+            rows.append([f"{omega:.6g}", f"{zeta:.3g}", *shape])
+        caption, *_ = str(self).splitlines()
+        return write_table(caption, [head, *rows])
 
     def __str__(self) -> str:
         m = self.mechanism

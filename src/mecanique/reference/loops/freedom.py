@@ -25,7 +25,7 @@ from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
-from mecanique.wording import say_count
+from mecanique.wording import say_count, write_table
 
 __all__ = ["Freedom", "degrees_of_freedom", "freedom_of", "generic_rank", "refuse_locked"]
 
@@ -102,6 +102,17 @@ class Freedom:
         if not self.N:
             text += "; locked: nothing can move"
         return text
+
+    def _repr_html_(self) -> str:
+        rows = [
+            ("velocities of the tree", str(self.coordinates)),
+            ("constraint equations", str(self.constraints)),
+            ("of them independent", str(self.rank)),
+            ("degrees of freedom N", str(self.N)),
+        ]
+        if self.redundant:
+            rows.append(("redundant", ", ".join(self.redundant)))
+        return write_table(str(self), [("", "number"), *rows])
 
 
 def degrees_of_freedom(
