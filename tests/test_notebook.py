@@ -27,7 +27,7 @@ JOINTS = (
 def test_joints_document_their_arguments(joint: type) -> None:
     text = inspect.getdoc(joint) or ""
     _, _, arguments = text.partition("Args:\n")
-    for field in fields(joint):  # type: ignore[arg-type]  # a dataclass
+    for field in fields(joint):
         assert f"    {field.name}: " in arguments, field.name
 
 
