@@ -1,17 +1,25 @@
 """Measure closed mechanisms: agreement, time per acceleration, drift and energy over 100 s.
 
-Run it by hand: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_loops.py With more threads,
-decompositions of matrices from about 60 rows on wait for each other, a hundredfold on busy cores.
+Run it by hand: OPENBLAS_NUM_THREADS=1 python tests/benchmarks/bench_loops.py [beside] With more
+threads, decompositions of matrices from about 60 rows on wait for each other, a hundredfold on busy
+cores. "beside" prints only the times of motions beside a KKT system written by hand (`BareKkt`),
+all to the same error at the end: in processor time, with that of the C compiler, medians of three;
+"first" with a mechanism that nothing was derived for yet, "again" with the same one.
 """
 
 from __future__ import annotations
 
+import resource
+import sys
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from statistics import median
 
 import numpy as np
+from loops_peers import BareKkt
 
-from mecanique import textbook
+from mecanique import simulate_many, textbook
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion import simulate
 from mecanique.reference import Reference, assemble
@@ -110,7 +118,98 @@ def long_motions() -> None:
         )
 
 
+TARGET = 1e-9
+"""Error at the end, in q relative to its size or one, at which times are compared."""
+
+LADDER = 10.0 ** -np.arange(7.0, 13.01, 0.5)
+
+BESIDE = (
+    ("four_bar_linkage", 10.0, 10.0),
+    ("slider_crank", 10.0, 10.0),
+    ("bars_and_springs_loop", 10.0, 10.0),
+    ("squeezer", 0.03, 1000.0),
+)
+"""System, duration [s] and rate of Baumgarte's terms [1/s]."""
+
+
+def processor_time() -> float:
+    """Time of this process and of those that it started and ended [s]."""
+    used = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(part.ru_utime + part.ru_stime for part in used)
+
+
+def at_target(end: Callable[[float], np.ndarray], exact: np.ndarray) -> tuple[float, float, float]:
+    """Return tolerance, error and median time of the loosest tolerance that meets the target."""
+    for rtol in LADDER.tolist():
+        begin = processor_time()
+        found = end(rtol)
+        times = [processor_time() - begin]
+        error = float((np.abs(found - exact) / (1 + np.abs(exact))).max())
+        if error <= TARGET:
+            for _ in range(2):
+                begin = processor_time()
+                end(rtol)
+                times.append(processor_time() - begin)
+            return rtol, error, median(times)
+    return float("nan"), error, float("nan")
+
+
+def beside() -> None:
+    """Print the times of motions beside a KKT system by hand."""
+    for name, duration, damping in BESIDE:
+        compare_with_hand(name, duration, damping)
+
+
+def compare_with_hand(name: str, duration: float, damping: float) -> None:
+    """Print the times of one system's motions."""
+    entry = textbook.entry(name)
+    kept = entry.mechanism()
+    q = assemble(kept, dict(entry.start))
+    start = np.concatenate([q, np.zeros(len(q))])
+    bare = BareKkt(entry.mechanism(), damping)
+
+    def move(mechanism: Mechanism, rtol: float, method: str = "auto") -> np.ndarray:
+        motion = simulate(mechanism, q=q, duration=duration, rtol=rtol, samples=2, method=method)
+        return np.asarray(motion.q[-1])
+
+    exact = move(kept, 1e-14, "compiled")
+    rtol, error, unit = at_target(
+        lambda rtol: bare.integrate(start, duration, rtol)[: len(q)], exact
+    )
+    print(
+        f"{name}: {duration:g} s to an error of {TARGET:g}; by hand {unit * 1e3:.0f} ms "
+        f"(rtol {rtol:.0e}, error {error:.0e})"
+    )
+    for title, run in (
+        ("simulate, first", lambda rtol: move(entry.mechanism(), rtol)),
+        ("simulate, again", lambda rtol: move(kept, rtol)),
+        ("compiled, again", lambda rtol: move(kept, rtol, "compiled")),
+    ):
+        rtol, error, spent = at_target(run, exact)
+        print(
+            f"    {title:16} {spent * 1e3:7.1f} ms, {spent / unit:6.3f} times as long "
+            f"(rtol {rtol:.0e}, error {error:.0e})"
+        )
+
+
+def many() -> None:
+    """Print how long 1,000 linkages take."""
+    mechanism = textbook.load("four_bar_linkage")
+    q = assemble(mechanism, dict(textbook.entry("four_bar_linkage").start))
+    starts = q + np.random.default_rng(0).uniform(-0.2, 0.2, (1000, len(q)))
+    begin, clock = processor_time(), time.perf_counter()
+    runs = simulate_many(mechanism, starts, duration=10.0, rtol=1e-9)
+    spent, passed = processor_time() - begin, time.perf_counter() - clock
+    print(
+        f"1,000 four-bar linkages over 10 s: {passed:.1f} s, of processors {spent:.1f} s, "
+        f"{len(runs.failed)} failed"
+    )
+
+
 if __name__ == "__main__":
-    agreement()
-    cost()
-    long_motions()
+    beside()
+    many()
+    if "beside" not in sys.argv:
+        agreement()
+        cost()
+        long_motions()

@@ -32,7 +32,7 @@ OPTIMIZED = 50_000
 _DERIVING = 2e-3
 """Time to derive, compare and compile the least equations, roughly [s]."""
 
-_DERIVING_LOOPS = 0.025
+_DERIVING_LOOPS = 0.015
 """The same of equations with loops, for each velocity, roughly [s]."""
 
 _COMPILING = 0.05
@@ -189,7 +189,8 @@ def compile_once(mechanism: Mechanism) -> Compiled:
 
 
 def _compare(mechanism: Mechanism, reference: Reference) -> Program:
-    states = random_states(mechanism, SAMPLES, 0) if mechanism.constrained else None
+    many = SAMPLES if mechanism.constrained else 0
+    states = random_states(mechanism, many, 0, lot=many) if many else None
     program = program_of(mechanism, states=states)
     rhs = scalar(program)
 

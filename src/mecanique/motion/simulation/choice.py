@@ -39,11 +39,11 @@ STEPS = 1200
 PAYOFF = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
 
-LOOP_STEPS = 12
+LOOP_STEPS = 6
 """Steps of a closed mechanism after which to see whether its equations are to be derived."""
 
-LOOP_STEP_SECONDS = {"dop853": 4e-3, "closed_form": 2.5e-4, "compiled": 1e-5}
-"""What a step of a closed mechanism takes, roughly, by method [s]."""
+LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 2.5e-4, "compiled": 1e-5}
+"""What a step of a closed mechanism takes, roughly, by method; dop853 for each velocity [s]."""
 
 PAYOFF_OF_LOOPS = 1.5
 """Deriving the equations must save this many times what it takes, by an estimate."""
@@ -214,8 +214,9 @@ def _best_for_loops(problem: Problem, t: float) -> str:
     if not code.possible:
         return "dop853"
     steps = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0)
+    by_reference = LOOP_STEP_SECONDS["dop853"] * problem.mechanism.nv
     seconds = {
-        "dop853": (steps - LOOP_STEPS) * LOOP_STEP_SECONDS["dop853"] / PAYOFF_OF_LOOPS,
+        "dop853": (steps - LOOP_STEPS) * by_reference / PAYOFF_OF_LOOPS,
         "closed_form": code.seconds_to_derive() + steps * LOOP_STEP_SECONDS["closed_form"],
     }
     if has_compiler() and not problem.events and not _is_blind(problem):

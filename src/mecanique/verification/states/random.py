@@ -39,7 +39,12 @@ _TIME = 10.0
 
 
 def random_states(
-    mechanism: Mechanism, samples: int, seed: int, assumptions: Sequence[Assumption] = ()
+    mechanism: Mechanism,
+    samples: int,
+    seed: int,
+    assumptions: Sequence[Assumption] = (),
+    *,
+    lot: int = _LOT,
 ) -> States:
     """Return random states: angles in (−π, π), short lengths, unit quaternions.
 
@@ -48,6 +53,7 @@ def random_states(
         samples: number of states, at least 1.
         seed: of numpy's default generator, at least 0.
         assumptions: what must hold besides.
+        lot: least number of candidates drawn at once; those of closed mechanisms take long.
 
     Raises:
         InputError: if `samples` or `seed` is not a whole number in its range, no possible state is
@@ -55,7 +61,7 @@ def random_states(
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     random = np.random.default_rng(seed)
-    lot, found, rank = max(samples, _LOT), list[States](), 0
+    lot, found, rank = max(samples, lot), list[States](), 0
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
         if mechanism.constrained:
