@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 
 from mecanique import simulate, textbook
 from mecanique.errors import DerivationError, InputError, IntegrationError
-from mecanique.model import Mechanism, coordinate
+from mecanique.model import Input, JointForce, Mechanism, Prismatic, coordinate
 from mecanique.motion import Event, Motion
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.stepper import has_compiler
@@ -138,8 +139,22 @@ def test_what_compiled_steps_do_not_know_is_refused(linkage: Mechanism) -> None:
         simulate(linkage, q=START, events=[event], method="compiled")
     with pytest.raises(DerivationError, match="has constraints, which Taylor series do not keep"):
         simulate(linkage, q=START, method="taylor")
-    with pytest.raises(DerivationError, match="is held by contacts or velocity constraints"):
-        simulate(textbook.load("chaplygin_sleigh"), method="compiled")
+    push = Input("F", lambda t: t, "N")
+    block = textbook.load("cart_pole")
+    slide = next(joint.name for joint in block.joints if isinstance(joint, Prismatic))
+    pushed = replace(block, forces=(JointForce("push", slide, push),), inputs=(push,))
+    with pytest.raises(DerivationError, match="as formulas, but the input F is a function"):
+        simulate(pushed, method="compiled")
+
+
+def test_what_rolls_is_compiled_too() -> None:
+    sleigh = textbook.load("chaplygin_sleigh")
+    start = {"q": dict(textbook.entry("chaplygin_sleigh").start)}
+    options: dict[str, Any] = {**start, "duration": 1.0, "rtol": 1e-10, "samples": 3}
+    fast = simulate(sleigh, v={sleigh.velocities[-1]: 2.0}, method="compiled", **options)
+    slow = simulate(sleigh, v={sleigh.velocities[-1]: 2.0}, method="dop853", **options)
+    assert np.abs(fast.v[-1] - fast.v[0]).max() > 1e-3
+    np.testing.assert_allclose(fast.q, slow.q, atol=1e-8)
 
 
 def test_too_many_steps_and_progress_end_a_compiled_motion(linkage: Mechanism) -> None:

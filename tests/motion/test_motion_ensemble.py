@@ -174,7 +174,7 @@ def test_closed_mechanisms_without_a_compiler_run_one_by_one(
     assert runs.method.startswith("single")
     assert "chosen because no C compiler is installed" in runs.method
     assert not len(runs.failed)
-    with pytest.raises(mq.DerivationError, match="which method 'batch' does not keep closed"):
+    with pytest.raises(mq.DerivationError, match="which method 'batch' does not keep"):
         mq.simulate_many(mechanism, closed_starts(2), method="batch")
 
 
@@ -378,3 +378,13 @@ def test_a_dask_cluster_with_a_killed_worker_completes_the_runs(tmp_path: Path) 
     assert len(victims) == 1
     assert runs.done == 40
     assert np.array_equal(runs.q, sweep_of_pendulums().q)
+
+
+def test_what_rolls_keeps_rolling_in_many_runs() -> None:
+    mechanism = mq.textbook.load("chaplygin_sleigh")
+    spin = mechanism.velocities[-1]
+    runs = mq.simulate_many(mechanism, v={spin: [1.0, 2.0]}, duration=1.0, rtol=1e-9)
+    assert not runs.method.startswith(("batch", "taylor"))
+    for k in range(2):
+        alone = runs.motion(k, samples=2)
+        np.testing.assert_allclose(runs.v[k, -1], alone.v[-1], atol=1e-7)

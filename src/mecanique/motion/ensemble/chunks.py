@@ -253,7 +253,7 @@ def _integrate_in_c(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.nd
 def _close_starts(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.ndarray]:
     """Return the states to start from, with closed loops, and whether they can be closed."""
     starts, closed = _start(part), np.ones(len(part), dtype=bool)
-    if not mechanism.loops:
+    if not mechanism.constrained:
         return starts, closed
     from mecanique.reference import Reference
 

@@ -254,18 +254,18 @@ def _choose(
                 "expected 'single' or 'auto'"
             )
         return "single", f"; chosen because it watches the limits of {limited}"
-    if mechanism.loops and method in ("batch", "taylor"):
+    if mechanism.constrained and method in ("batch", "taylor"):
         raise DerivationError(
-            f"mechanism {mechanism.name!r} has loops, which method {method!r} does not keep "
-            "closed; expected 'compiled', 'single' or 'auto'"
+            f"mechanism {mechanism.name!r} has constraints, which method {method!r} does not "
+            "keep; expected 'compiled', 'single' or 'auto'"
         )
-    if mechanism.loops and method == "auto" and not has_compiler():
+    if mechanism.constrained and method == "auto" and not has_compiler():
         return "single", "; chosen because no C compiler is installed"
     if method == "compiled":
         compiler()
     try:
         program = program_of(mechanism, varied)
-        if program.signals and (mechanism.loops or method == "compiled"):
+        if program.signals and (mechanism.constrained or method == "compiled"):
             refuse_signals(program)
         _compare(mechanism, program, varied)
     except DerivationError as error:
@@ -274,8 +274,8 @@ def _choose(
         return "single", f"; chosen because {error}"
     if method != "auto":
         return method, ""
-    if mechanism.loops:
-        return "compiled", "; chosen because it keeps loops closed"
+    if mechanism.constrained:
+        return "compiled", "; chosen because it keeps constraints"
     if not is_installed():
         return "batch", "; chosen because heyoka is not installed"
     work = len(start) * span * len(program.tape.find_needed(program.rates)) * SECONDS
