@@ -29,6 +29,7 @@ ORDER: dict[str, list[str]] = {
         "generation",
         "motion",
         "textbook.register figure",
+        "teaching serving",
         "viewing",
         "cli",
         "__main__",
@@ -100,6 +101,8 @@ ORDER: dict[str, list[str]] = {
     "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "motion quantities", "formula"],
+    "teaching": ["sheet", "exercise grade"],
+    "serving": ["tools", "agents"],
     "generation": [
         "identifiers quantities",
         "program",

@@ -1,4 +1,4 @@
-"""The command that checks submitted formulas."""
+"""Commands on formulas: check them, grade sheets of them, make exercises, serve agents."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import mecanique as mq
-from mecanique.cli.printing import say
+from mecanique.cli.printing import progress, say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
 
@@ -60,6 +60,76 @@ def check(
     say(found.to_json() if as_json else str(found))
     if not found.right:
         raise typer.Exit(1)
+
+
+@app.command(epilog="Example: mecanique grade sheet.toml answers --csv marks.csv")
+@report_errors
+def grade(
+    sheet: Annotated[
+        Path, typer.Argument(metavar="SHEET", help="A TOML or JSON file of questions.")
+    ],
+    answers: Annotated[
+        Path,
+        typer.Argument(
+            metavar="ANSWERS",
+            help="A folder with a folder (1a.txt, 1b.tex …) or a .toml for each student.",
+        ),
+    ],
+    csv: Annotated[
+        Path | None, typer.Option("--csv", metavar="FILE", help="Write the marks to this file.")
+    ] = None,
+) -> None:
+    """Grade answers to a sheet, with partial credit and reasons."""
+    from mecanique.teaching import grade as grade_sheet
+
+    with progress("Grading") as advance:
+        found = grade_sheet(sheet, answers, progress=advance)
+    if csv is None:
+        say(str(found))
+    else:
+        csv.write_text(found.to_csv(), encoding="utf-8")
+        say(f"Wrote {csv}")
+
+
+@app.command(epilog='Example: mecanique exercise cart_pole --seed 7 --ask "equation of motion"')
+@report_errors
+def exercise(
+    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A textbook system.")],
+    ask: Annotated[
+        str,
+        typer.Option(
+            metavar="WORDS",
+            help="equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix "
+            "or frequency.",
+        ),
+    ] = "equation of motion",
+    seed: Seed = 0,
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="DIR",
+            help="Write problem.md, figure.svg and solution.md there; printed by default.",
+        ),
+    ] = None,
+) -> None:
+    """Make an exercise: a problem with figure and numbers, and its verified solution."""
+    from mecanique.teaching import make_exercise
+
+    with working("Making the exercise"):
+        made = make_exercise(system, ask, seed)
+        paths = made.write(output) if output is not None else ()
+    say("\n".join(f"Wrote {path}" for path in paths) or f"{made.problem}\n{made.solution}")
+
+
+@app.command(epilog="Example: mecanique agents, as the command of a server in a client's settings")
+@report_errors
+def agents() -> None:
+    """Serve agents by the Model Context Protocol over standard input and output."""
+    from mecanique.serving.agents import serve
+
+    serve()
 
 
 def _read(word: str) -> str:

@@ -1,0 +1,1 @@
+"""Mecanique for agents: a server that speaks the Model Context Protocol."""

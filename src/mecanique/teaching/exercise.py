@@ -1,0 +1,225 @@
+"""Exercises: a problem with its figure and numbers, and the solution with its steps, verified."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import random
+from dataclasses import dataclass, replace
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, final
+
+from mecanique.checking.check import Checker
+from mecanique.derivation import derive
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.small_motions import linearize_equations
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.errors import DerivationError, InputError, UnknownNameError
+from mecanique.figure.draw import picture
+from mecanique.files import write_whole
+from mecanique.model.coordinates import Coordinates
+from mecanique.model.expression import coordinate
+from mecanique.model.joints import Revolute
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.parameters import Parameter
+from mecanique.textbook.catalogue import entry
+
+if TYPE_CHECKING:
+    from mecanique.checking.verdict import Check
+
+__all__ = ["ASKED", "Exercise", "make_exercise"]
+
+ASKED = (
+    "equation of motion",
+    "kinetic energy",
+    "potential energy",
+    "Lagrangian",
+    "mass matrix",
+    "frequency",
+)
+"""What an exercise may ask for."""
+
+_TASKS = {
+    "equation of motion": "Derive the equations of motion in the coordinates {q}.",
+    "kinetic energy": "Write the kinetic energy T in the coordinates {q} and their rates.",
+    "potential energy": "Write the potential energy V in the coordinates {q}.",
+    "Lagrangian": "Write Lagrange's function L = T − V in the coordinates {q} and their rates.",
+    "mass matrix": "Write the mass matrix M for the coordinates {q}, in this order.",
+    "frequency": "Find the natural angular frequency of small motions about {q} = 0.",
+}
+"""The question in words."""
+
+_SPREAD = (0.5, 2.0)
+"""Parameters vary within these multiples of the catalogue's values."""
+
+
+@final
+@dataclass(frozen=True)
+class Exercise:
+    """A problem and its solution.
+
+    Args:
+        title: of the system.
+        mechanism: with the numbers of this variant.
+        ask: what is asked for.
+        problem: the text, in Markdown.
+        solution: with its steps, in Markdown.
+        answer: the result, as `mecanique.check` reads it.
+        check: the verdict on the answer.
+    """
+
+    title: str
+    mechanism: Mechanism
+    ask: str
+    problem: str
+    solution: str
+    answer: str
+    check: Check
+
+    def write(self, folder: Path | str) -> tuple[Path, ...]:
+        """Write problem.md, figure.svg and solution.md into a folder; return their paths.
+
+        Args:
+            folder: is made if it does not exist.
+        """
+        place = Path(folder)
+        place.mkdir(parents=True, exist_ok=True)
+        figure = picture(self.mechanism, path=place / "figure.svg")
+        found = [place / "problem.md", figure, place / "solution.md"]
+        for path, text in ((found[0], self.problem), (found[2], self.solution)):
+            with write_whole(path) as file:
+                file.write(text.encode())
+        return tuple(found)
+
+
+def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -> Exercise:
+    """Make a variant of a textbook system an exercise: other numbers, or another coordinate.
+
+    The answer is checked at random states before it is handed out.
+
+    Args:
+        system: name of a textbook system.
+        ask: what is asked for, one of `ASKED`.
+        seed: of the variant; the same seed gives the same exercise.
+
+    Raises:
+        UnknownNameError: if there is no such system or question.
+        InputError: if the system has no such answer in letters.
+    """
+    if ask not in ASKED:
+        raise UnknownNameError("question of an exercise", ask, ASKED)
+    found = entry(system)
+    draw = random.Random(f"{system} {ask} {seed}")
+    numbers = {p.symbol: _vary(p, draw) for p in found.parameters}
+    mechanism = found.mechanism(**numbers)
+    mechanism, note = _turn(mechanism, draw) if ask != "frequency" else (mechanism, "")
+    answer, steps = _answer(mechanism, ask)
+    verdict = Checker(mechanism).check(answer, ask)
+    if not verdict.right:
+        raise InputError(
+            f"no exercise about the {ask} of {system!r}: {verdict.form or 'it is not determined'}"
+        )
+    names = ", ".join(mechanism.coordinates)
+    statement = inspect.cleandoc(
+        import_module(f"mecanique.textbook.systems.{system}").__doc__ or ""
+    )
+    statement = statement.partition("\n")[2].strip()
+    given = _given(mechanism)
+    task = _TASKS[ask].format(q=names)
+    problem = "\n\n".join(
+        part
+        for part in (
+            f"# {found.title}",
+            statement,
+            note,
+            "![The system](figure.svg)",
+            f"Given: {given}." if given else "",
+            f"**{task}**",
+        )
+        if part
+    )
+    solution = "\n\n".join(
+        [
+            f"# {found.title}: solution",
+            f"```text\n{steps}\n```",
+            f"Result:\n\n```text\n{answer}\n```",
+            f"Checked: {verdict.summary}.",
+        ]
+    )
+    return Exercise(found.title, mechanism, ask, f"{problem}\n", f"{solution}\n", answer, verdict)
+
+
+def _vary(parameter: Parameter, draw: random.Random) -> float:
+    """Return a number with two digits near the catalogue's."""
+    if parameter.unit == "m/s²" or not parameter.value or parameter.unit in ("1", "rad"):
+        return parameter.value
+    value = parameter.value * draw.uniform(*_SPREAD)
+    digits = 1 - math.floor(math.log10(abs(value)))
+    return round(value, digits)
+
+
+def _turn(mechanism: Mechanism, draw: random.Random) -> tuple[Mechanism, str]:
+    """Return the mechanism with one angle counted the other way round, or as it is."""
+    if mechanism.coordinates.driven or mechanism.constrained or draw.random() < 1 / 2:
+        return mechanism, ""
+    angles = [j.coordinate for j in mechanism.joints if isinstance(j, Revolute)]
+    angles = [name for name in angles if name not in mechanism.coordinates.limits]
+    if not angles or "psi" in (*mechanism.coordinates, *mechanism.values):
+        return mechanism, ""
+    chosen = draw.choice(angles)
+    names = tuple("psi" if name == chosen else name for name in mechanism.coordinates)
+    limits = mechanism.coordinates.limits
+    turned = Coordinates(names, {chosen: -coordinate("psi")}, limits)
+    note = (
+        f"In this variant the angle psi = −{chosen} is the coordinate: it is counted the other "
+        f"way round than {chosen} above."
+    )
+    return replace(mechanism, coordinates=turned), note
+
+
+def _given(mechanism: Mechanism) -> str:
+    return ", ".join(
+        f"{p.symbol} = {p.value:g}{f' {p.unit}' if p.unit != '1' else ''}"
+        + (f" ({p.meaning})" if p.meaning else "")
+        for p in mechanism.parameters
+    )
+
+
+def _answer(mechanism: Mechanism, ask: str) -> tuple[str, str]:
+    """Return the answer and its steps."""
+    equations = derive(mechanism)
+    try:
+        steps = equations.text(steps=True) if equations.derivation else ""
+    except DerivationError as error:
+        raise InputError(f"no exercise about {mechanism.name!r}: {error}") from None
+    if ask == "equation of motion":
+        return equations.text(), steps
+    if ask == "frequency":
+        return _frequency(mechanism)
+    if ask == "mass matrix":
+        rows = [[expression(entry).text() for entry in row] for row in equations.derivation.M]
+        return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]", steps
+    lagrange = Lagrange(mechanism)
+    chosen = {
+        "kinetic energy": ("T", lagrange.T),
+        "potential energy": ("V", lagrange.V),
+        "Lagrangian": ("L", lagrange.T - lagrange.V),
+    }[ask]
+    return f"{chosen[0]} = {expression(chosen[1]).text()}", steps
+
+
+def _frequency(mechanism: Mechanism) -> tuple[str, str]:
+    try:
+        small = linearize_equations(
+            derive(mechanism).derivation, dict.fromkeys(mechanism.coordinates, 0.0)
+        )
+    except DerivationError as error:
+        raise InputError(f"no exercise about the frequency: {error}") from None
+    if small.square is None:
+        raise InputError(
+            f"no exercise about the frequency of {mechanism.name!r}: expected one degree of "
+            "freedom and a stable equilibrium with all coordinates zero"
+        )
+    answer = f"omega = sqrt({expression(small.square).text()})"
+    return answer, small.text()

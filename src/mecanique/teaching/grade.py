@@ -1,0 +1,205 @@
+"""Grade answers to a sheet, with partial credit and reasons."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+from mecanique.checking.check import Checker
+from mecanique.checking.verdict import Check
+from mecanique.errors import FormulaError, InputError
+from mecanique.model.mechanism import Mechanism
+from mecanique.teaching.sheet import Question, Sheet, read_sheet, read_table
+from mecanique.textbook.catalogue import load
+from mecanique.wording import say_count
+
+__all__ = ["Grades", "Mark", "grade", "grade_answer"]
+
+_ENDINGS = (".txt", ".tex", ".mml", ".md")
+_MOST_CHARACTERS = 20_000
+
+
+@final
+@dataclass(frozen=True)
+class Mark:
+    """The mark of one answer.
+
+    Args:
+        student: whose answer.
+        question: name of the question.
+        points: given.
+        possible: points of the question.
+        outcome: "right", "right except for form", "incomplete", "wrong", "unreadable" or "missing".
+        reason: why points are missing, in a sentence or two; empty if none are.
+    """
+
+    student: str
+    question: str
+    points: float
+    possible: float
+    outcome: str
+    reason: str
+
+
+@final
+@dataclass(frozen=True)
+class Grades:
+    """All marks of a sheet.
+
+    Args:
+        sheet: the sheet.
+        marks: by student, then question.
+    """
+
+    sheet: Sheet
+    marks: tuple[Mark, ...]
+
+    @property
+    def totals(self) -> dict[str, float]:
+        """Sum of the points of each student."""
+        found: dict[str, float] = {}
+        for mark in self.marks:
+            found[mark.student] = found.get(mark.student, 0.0) + mark.points
+        return found
+
+    def to_csv(self) -> str:
+        """Return a table with a line for each answer."""
+        out = io.StringIO()
+        table = csv.writer(out, lineterminator="\n")
+        table.writerow(["student", "question", "points", "of", "outcome", "reason"])
+        for mark in self.marks:
+            row = [mark.student, mark.question, f"{mark.points:g}", f"{mark.possible:g}"]
+            table.writerow([_disarm(cell) for cell in (*row, mark.outcome, mark.reason)])
+        return out.getvalue()
+
+    def __str__(self) -> str:
+        totals = self.totals
+        width = max((len(name) for name in totals), default=0)
+        lines = [f"{self.sheet.title}: {say_count(len(totals), 'student')}"]
+        for student, points in totals.items():
+            lines.append(f"{student:{width}}  {points:g} of {self.sheet.points:g}")
+            for mark in self.marks:
+                if mark.student == student:
+                    lines.append(f"  {mark.question}: {mark.points:g}  {mark.outcome}")
+                    lines += [f"      {line}" for line in mark.reason.splitlines()]
+        return "\n".join(lines)
+
+
+def grade(
+    sheet: Path | str, answers: Path | str, progress: Callable[[float], None] | None = None
+) -> Grades:
+    """Grade the answers in a folder.
+
+    Args:
+        sheet: a TOML or JSON file, see `mecanique.teaching.sheet`.
+        answers: a folder with a folder for each student, whose files are called after the
+            questions, e.g. anna/1a.txt; or with a table for each student, e.g. anna.toml with
+            1a = "…".
+        progress: is told the part that is done, from 0 to 1.
+
+    Raises:
+        InputError: if the sheet cannot be read, or there are no answers.
+    """
+    questions = read_sheet(Path(sheet))
+    students = dict(_collect(Path(answers), questions))
+    if not students:
+        raise InputError(
+            f"expected a folder or a .toml for each student in {str(answers)!r}, found none"
+        )
+    checkers: dict[str, Checker] = {}
+    for question in questions.questions:
+        checkers[question.name] = Checker(_mechanism(question))
+    marks = []
+    for number, (student, texts) in enumerate(students.items(), 1):
+        for question in questions.questions:
+            text = texts.get(question.name, "")
+            marks.append(grade_answer(question, checkers[question.name], student, text))
+        if progress is not None:
+            progress(number / len(students))
+    return Grades(questions, tuple(marks))
+
+
+def grade_answer(question: Question, checker: Checker, student: str, text: str) -> Mark:
+    """Return the mark of one answer; what cannot be read gets none and says why.
+
+    Args:
+        question: the question.
+        checker: of its mechanism.
+        student: whose answer.
+        text: the answer.
+    """
+
+    def mark(part: float, outcome: str, reason: str) -> Mark:
+        points = round(part * question.points, 4)
+        return Mark(student, question.name, points, question.points, outcome, reason)
+
+    if not text.strip():
+        return mark(0.0, "missing", "no answer")
+    try:
+        found = checker.check(text, question.ask, question.let)
+    except FormulaError as error:
+        return mark(0.0, "unreadable", str(error))
+    return mark(_credit(found, checker.mechanism, question), found.outcome, _explain(found))
+
+
+def _credit(found: Check, mechanism: Mechanism, question: Question) -> float:
+    """The part of the points: by equation, less for those that are right except for form."""
+    if found.outcome == "right":
+        return 1.0
+    if found.outcome == "right except for form":
+        return question.form
+    if question.ask != "equation of motion":
+        worth = [line.outcome != "wrong" for line in found.lines]
+        return sum(worth) / len(worth) if len(worth) > 1 else 0.0
+    worth_of = {"right": 1.0, "right except for form": question.form}
+    credit = sum(worth_of.get(line.outcome, 0.0) for line in found.lines)
+    if found.outcome == "incomplete":
+        credit = min(credit, mechanism.nv - 1.0)
+    return min(1.0, credit / max(mechanism.nv, len(found.lines)))
+
+
+def _explain(found: Check) -> str:
+    """What is missing or wrong, one line for each equation: its likeliest cause."""
+    lines = list(found.forms)
+    for number, line in enumerate(found.lines, 1):
+        if line.outcome != "wrong":
+            continue
+        place = f"equation {number}: " if len(found.lines) > 1 else ""
+        cause = line.causes[0].text if line.causes else "wrong; no single mistake explains it"
+        lines.append(f"{place}{cause}")
+    return "\n".join(lines)
+
+
+def _mechanism(question: Question) -> Mechanism:
+    return load(question.system, **question.parameters)
+
+
+def _collect(folder: Path, sheet: Sheet) -> Iterator[tuple[str, Mapping[str, str]]]:
+    """Yield each student's name and answers."""
+    if not folder.is_dir():
+        raise InputError(f"expected a folder of answers, got {str(folder)!r}")
+    known = {question.name for question in sheet.questions}
+    for path in sorted(folder.iterdir()):
+        if path.is_dir():
+            yield path.name, _read_folder(path, known)
+        elif path.suffix in (".toml", ".json"):
+            table = read_table(path)
+            yield path.stem, {name: str(text) for name, text in table.items() if name in known}
+
+
+def _read_folder(folder: Path, known: set[str]) -> dict[str, str]:
+    found = {}
+    for path in sorted(folder.iterdir()):
+        if path.suffix in _ENDINGS and path.stem in known and not path.is_symlink():
+            with path.open(encoding="utf-8", errors="replace") as file:
+                found[path.stem] = file.read(_MOST_CHARACTERS + 1)
+    return found
+
+
+def _disarm(cell: str) -> str:
+    """Return a cell that no spreadsheet takes for a formula of its own."""
+    return f"'{cell}" if cell[:1] in ("=", "+", "-", "@", "\t") else cell

@@ -1,0 +1,95 @@
+"""The server for agents, asked by the official client, and the bounds of its tools."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import sys
+from typing import Any
+
+import pytest
+
+import mecanique as mq
+from mecanique.serving import tools
+from mecanique.serving.agents import make_server
+
+mcp = pytest.importorskip("mcp")
+
+ROD = "rigid_bar_pendulum"
+
+
+async def converse() -> dict[str, Any]:
+    """Ask every tool once, in process."""
+    found: dict[str, Any] = {}
+    async with mcp.Client(make_server()) as client:
+        listed = await client.list_tools()
+        found["tools"] = {tool.name: tool for tool in listed.tools}
+        for name, arguments in (
+            ("list_systems", {"tag": "pendulum"}),
+            ("describe", {"system": ROD}),
+            ("derive", {"system": ROD}),
+            ("check", {"system": ROD, "formula": "m l^2/12 q'' + m g l/2 sin q = 0"}),
+            ("verify_urdf", {"urdf": mq.write_urdf(mq.textbook.load(ROD)), "samples": 3}),
+            ("simulate", {"system": ROD, "duration": 0.5, "instants": 3}),
+            ("describe", {"system": "pendulm"}),
+        ):
+            key = name if name not in found else "refused"
+            found[key] = await client.call_tool(name, arguments)
+    return found
+
+
+def text_of(result: Any) -> str:
+    return " ".join(part.text for part in result.content)
+
+
+def test_the_official_client_can_ask_every_tool() -> None:
+    found = asyncio.run(converse())
+    assert set(found["tools"]) == {tool.__name__ for tool in tools.TOOLS}
+    schema = found["tools"]["check"].input_schema
+    assert set(schema["required"]) == {"system", "formula"}
+    assert "q'' + 3 g sin(q)/(2 l) = 0" in text_of(found["derive"])
+    verdict = json.loads(text_of(found["check"]))
+    assert verdict["outcome"] == "wrong"
+    assert "about its center" in verdict["causes"][0]["text"]
+    assert json.loads(text_of(found["verify_urdf"]))["verdict"]["agrees"]
+    motion = json.loads(text_of(found["simulate"]))
+    assert motion["t"] == [0.0, 0.25, 0.5]
+    assert ROD in text_of(found["list_systems"])
+    assert found["refused"].is_error
+    assert "did you mean" in text_of(found["refused"])
+
+
+@pytest.mark.slow
+def test_it_serves_over_standard_input_and_output() -> None:
+    async def ask() -> str:
+        command = mcp.StdioServerParameters(
+            command=sys.executable, args=["-m", "mecanique", "agents"], env=dict(os.environ)
+        )
+        async with mcp.Client(command) as client:
+            found = await client.call_tool("derive", {"system": ROD})
+            return text_of(found)
+
+    assert "q''" in asyncio.run(ask())
+
+
+@pytest.mark.parametrize(
+    ("tool", "arguments", "message"),
+    [
+        (tools.verify_urdf, {"urdf": "/etc/passwd"}, "begins with <"),
+        (tools.verify_urdf, {"urdf": "<" * 600_000}, "at most 500,000"),
+        (tools.verify_urdf, {"urdf": "<robot/>", "samples": 1000}, "samples from 1 to 100"),
+        (tools.simulate, {"system": ROD, "duration": 1e6}, "duration up to 60"),
+        (tools.simulate, {"system": ROD, "instants": 10**6}, "instants from 2 to 500"),
+        (tools.check, {"system": ROD, "formula": "q" * 30_000}, "at most 20,000"),
+    ],
+)
+def test_work_is_bounded(tool: Any, arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(mq.InputError, match=message):
+        tool(**arguments)
+
+
+def test_a_urdf_that_cannot_be_read_has_findings_and_no_verdict() -> None:
+    found = tools.verify_urdf("<robot name='r'><link></robot>")
+    assert found["verdict"] is None
+    assert found["findings"]

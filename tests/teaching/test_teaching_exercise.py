@@ -1,0 +1,64 @@
+"""Exercises: variants by seed, each with a verified answer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.teaching import make_exercise
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("system", ["cart_pole", "rigid_bar_pendulum", "two_blocks"])
+def test_a_seed_makes_a_variant_whose_answer_is_right(system: str, seed: int) -> None:
+    made = make_exercise(system, seed=seed)
+    assert made.check.right
+    assert mq.check(made.mechanism, made.answer).right
+    assert made.answer in made.solution
+    assert made.problem == make_exercise(system, seed=seed).problem
+    assert made.mechanism.values != make_exercise(system, seed=seed + 10).mechanism.values
+
+
+@pytest.mark.parametrize(
+    "ask", ["kinetic energy", "potential energy", "Lagrangian", "mass matrix", "frequency"]
+)
+def test_other_questions_have_right_answers_too(ask: str) -> None:
+    made = make_exercise("rigid_bar_pendulum", ask, seed=2)
+    assert made.ask == ask
+    assert mq.check(made.mechanism, made.answer, ask).right
+
+
+def test_some_variants_count_an_angle_the_other_way_round() -> None:
+    texts = [make_exercise("rigid_bar_pendulum", seed=seed).problem for seed in range(8)]
+    assert any("psi = −q" in text for text in texts)
+    assert any("psi" not in text for text in texts)
+
+
+def test_it_is_written_with_its_figure(tmp_path: Path) -> None:
+    words = ["exercise", "cart_pole", "--seed", "7", "-o", str(tmp_path / "one")]
+    result = CliRunner().invoke(app, words)
+    assert result.exit_code == 0, result.output
+    assert {path.name for path in (tmp_path / "one").iterdir()} == {
+        "problem.md",
+        "figure.svg",
+        "solution.md",
+    }
+    assert "figure.svg" in (tmp_path / "one" / "problem.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("system", "ask", "message"),
+    [
+        ("cart_pole", "weather", "unknown question"),
+        ("pendulm", "equation of motion", "unknown system"),
+        ("double_pendulum", "frequency", "one degree of freedom"),
+        ("bricard_linkage", "equation of motion", "no exercise about"),
+    ],
+)
+def test_what_has_no_answer_is_refused(system: str, ask: str, message: str) -> None:
+    with pytest.raises(mq.InputError, match=message):
+        make_exercise(system, ask)

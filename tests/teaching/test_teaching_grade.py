@@ -1,0 +1,139 @@
+"""Sheets graded: points by equation, reasons, and every refusal."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.teaching import grade
+
+SHEET = """
+title = "Sheet 1"
+
+[[question]]
+id = "1a"
+system = "rigid_bar_pendulum"
+points = 2
+form = 0.5
+let = ["J = m l^2/3"]
+
+[[question]]
+id = "1b"
+system = "rigid_bar_pendulum"
+ask = "frequency"
+points = 1
+
+[[question]]
+id = "2"
+system = "cart_pole"
+points = 4
+"""
+CART = "(M + m) x'' + l m cos(q) q'' - l m sin(q) q'^2 + c x' = F"
+POLE = "cos(q) x'' + l q'' + g sin(q) = 0"
+
+
+@pytest.fixture
+def course(tmp_path: Path) -> Path:
+    (tmp_path / "sheet.toml").write_text(SHEET, encoding="utf-8")
+    answers = {
+        "anna": {
+            "1a.txt": "J q'' + m g l/2 sin q = 0",
+            "1b.tex": r"\omega = \sqrt{\frac{3 g}{2 l}}",
+            "2.txt": f"{POLE}\n{CART}",
+        },
+        "ben": {
+            "1a.txt": "J q'' + m g l/2 q = 0",
+            "1b.txt": "sqrt(2 g/(3 l))",
+            "2.txt": f"{CART}\n{POLE.replace('+ g', '- g')}",
+        },
+        "cleo": {"1a.txt": "J q'' + (m g", "2.txt": CART},
+    }
+    for student, texts in answers.items():
+        folder = tmp_path / "answers" / student
+        folder.mkdir(parents=True)
+        for name, text in texts.items():
+            (folder / name).write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def test_points_go_by_equation_and_reasons_are_given(course: Path) -> None:
+    found = grade(course / "sheet.toml", course / "answers")
+    assert found.totals == {"anna": 7.0, "ben": 3.0, "cleo": 2.0}
+    marks = {(mark.student, mark.question): mark for mark in found.marks}
+    assert marks["ben", "1a"].outcome == "right except for form"
+    assert marks["ben", "1a"].points == 1.0
+    assert marks["ben", "1a"].reason == "linearized"
+    assert marks["ben", "1b"].points == 0.0
+    assert marks["ben", "2"].reason.startswith("equation 2: the sign of")
+    assert marks["cleo", "1a"].outcome == "unreadable"
+    assert "( is not closed" in marks["cleo", "1a"].reason
+    assert marks["cleo", "1b"].reason == "no answer"
+    assert marks["cleo", "2"].reason == "1 of 2 equations missing"
+    assert "anna  7 of 7" in str(found)
+
+
+def test_a_table_for_each_student_and_a_json_sheet_will_do(tmp_path: Path) -> None:
+    question = {"id": "1", "system": "rigid_bar_pendulum", "parameters": {"l": 2.0}}
+    (tmp_path / "sheet.json").write_text(json.dumps({"question": [question]}))
+    (tmp_path / "answers").mkdir()
+    (tmp_path / "answers" / "dora.toml").write_text("1 = \"q'' + 3*9.81 sin(q)/4\"\n")
+    found = grade(tmp_path / "sheet.json", tmp_path / "answers")
+    assert found.totals == {"dora": 1.0}
+    assert found.marks[0].outcome == "right except for form"
+
+
+def test_the_csv_is_a_table_that_no_spreadsheet_executes(course: Path) -> None:
+    (course / "answers" / "=cmd").mkdir()
+    result = CliRunner().invoke(
+        app,
+        [
+            "grade",
+            str(course / "sheet.toml"),
+            str(course / "answers"),
+            "--csv",
+            str(course / "marks.csv"),
+        ],
+    )
+    assert result.exit_code == 0, result.output
+    rows = list(csv.reader(io.StringIO((course / "marks.csv").read_text(encoding="utf-8"))))
+    assert rows[0] == ["student", "question", "points", "of", "outcome", "reason"]
+    assert len(rows) == 1 + 4 * 3
+    assert rows[1][0] == "'=cmd"
+    assert ["anna", "2", "4", "4", "right", ""] in rows
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("title = 3 4", "cannot be read"),
+        ("title = 'x'", "at least one"),
+        ("question = [1]", "expected tables"),
+        ("[[question]]\nsystem = 'x'", "expected id"),
+        ("[[question]]\nid = '1'\nsystem = 'x'\npiont = 3", "unknown field 'piont'"),
+        ("[[question]]\nid = '1'\nsystem = 'x'\npoints = -1", "expected points from 0"),
+        ("[[question]]\nid = '1'\nsystem = 'x'\nlet = 'J'", "expected let"),
+        ("[[question]]\nid = '1'\nsystem = 'x'\nparameters = 3", "expected parameters"),
+        ("[[question]]\nid = '1'\nsystem = 'x'\n" * 2, "stands twice"),
+        ("[[question]]\nid = '1'\nsystem = 'pendulm'", "unknown system"),
+    ],
+)
+def test_a_sheet_that_cannot_be_used_is_refused(tmp_path: Path, text: str, message: str) -> None:
+    (tmp_path / "sheet.toml").write_text(text)
+    (tmp_path / "answers" / "anna").mkdir(parents=True)
+    with pytest.raises(mq.InputError, match=message):
+        grade(tmp_path / "sheet.toml", tmp_path / "answers")
+
+
+def test_a_folder_without_answers_is_refused(course: Path) -> None:
+    with pytest.raises(mq.InputError, match="expected a folder of answers"):
+        grade(course / "sheet.toml", course / "none")
+    (course / "empty").mkdir()
+    with pytest.raises(mq.InputError, match="for each student"):
+        grade(course / "sheet.toml", course / "empty")
