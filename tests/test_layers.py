@@ -101,7 +101,7 @@ ORDER: dict[str, list[str]] = {
     "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
     "checking.grammar": ["tree", "letters tape mathml", "scanner", "reader"],
     "checking.judgement": ["truth", "motion quantities", "formula"],
-    "teaching": ["sheet", "exercise grade"],
+    "teaching": ["sheet", "exercise marks"],
     "serving": ["tools", "agents"],
     "generation": [
         "identifiers quantities",

@@ -1,6 +1,6 @@
 """Sheets graded and exercises made."""
 
 from mecanique.teaching.exercise import Exercise, make_exercise
-from mecanique.teaching.grade import Grades, Mark, grade
+from mecanique.teaching.marks import Grades, Mark, grade
 
 __all__ = ["Exercise", "Grades", "Mark", "grade", "make_exercise"]
