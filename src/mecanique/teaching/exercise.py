@@ -198,8 +198,11 @@ def _answer(mechanism: Mechanism, ask: str) -> tuple[str, str]:
     if ask == "frequency":
         return _frequency(mechanism)
     if ask == "mass matrix":
-        rows = [[expression(entry).text() for entry in row] for row in equations.derivation.M]
-        return "[" + ", ".join(f"[{', '.join(row)}]" for row in rows) + "]", steps
+        rows = []
+        for row in equations.derivation.M:
+            entries = ", ".join(expression(entry).text() for entry in row)
+            rows.append(f"[{entries}]")
+        return f"[{', '.join(rows)}]", steps
     lagrange = Lagrange(mechanism)
     chosen = {
         "kinetic energy": ("T", lagrange.T),
