@@ -125,7 +125,7 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
         import_module(f"mecanique.textbook.systems.{system}").__doc__ or ""
     )
     statement = statement.partition("\n")[2].strip()
-    given = _list_given(mechanism)
+    given = _write_data(mechanism)
     task = _TASKS[ask].format(q=names)
     problem = "\n\n".join(
         part
@@ -178,7 +178,7 @@ def _turn(mechanism: Mechanism, draw: random.Random) -> tuple[Mechanism, str]:
     return replace(mechanism, coordinates=turned), note
 
 
-def _list_given(mechanism: Mechanism) -> str:
+def _write_data(mechanism: Mechanism) -> str:
     return ", ".join(
         f"{p.symbol} = {p.value:g}{f' {p.unit}' if p.unit != '1' else ''}"
         + (f" ({p.meaning})" if p.meaning else "")
