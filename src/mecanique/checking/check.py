@@ -218,5 +218,7 @@ def _state(one: Residual) -> dict[str, float]:
     """Return the state of the largest difference: the letters that occur, without accelerations."""
     k = int(np.argmax(one.relative))
     names = sorted(one.root.letters - set(one.truth.accelerations) - {"pi"})
-    values = {name: np.broadcast_to(one.sample.values[name], (one.sample.count,)) for name in names}
+    values = {
+        name: np.broadcast_to(one.sample.letters[name], (one.sample.count,)) for name in names
+    }
     return {name: float(value[k]) for name, value in values.items()}

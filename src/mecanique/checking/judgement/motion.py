@@ -94,7 +94,7 @@ class Residual:
             name: self.sample.values[name] + 1.0 + np.abs(self.sample.values[name])
             for name in self.truth.accelerations
         }
-        values = self.tape.evaluate({**self.sample.values, **moved}, self.sample.count)
+        values = self.tape.evaluate({**self.sample.letters, **moved}, self.sample.count)
         with np.errstate(all="ignore"):
             changed = np.abs(values.whole - self.values.whole) / values.size
         return bool(np.nanmax(np.where(np.isfinite(changed), changed, 0.0)) <= TOLERANCE)
@@ -102,7 +102,7 @@ class Residual:
     @cached_property
     def is_affine(self) -> bool:
         """Whether it is linear in the accelerations."""
-        before = self.sample.values
+        before = self.sample.letters
         steps = []
         for factor in (1.0, 2.0):
             moved = {
@@ -119,7 +119,7 @@ class Residual:
     @cached_property
     def has_factor_of_velocities(self) -> bool:
         """Whether it is multiplied by something that depends on velocities, and may vanish."""
-        before = self.sample.values
+        before = self.sample.letters
         changed = {name: -1.7 * before[name] for name in self.truth.velocities}
         values = self.tape.evaluate({**before, **changed}, self.sample.count)
         slopes = self.tape.slopes(values)
@@ -158,7 +158,7 @@ def residuals(
             if any(node.kind == "table" for node in root.walk()):
                 raise FormulaError("expected an equation, got a matrix", text, root.start)
             tape = Tape(root)
-            values = tape.evaluate(sample.values, sample.count)
+            values = tape.evaluate(sample.letters, sample.count)
             one = Residual(statement, root, tape, values, truth, sample)
             if one.finite.sum() < min(_FEWEST, sample.count):
                 raise FormulaError(

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, final
 
@@ -49,7 +49,7 @@ class Sample:
     """States with everything that formulas may name.
 
     Args:
-        values: value of each letter, shape (n,) or ().
+        values: value of each letter, shape (n,) or (); without the lengths of springs.
         M: mass matrix, shape (n, nv, nv).
         bias: M a + bias = forces, shape (n, nv).
         forces: generalized forces, shape (n, nv).
@@ -57,6 +57,7 @@ class Sample:
         a: the true accelerations, shape (n, nv).
         count: number of states n.
         varied: whether parameters differ from state to state.
+        lengths: of springs that have a letter, which follow from the rest.
     """
 
     values: Mapping[str, Array]
@@ -67,6 +68,12 @@ class Sample:
     a: Array
     count: int
     varied: bool
+    lengths: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def letters(self) -> dict[str, Array]:
+        """The value of each letter that a formula may have."""
+        return {**self.values, **self.lengths}
 
 
 @final
@@ -155,9 +162,10 @@ class Truth:
         a, multipliers = _accelerate(M, forces - bias, slopes, own)
         values |= dict(zip(self.accelerations, a.T, strict=True))
         values |= dict(zip(self.multipliers, multipliers.T, strict=True))
+        lengths = {}
         for name in derivation.lengths:
-            values[name] = np.broadcast_to(evaluated(derivation.algebra.ring[name]), (n,))[at]
-        return Sample(values, M, bias, forces, slopes, a, len(at), bool(varied))
+            lengths[name] = np.broadcast_to(evaluated(derivation.algebra.ring[name]), (n,))[at]
+        return Sample(values, M, bias, forces, slopes, a, len(at), bool(varied), lengths)
 
     @cached_property
     def multipliers(self) -> tuple[str, ...]:

@@ -47,7 +47,7 @@ class Search:
         """What may have been meant."""
         sample = self._truth.sample
         return Context(
-            self._truth.mechanism, self._letters, self.units, sample.values, sample.count
+            self._truth.mechanism, self._letters, self.units, sample.letters, sample.count
         )
 
     @cached_property
