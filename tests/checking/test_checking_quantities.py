@@ -103,5 +103,6 @@ def test_of_a_closed_mechanism_what_is_missing_is_counted() -> None:
     assert mq.check(mechanism, "\n".join(lines[:3])).right
     found = mq.check(mechanism, "\n".join(lines[:2]))
     assert found.outcome == "incomplete"
-    wrong = lines[0].replace("+ 3 a g", "- 3 a g")
+    wrong = lines[0].replace(" g ", " 2 g ", 1)
+    assert wrong != lines[0]
     assert mq.check(mechanism, "\n".join([wrong, *lines[1:3]])).outcome == "wrong"
