@@ -70,7 +70,7 @@ def describe(system: str) -> dict[str, Any]:
 
 def derive(
     system: str,
-    method: Literal["lagrange", "newton_euler", "virtual_work"] = "lagrange",
+    method: str = "lagrange",
     form: Literal["text", "latex"] = "text",
     steps: bool = False,
 ) -> str:
@@ -78,7 +78,7 @@ def derive(
 
     Args:
         system: its name.
-        method: of derivation.
+        method: of derivation: lagrange, newton_euler or virtual_work.
         form: text or LaTeX.
         steps: whether to show how they came about.
     """
