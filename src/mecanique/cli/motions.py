@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -168,6 +169,8 @@ def inertial(
 
 
 def _figures(motion: mq.Motion) -> dict[str, object]:
+    from mecanique.motion.record.exceeded import find_exceeded
+
     mechanism, audit = motion.mechanism, motion.audit()
     names = (*mechanism.coordinates.names, *mechanism.velocities)
     return {
@@ -177,6 +180,7 @@ def _figures(motion: mq.Motion) -> dict[str, object]:
         "method": motion.method,
         "steps": motion.statistics.steps,
         "end": {name: float(motion[name][-1]) for name in names},
+        "limits passed": [asdict(exceeded) for exceeded in find_exceeded(motion)],
         "audit": {
             row.name: {"relative": row.relative, "limit": row.limit, "ok": row.ok}
             for row in audit.rows

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from mecanique.model.units import add_unit, units
+from mecanique.motion.record.exceeded import find_exceeded
 from mecanique.wording import say_count
 
 if TYPE_CHECKING:
@@ -40,6 +41,10 @@ def summary(motion: Motion) -> str:
         )
     if len(names) > MAX_LISTED:
         lines.append(f"{'…':>14}  {len(names) - MAX_LISTED} more")
+    passed = find_exceeded(motion)
+    lines += [str(exceeded) for exceeded in passed[:MAX_LISTED]]
+    if len(passed) > MAX_LISTED:
+        lines.append(f"… and {len(passed) - MAX_LISTED} joints more pass theirs")
     for event in motion.events[:MAX_LISTED]:
         lines.append(f"event {event.name}: t = {event.t:.9g} s")
     return "\n".join(lines)

@@ -1,0 +1,43 @@
+"""Joint limits that a motion passes are told."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique.cli import app
+from mecanique.motion.record.exceeded import find_exceeded
+
+FALL = """<robot name="fall"><link name="base"/><link name="stone"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="z" type="prismatic"><parent link="base"/><child link="stone"/><axis xyz="0 0 1"/>
+<limit lower="{}" upper="0.1" effort="1" velocity="1"/></joint></robot>"""
+
+
+def test_a_stone_passes_its_limit_at_the_time_of_free_fall() -> None:
+    """It has fallen 0.2 m after √(2 · 0.2 / 9.81) s, and 4.905 m after one second."""
+    motion = mq.simulate(mq.read_urdf(FALL.format(-0.2)), duration=1.0, samples=10001)
+    (exceeded,) = find_exceeded(motion)
+    assert exceeded.joint == "z"
+    assert exceeded.since == pytest.approx((0.4 / 9.81) ** 0.5, abs=1.1e-4)
+    assert exceeded.time == 1.0
+    assert exceeded.value == pytest.approx(-4.905)
+    assert "joint 'z' passes its limits -0.2 … 0.1 from t = 0.202 s" in motion.summary()
+
+
+def test_nothing_is_told_of_a_motion_within_its_limits() -> None:
+    motion = mq.simulate(mq.read_urdf(FALL.format(-5)), duration=1.0)
+    assert find_exceeded(motion) == ()
+    assert "limits" not in motion.summary()
+
+
+def test_the_command_tells_it_in_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "fall.urdf").write_text(FALL.format(-0.2))
+    run = CliRunner().invoke(app, ["simulate", "fall.urdf", "--duration", "1", "--json"])
+    (passed,) = json.loads(run.stdout)["limits passed"]
+    assert (passed["joint"], passed["lower"]) == ("z", -0.2)
