@@ -110,7 +110,7 @@ ORDER: dict[str, list[str]] = {
         "build targets",
         "compiled verdict",
         "code",
-        "languages",
+        "languages written",
     ],
     "generation.program": [
         "tape",

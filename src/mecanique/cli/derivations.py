@@ -17,6 +17,10 @@ def derivation(
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
     equations = mq.derive(mechanism, method=method)
+    if form == "text" and not equations.symbolic and not mechanism.constrained:
+        from mecanique.generation.written import write_recursion
+
+        return str(write_recursion(equations))
     if units and equations.symbolic:
         from mecanique.model.units import add_unit
 

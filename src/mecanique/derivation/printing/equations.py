@@ -67,6 +67,9 @@ _MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VAR
 _MEASURED = 10_000
 """Denominators beyond this are those of measured numbers."""
 
+_LONG = 150
+"""Equations with more terms are written in one style, that of sums of angles."""
+
 _GAIN = 2
 """Products of single angles are preferred to double angles up to this many signs more."""
 
@@ -249,7 +252,9 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     ring = element.ring
     groups = _group(element, by_side=True)
     candidates = []
-    for products in (True, False) if has_double_angles(element) else (True,):
+    # of long equations one style is tried: with many angles sums are shorter
+    styles = (True, False) if has_double_angles(element) else (True,)
+    for products in styles if len(element) <= _LONG else (False,):
         forms = [shortest(part, products=products) for _, part in groups]
         divisor = _divisor(ring, groups, forms, divide)
         forms = [scale(form, 1 / divisor) for form in forms]

@@ -171,6 +171,8 @@ class Recursion:
                 moved = own.seen_from(seat.pose)
                 self.inertias[seat.place] = self.inertias[seat.place] + moved
         self._regroup(stands)
+        self.found: dict[str, list[Triple]] = {}
+        """Vectors of each link in the last recursion, by letter: w, alpha, a, then F and N."""
         self.gravity: Triple = [letters.arithmetic(g, values) for g in mechanism.gravity]
 
     def _regroup(self, stands: Sequence[Matrix]) -> None:
@@ -300,6 +302,8 @@ class Recursion:
             turned = [UE[2][1] - UE[1][2], UE[0][2] - UE[2][0], UE[1][0] - UE[0][1]]
             loads.append((add(scale(body.m, a), apply(U, body.h)), add(turned, cross(body.h, a))))
         tau: list[Any] = [0.0] * len(u)
+        self.found = {"w": spins, "alpha": [field[1] for field in fields]}
+        self.found |= {"a": [field[2] for field in fields]}
         for place in range(len(self.links) - 1, -1, -1):
             link = self.links[place]
             force, moment = loads[place]
@@ -309,6 +313,7 @@ class Recursion:
                 carried, about = link.carry(force, moment)
                 F, T = loads[link.parent]
                 loads[link.parent] = add(F, carried), add(T, about)
+        self.found |= {"F": [load[0] for load in loads], "N": [load[1] for load in loads]}
         return tau
 
     @cached_property

@@ -51,7 +51,11 @@ class Listing:
 
 
 def list_program(
-    tape: Tape, outputs: Sequence[Value], inputs: Mapping[str, str], notation: Notation
+    tape: Tape,
+    outputs: Sequence[Value],
+    inputs: Mapping[str, str],
+    notation: Notation,
+    names: Mapping[int, str] | None = None,
 ) -> Listing:
     """Return a program as text; what is used once is written where it is used.
 
@@ -60,6 +64,7 @@ def list_program(
         outputs: its outputs.
         inputs: how each input is written, by its name on the tape.
         notation: of the language.
+        names: of results that are known by one, by their place on the tape.
 
     Raises:
         DerivationError: if the language does not have a function.
@@ -98,8 +103,9 @@ def list_program(
             text, own = notation.functions[kind].format(", ".join(map(write, values))), _ATOM
         else:
             raise DerivationError(f"there is no {kind!r} in this language")
-        if uses[place] > 1 or len(text) > _LONGEST:
-            symbol = f"x{len(lines)}"
+        own_name = (names or {}).get(place)
+        if uses[place] > 1 or len(text) > _LONGEST or own_name is not None:
+            symbol = own_name or f"x{len(lines)}"
             lines.append(notation.assignment.format(symbol, text))
             text, own = symbol, _ATOM
         written[place] = text, own
