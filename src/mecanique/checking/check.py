@@ -45,10 +45,17 @@ def check(
             formula.
         seed: of the random states.
 
+    Returns:
+        Whether it is right, and if not what is probably meant.
+
     Raises:
         FormulaError: if the text cannot be read; the message shows where.
         UnknownNameError: if there is no such question.
         InputError: if a definition is none.
+
+    Example:
+        >>> mq.check(mq.textbook.load('simple_pendulum'), "q'' + g/l sin q = 0").right
+        True
     """
     return _checker(mechanism, seed).check(text, ask, let)
 

@@ -57,9 +57,16 @@ def derive(mechanism: Mechanism, method: str = "lagrange") -> Equations:
             "newton_euler" (every body cut free, with its reactions) or "virtual_work" (d'Alembert's
             inertia forces and a ledger of virtual work).
 
+    Returns:
+        The equations, to read and to compute with.
+
     Raises:
         UnknownNameError: if there is no such method.
         DerivationError: if the method cannot treat the mechanism.
+
+    Example:
+        >>> print(mq.derive(mq.textbook.load('rigid_bar_pendulum')))
+        q'' + 3 g sin(q)/(2 l) = 0
     """
     if method not in METHODS:
         raise UnknownNameError("method", method, METHODS)

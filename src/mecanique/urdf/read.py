@@ -93,11 +93,19 @@ def read_urdf(
         arguments: values of the arguments of a xacro file, which is expanded first (extra `xacro`);
             lines are those of the expanded text.
 
+    Returns:
+        The mechanism.
+
     Raises:
         UrdfError: with every error found, each with its line.
         InputError: if an argument is not what is expected.
         UnknownNameError: if a joint of the armatures or a letter does not exist.
         MechanismError: if an armature is negative.
+
+    Example:
+        >>> text = mq.write_urdf(mq.textbook.load('rigid_bar_pendulum'))
+        >>> mq.read_urdf(text).nv
+        1
     """
     if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
         raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")

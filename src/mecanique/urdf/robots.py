@@ -19,8 +19,15 @@ _INSIDE = Path("share", "example-robot-data", "robots")
 def robots() -> tuple[str, ...]:
     """Return the names of all robots known to `robot`.
 
+    Returns:
+        Names, sorted.
+
     Raises:
         InputError: if example-robot-data is not installed.
+
+    Example:
+        >>> 'panda' in mq.robots()
+        True
     """
     return tuple(_files())
 

@@ -82,9 +82,16 @@ def write_urdf(
             (`drake:joint`), or "floating", which every program reads but which leaves the
             translation free.
 
+    Returns:
+        The text, whether written or not.
+
     Raises:
         UrdfError: if a number is not finite or the file cannot be written.
         UnknownNameError: if a visual depends on a symbol that is no parameter.
+
+    Example:
+        >>> mq.write_urdf(mq.textbook.load('rigid_bar_pendulum')).splitlines()[0]
+        '<?xml version="1.0"?>'
     """
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}

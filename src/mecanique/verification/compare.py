@@ -65,10 +65,17 @@ def verify(
             parsers: "pinocchio", "mujoco", "drake" (extra `engines`). Where their mass matrix or
             bias differs, the verdict says why, and does not agree.
 
+    Returns:
+        What agrees and what does not.
+
     Raises:
         InputError: if `samples` or `seed` is not a whole number in its range, the tolerance is not
             a positive number, or the other source is of no known kind.
         MecaniqueError: if a source cannot treat the mechanism at all.
+
+    Example:
+        >>> mq.verify(mq.textbook.load('rigid_bar_pendulum'), samples=5).agrees
+        True
     """
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise InputError(f"expected a positive, finite tolerance, got {tolerance!r}")

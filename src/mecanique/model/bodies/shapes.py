@@ -100,6 +100,13 @@ def massless(*visuals: Visual) -> Shape:
 
     Args:
         visuals: what is drawn.
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.massless().mass
+        0.0
     """
     return Shape(0.0, visuals=visuals)
 
@@ -111,6 +118,13 @@ def particle(mass: Scalar, at: Vector = (0.0, 0.0, 0.0), radius: Scalar = 0.05) 
         mass: [kg].
         at: shape (3,), where it is [m].
         radius: of the ball drawn [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.particle(2.0, at=(0, 0, -1)).center
+        (0.0, 0.0, -1.0)
     """
     return Shape(mass, visuals=(Visual(Sphere(radius), rgba=_ORANGE),)).at(at)
 
@@ -123,8 +137,15 @@ def cloud(masses: Sequence[Scalar], points: Sequence[Vector], radius: Scalar = 0
         points: shape (n, 3) [m].
         radius: of the balls drawn [m].
 
+    Returns:
+        The shape, to be given to a `Body`.
+
     Raises:
         InputError: if there is not one mass for each point.
+
+    Example:
+        >>> mq.cloud([1.0, 1.0], [(0, 0, 0), (1, 0, 0)]).center
+        (0.5, 0.0, 0.0)
     """
     if len(masses) != len(points) or not len(masses):
         raise InputError(
@@ -149,8 +170,15 @@ def rod(
         start: shape (3,), one end [m].
         radius: of the cylinder drawn [m].
 
+    Returns:
+        The shape, to be given to a `Body`.
+
     Raises:
         InputError: if the direction is not three numbers with a length.
+
+    Example:
+        >>> mq.rod(mq.Parameter('m', 1.0), mq.Parameter('l', 1.0)).inertia[0]
+        l**2*m/12
     """
     d = _unit(direction)
     mass, length = plain(mass), plain(length)
@@ -184,6 +212,13 @@ def bar(
         direction: shape (3,), where it points; numbers, any length but zero.
         start: shape (3,), one end [m].
         radius: of the cylinder drawn [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.bar(2.0).mass
+        0.0
     """
     return replace(
         rod(0.0, length, direction, start, radius),
@@ -199,6 +234,13 @@ def box(mass: Scalar, size: Vector) -> Shape:
     Args:
         mass: [kg].
         size: shape (3,), edges a, b, c along x, y, z [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.box(12.0, (1, 2, 3)).inertia[:3]
+        (13.0, 10.0, 5.0)
     """
     a, b, c = vector(size, "size of a box")
     mass = plain(mass)
@@ -220,6 +262,13 @@ def plate(mass: Scalar, size: Sequence[Scalar], thickness: Scalar = 0.02) -> Sha
         mass: [kg].
         size: shape (2,), edges a, b along x, y [m].
         thickness: of the box drawn [m]; it adds no inertia.
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.plate(12.0, (1, 2)).inertia[2]
+        5.0
     """
     a, b = (plain(edge) for edge in size)
     mass = plain(mass)
@@ -236,6 +285,13 @@ def disk(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         mass: [kg].
         radius: [m].
         thickness: of the cylinder drawn [m]; it adds no inertia.
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.disk(2.0, 1.0).inertia[2]
+        1.0
     """
     mass, radius = plain(mass), plain(radius)
     inertia = (mass * radius**2 / 4, mass * radius**2 / 4, mass * radius**2 / 2, 0.0, 0.0, 0.0)
@@ -249,6 +305,13 @@ def ring(mass: Scalar, radius: Scalar, thickness: Scalar = 0.02) -> Shape:
         mass: [kg].
         radius: [m].
         thickness: of the disk drawn [m]; it adds no inertia.
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.ring(2.0, 1.0).inertia[2]
+        2.0
     """
     mass, radius = plain(mass), plain(radius)
     inertia = (mass * radius**2 / 2, mass * radius**2 / 2, mass * radius**2, 0.0, 0.0, 0.0)
@@ -266,6 +329,13 @@ def cylinder(mass: Scalar, radius: Scalar, length: Scalar) -> Shape:
         mass: [kg].
         radius: [m].
         length: [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.cylinder(2.0, 1.0, 3.0).inertia[2]
+        1.0
     """
     mass, radius, length = plain(mass), plain(radius), plain(length)
     across = mass * (3 * radius**2 + length**2) / 12
@@ -279,6 +349,13 @@ def ball(mass: Scalar, radius: Scalar) -> Shape:
     Args:
         mass: [kg].
         radius: [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.ball(5.0, 1.0).inertia[0]
+        2.0
     """
     mass, radius = plain(mass), plain(radius)
     i = 2 * mass * radius**2 / 5
@@ -293,6 +370,13 @@ def shell(mass: Scalar, radius: Scalar) -> Shape:
     Args:
         mass: [kg].
         radius: [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.shell(3.0, 1.0).inertia[0]
+        2.0
     """
     mass, radius = plain(mass), plain(radius)
     i = 2 * mass * radius**2 / 3
@@ -310,6 +394,13 @@ def cone(mass: Scalar, radius: Scalar, height: Scalar) -> Shape:
         mass: [kg].
         radius: of the base [m].
         height: [m].
+
+    Returns:
+        The shape, to be given to a `Body`.
+
+    Example:
+        >>> mq.cone(1.0, 0.5, 4.0).center
+        (0.0, 0.0, 3.0)
     """
     mass, radius, height = plain(mass), plain(radius), plain(height)
     across = 3 * mass * (4 * radius**2 + height**2) / 80

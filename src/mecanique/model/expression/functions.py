@@ -28,6 +28,13 @@ def sin(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; angle [rad].
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.sin(mq.coordinate('q'))
+        sin(q)
     """
     return _apply("sin", x)
 
@@ -37,6 +44,13 @@ def cos(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; angle [rad].
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.cos(2 * mq.coordinate('q'))
+        cos(2*q)
     """
     return _apply("cos", x)
 
@@ -46,6 +60,13 @@ def tan(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; angle [rad].
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.tan(mq.coordinate('q'))
+        tan(q)
     """
     return _apply("tan", x)
 
@@ -55,6 +76,13 @@ def asin(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; within −1…1.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.asin(mq.Parameter('r', 0.5) / 2)
+        asin(r/2)
     """
     return _apply("asin", x)
 
@@ -64,6 +92,13 @@ def acos(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; within −1…1.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.acos(1.0)
+        0.0
     """
     return _apply("acos", x)
 
@@ -73,6 +108,13 @@ def atan(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; any number.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.atan(mq.coordinate('x'))
+        atan(x)
     """
     return _apply("atan", x)
 
@@ -83,6 +125,13 @@ def atan2(y: Scalar, x: Scalar) -> Any:
     Args:
         y: a number, parameter or expression.
         x: the same.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.atan2(0.0, 1.0)
+        0.0
     """
     return _apply("atan2", y, x)
 
@@ -92,6 +141,13 @@ def sqrt(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; not negative where it is evaluated.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.sqrt(mq.coordinate('x') ** 2 + 1)
+        sqrt(x**2 + 1)
     """
     return _apply("sqrt", x)
 
@@ -101,6 +157,13 @@ def exp(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; a pure number.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.exp(-mq.time())
+        exp(-t)
     """
     return _apply("exp", x)
 
@@ -110,6 +173,13 @@ def log(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; positive where it is evaluated.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.log(1.0)
+        0.0
     """
     return _apply("log", x)
 
@@ -119,6 +189,13 @@ def tanh(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; a pure number.
+
+    Returns:
+        A float of floats, else a sympy expression.
+
+    Example:
+        >>> mq.tanh(mq.velocity('q'))
+        tanh(q')
     """
     return _apply("tanh", x)
 
@@ -128,6 +205,13 @@ def sign(x: Scalar) -> Any:
 
     Args:
         x: a number, parameter or expression; any number.
+
+    Returns:
+        A sympy expression or number.
+
+    Example:
+        >>> mq.sign(mq.velocity('q'))
+        sign(q')
     """
     return _apply("sign", x)
 

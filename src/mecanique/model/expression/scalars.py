@@ -64,6 +64,13 @@ def coordinate(name: str) -> Scalar:
 
     Args:
         name: the coordinate's name, e.g. "q".
+
+    Returns:
+        A sympy symbol.
+
+    Example:
+        >>> mq.coordinate('q') / 2
+        q/2
     """
     from sympy import Symbol
 
@@ -75,6 +82,13 @@ def velocity(name: str) -> Scalar:
 
     Args:
         name: the name of the coordinate whose rate it is, e.g. "q" for q'.
+
+    Returns:
+        A sympy symbol.
+
+    Example:
+        >>> -3.0 * mq.velocity('q')
+        -3.0*q'
     """
     from sympy import Symbol
 

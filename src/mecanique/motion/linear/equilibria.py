@@ -79,11 +79,18 @@ def equilibria(
         seed: of the random starts: angles in −π…π, lengths in −1…1 m.
         reference: the mechanism's `Reference`, if you have one already.
 
+    Returns:
+        One for each position found.
+
     Raises:
         InputError: if a start is not what is expected, or the loops lock the mechanism in a
             singular position.
         UnknownNameError: if a coordinate does not exist.
         ClosureError: if the loops cannot be closed at all.
+
+    Example:
+        >>> [each.stable for each in mq.equilibria(mq.textbook.load('rigid_bar_pendulum'))]
+        [True, False]
     """
     t = finite(t, "the time t")
     if reference is None:

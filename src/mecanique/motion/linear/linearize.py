@@ -60,12 +60,20 @@ def linearize(
         t: time [s].
         reference: the mechanism's `Reference`, if you have one already.
 
+    Returns:
+        M, C and K with modes and frequencies.
+
     Raises:
         InputError: if the state is not what is expected, no equilibrium is found, or the loops lock
             the mechanism in a singular position.
         EngineError: if a motion moves no mass in the state given.
         UnknownNameError: if a coordinate or velocity does not exist.
         ClosureError: if the loops cannot be closed.
+
+    Example:
+        >>> small = mq.linearize(mq.textbook.load('rigid_bar_pendulum'))
+        >>> [round(float(w), 3) for w in small.frequencies]
+        [3.836]
     """
     t = finite(t, "the time t")
     refuse_rolling(mechanism)

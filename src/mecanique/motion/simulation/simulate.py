@@ -98,6 +98,9 @@ def simulate(
         reference: a `Reference` of the mechanism to use and keep; by default that of this thread,
             which is loaded once as long as the mechanism lives.
 
+    Returns:
+        The motion, at the steps taken and in between.
+
     Raises:
         InputError: if an argument is not what is expected, the mechanism cannot move, or what the
             method asked for needs is not installed.
@@ -107,6 +110,11 @@ def simulate(
         IntegrationError: if the integration stops before its end, also by Ctrl-C; it carries the
             motion until then. If an inertia that no real body has makes the mass matrix indefinite
             somewhere on the way, it names the bodies.
+
+    Example:
+        >>> motion = mq.simulate(mq.textbook.load('free_particle'), v={'x': 2.0}, duration=1.0)
+        >>> round(float(motion['x'][-1]), 6)
+        2.0
     """
     begin = perf_counter()
     refuse_still(mechanism)

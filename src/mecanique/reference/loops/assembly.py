@@ -79,11 +79,20 @@ def assemble(
         keep: names of coordinates that must stay as guessed.
         t: time [s], for prescribed motions.
 
+    Returns:
+        Shape (nq,).
+
     Raises:
         ClosureError: naming the loop that cannot be closed from there, and by how much it stays
             open.
         InputError: if the guess or the time is not what is expected.
         UnknownNameError: if a name is no coordinate.
+
+    Example:
+        >>> crank = mq.textbook.load('slider_crank')
+        >>> q = mq.assemble(crank, {'theta': 0.7, 'beta': -0.9, 'x': 1.5})
+        >>> bool(mq.Reference(crank).drift(q)[0] < 1e-9)
+        True
     """
     q, t = mechanism.position(guess), finite(t, "time t")
     held = held_columns(mechanism, keep)

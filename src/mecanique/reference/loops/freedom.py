@@ -126,10 +126,17 @@ def degrees_of_freedom(
         t: time [s], for prescribed motions.
         seed: of the random positions around it.
 
+    Returns:
+        Their number N and how it comes about.
+
     Raises:
         ClosureError: if the loops cannot be closed.
         InputError: if the position is not what is expected.
         UnknownNameError: if a name is no coordinate.
+
+    Example:
+        >>> mq.degrees_of_freedom(mq.textbook.load('slider_crank')).N
+        1
     """
     given, t = mechanism.position(q), finite(t, "time t")
     if not mechanism.constrained:

@@ -32,8 +32,15 @@ def lint(
             AMENT_PREFIX_PATH.
         arguments: values of the arguments of a xacro file, which is expanded first.
 
+    Returns:
+        What was found, to print or to loop over.
+
     Raises:
         InputError: if it is neither a path nor a text.
+
+    Example:
+        >>> len(mq.lint(mq.write_urdf(mq.textbook.load('rigid_bar_pendulum'))))
+        0
     """
     if not isinstance(path_or_text, (str, os.PathLike)) or not os.fspath(path_or_text):
         raise InputError(f"expected the path of a URDF file or its text, got {path_or_text!r}")
