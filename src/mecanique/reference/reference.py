@@ -13,6 +13,7 @@ from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
 from mecanique.reference.engine.answers import Energy, Momentum
+from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
@@ -66,9 +67,7 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
     @cached_property
     def version(self) -> str:
         """Version of Pinocchio."""
-        import pinocchio
-
-        return str(pinocchio.__version__)
+        return str(engine_package().__version__)
 
     @property
     def massless(self) -> dict[str, float] | None:

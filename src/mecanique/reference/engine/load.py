@@ -12,6 +12,7 @@ from mecanique.errors import EngineError
 from mecanique.model.bodies import Body
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.package import engine_package
 from mecanique.urdf.limits import MOST_DEPTH, MOST_VELOCITIES
 from mecanique.urdf.write import write_urdf
 from mecanique.urdf.writing.chains import SimpleJoint, chains
@@ -86,7 +87,7 @@ class Engine:
     @cached_property
     def by_angles(self) -> tuple[Any, Any]:
         """The same model with endless hinges placed by angle, not cosine and sine; its data."""
-        import pinocchio as pin
+        pin = engine_package()
 
         model, data, other = self.model, self.model.createData(), pin.Model()
         other.gravity = model.gravity
@@ -114,7 +115,7 @@ def load(mechanism: Mechanism) -> Engine:
     """
     links = chains(mechanism, "floating")
     _check_size(mechanism, links)
-    import pinocchio as pin
+    pin = engine_package()
 
     try:
         model = pin.buildModelFromXML(write_urdf(mechanism, spherical="floating"))

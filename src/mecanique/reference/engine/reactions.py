@@ -17,6 +17,7 @@ from mecanique.arrays import Array
 from mecanique.model.joints import Fixed
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.sites import Action
 
 __all__ = ["Reactions"]
@@ -73,7 +74,7 @@ class Reactions:
 
     def _through_weld(self, name: str, joint: int, actions: list[Action]) -> Any:
         """Return the force of a fixed joint on what it carries, in the moving joint's frame."""
-        import pinocchio as pin
+        pin = engine_package()
 
         engine, data = self._engine, self._engine.data
         velocity, acceleration = data.v[joint], data.a_gf[joint]

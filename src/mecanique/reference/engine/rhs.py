@@ -13,6 +13,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.loads import Loads
+from mecanique.reference.engine.package import engine_package
 
 __all__ = ["Rhs", "fast_rhs"]
 
@@ -80,7 +81,7 @@ def fast_rhs(
 
 def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
     """A single hinge without springs or loads, as in every pendulum: twice as fast as the rest."""
-    import pinocchio as pin
+    pin = engine_package()
 
     aba, model, data, p, none, out = (
         pin.aba,
@@ -104,7 +105,7 @@ def _hinge(engine: Engine, chart: Chart, loads: Loads) -> Rhs:
 
 def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
     """Hinges and slides without springs or loads: chains and falling robots."""
-    import pinocchio as pin
+    pin = engine_package()
 
     model, data = engine.by_angles
     aba, none, out = pin.aba, loads.in_joints, np.empty(2 * nv)
@@ -120,7 +121,7 @@ def _chain(engine: Engine, loads: Loads, nv: int) -> Rhs:
 
 def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
     """The same where joints follow coordinates linearly, r = G q + r0, such as absolute angles."""
-    import pinocchio as pin
+    pin = engine_package()
 
     model, data = engine.by_angles
     aba, none, out = pin.aba, loads.in_joints, np.empty(2 * nv)
@@ -142,7 +143,7 @@ def _linear(engine: Engine, chart: Chart, loads: Loads, nv: int) -> Rhs:
 
 
 def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
-    import pinocchio as pin
+    pin = engine_package()
 
     aba, move, model, data = pin.aba, pin.forwardKinematics, engine.model, engine.data
     place, p, in_joints, external, update = (
@@ -189,7 +190,7 @@ def _recursive(engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
 
 
 def _solve(mechanism: Mechanism, engine: Engine, chart: Chart, loads: Loads) -> _Accelerations:
-    import pinocchio as pin
+    pin = engine_package()
     from scipy.linalg.lapack import dposv
 
     crba, rnea, move, model, data = (

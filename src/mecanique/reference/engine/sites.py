@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeAlias, final
 
 from mecanique.arrays import Array
+from mecanique.reference.engine.package import engine_package
 
 __all__ = ["Action", "Axes", "External", "Site", "Triple"]
 
@@ -104,7 +105,7 @@ class External:
     """
 
     def __init__(self, joints: int) -> None:
-        import pinocchio as pin
+        pin = engine_package()
 
         self.forces: Any = pin.StdVec_Force()
         """pinocchio.StdVec_Force: one for each joint, in its axes, at its origin."""

@@ -19,6 +19,7 @@ from mecanique.reference.engine.elements import Elements, Unit
 from mecanique.reference.engine.held import Held, hold
 from mecanique.reference.engine.load import load
 from mecanique.reference.engine.loads import Loads
+from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.probe import backward_error, massless_mode, random_states, reach_of
 from mecanique.reference.engine.reactions import Reactions
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
@@ -39,7 +40,7 @@ class Tree:
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
-        import pinocchio as pin
+        pin = engine_package()
 
         self.mechanism = mechanism
         self.engine = load(mechanism)

@@ -16,6 +16,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.root import MassRoot
 from mecanique.reference.engine.sites import Action
 from mecanique.reference.engine.tree import Tree
@@ -52,7 +53,7 @@ class Closed:
     """
 
     def __init__(self, tree: Tree, most: int | None = None) -> None:
-        import pinocchio as pin
+        pin = engine_package()
 
         self._pin = pin
         self._tree = tree

@@ -22,6 +22,7 @@ from mecanique.model.placement import Placement
 from mecanique.model.units import characteristic_length, velocity_scales
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
+from mecanique.reference.engine.package import engine_package
 from mecanique.reference.loops.contacts import HAT, ContactRows, VelocityRows
 from mecanique.reference.loops.metric import Units
 from mecanique.reference.loops.tolerances import ROUNDING
@@ -88,7 +89,7 @@ class Closures:
     """The constraint equations of a mechanism: its loops', contacts' and velocity constraints'."""
 
     def __init__(self, mechanism: Mechanism, engine: Engine, chart: Chart) -> None:
-        import pinocchio as pin
+        pin = engine_package()
 
         self._pin = pin
         self._engine = engine

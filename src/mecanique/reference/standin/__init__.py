@@ -1,0 +1,57 @@
+"""A small engine that stands in where Pinocchio has no package: the same names, in NumPy.
+
+It reads the same URDF text and answers what this room asks of Pinocchio, by the recursions of
+Featherstone (Rigid Body Dynamics Algorithms, 2008), some hundred times more slowly. It knows
+nothing of the derivation; but it is our own code, so a verdict with it says that the engine is
+missing.
+"""
+
+from mecanique.reference.standin.algorithms import (
+    aba,
+    computeFrameJacobian,
+    computeGeneralizedGravity,
+    computeJointJacobiansTimeVariation,
+    computePotentialEnergy,
+    crba,
+    forwardKinematics,
+    framesForwardKinematics,
+    nonLinearEffects,
+    rnea,
+)
+from mecanique.reference.standin.model import (
+    BODY,
+    Data,
+    JointModelRevoluteUnaligned,
+    Model,
+    ReferenceFrame,
+    StdVec_Force,
+)
+from mecanique.reference.standin.reading import buildModelFromXML
+from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion, log3
+
+__all__ = [
+    "BODY",
+    "SE3",
+    "Data",
+    "Force",
+    "Inertia",
+    "JointModelRevoluteUnaligned",
+    "Model",
+    "Motion",
+    "ReferenceFrame",
+    "StdVec_Force",
+    "aba",
+    "buildModelFromXML",
+    "computeFrameJacobian",
+    "computeGeneralizedGravity",
+    "computeJointJacobiansTimeVariation",
+    "computePotentialEnergy",
+    "crba",
+    "forwardKinematics",
+    "framesForwardKinematics",
+    "log3",
+    "nonLinearEffects",
+    "rnea",
+]
+
+__version__ = "stand-in"

@@ -1,0 +1,189 @@
+"""Poses, twists, wrenches and inertias; the linear part comes first, as in Pinocchio."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+
+__all__ = ["SE3", "Force", "Inertia", "Motion", "cross", "log3"]
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return a × b, shape (3,) each: NumPy's own is slow on three numbers."""
+    ax, ay, az = a
+    bx, by, bz = b
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+class _Pair:
+    """Two vectors in one array, shape (6,)."""
+
+    def __init__(self, vector: Array) -> None:
+        self.vector = vector
+
+    @property
+    def linear(self) -> Array:
+        """The first three components, as a view."""
+        return self.vector[:3]
+
+    @linear.setter
+    def linear(self, value: Array) -> None:
+        self.vector[:3] = value
+
+    @property
+    def angular(self) -> Array:
+        """The last three components, as a view."""
+        return self.vector[3:]
+
+    @angular.setter
+    def angular(self, value: Array) -> None:
+        self.vector[3:] = value
+
+
+@final
+class Force(_Pair):
+    """A wrench: force and moment about the origin."""
+
+    def __init__(self, vector: Array, moment: Array | None = None) -> None:
+        super().__init__(vector if moment is None else np.concatenate([vector, moment]))
+
+    @staticmethod
+    def Zero() -> Force:
+        """Return no force."""
+        return Force(np.zeros(6))
+
+    def __add__(self, other: Force) -> Force:
+        return Force(self.vector + other.vector)
+
+    def __sub__(self, other: Force) -> Force:
+        return Force(self.vector - other.vector)
+
+
+@final
+class Motion(_Pair):
+    """A twist: velocity of the point at the origin, and angular velocity."""
+
+    def cross(self, force: Force) -> Force:
+        """Return the rate of a wrench that moves along with this twist."""
+        v, omega = self.linear, self.angular
+        return Force(
+            cross(omega, force.linear), cross(omega, force.angular) + cross(v, force.linear)
+        )
+
+
+@final
+class Inertia:
+    """Mass, center of mass, and moments of inertia about the center of mass.
+
+    Args:
+        mass: [kg].
+        lever: center of mass, shape (3,) [m].
+        inertia: shape (3, 3) [kg·m²].
+    """
+
+    def __init__(self, mass: float, lever: Array, inertia: Array) -> None:
+        self.mass, self.lever, self.inertia = mass, lever, inertia
+
+    @staticmethod
+    def Zero() -> Inertia:
+        """Return no inertia."""
+        return Inertia(0.0, np.zeros(3), np.zeros((3, 3)))
+
+    def __add__(self, other: Inertia) -> Inertia:
+        mass = self.mass + other.mass
+        if not mass:
+            return Inertia(0.0, np.zeros(3), self.inertia + other.inertia)
+        between = self.lever - other.lever
+        steiner = (between @ between) * np.eye(3) - np.outer(between, between)
+        return Inertia(
+            mass,
+            (self.mass * self.lever + other.mass * other.lever) / mass,
+            self.inertia + other.inertia + self.mass * other.mass / mass * steiner,
+        )
+
+    def __mul__(self, motion: Motion) -> Force:
+        """Return the momentum of a twist."""
+        return Force(self.matrix() @ motion.vector)
+
+    def matrix(self) -> Array:
+        """Return the spatial inertia, shape (6, 6)."""
+        m, (x, y, z) = self.mass, self.lever
+        hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        found = np.zeros((6, 6))
+        found[:3, :3] = m * np.eye(3)
+        found[:3, 3:] = -m * hat
+        found[3:, :3] = m * hat
+        found[3:, 3:] = self.inertia - m * hat @ hat
+        return found
+
+
+@final
+class SE3:
+    """A pose: it maps coordinates of the inner frame to those of the outer one.
+
+    Args:
+        rotation: shape (3, 3), or the whole matrix, shape (4, 4).
+        translation: shape (3,) [m].
+    """
+
+    def __init__(self, rotation: Array, translation: Array | None = None) -> None:
+        if translation is None:
+            rotation, translation = rotation[:3, :3].copy(), rotation[:3, 3].copy()
+        self.rotation, self.translation = rotation, translation
+
+    @property
+    def homogeneous(self) -> Array:
+        """The matrix, shape (4, 4)."""
+        found = np.eye(4)
+        found[:3, :3], found[:3, 3] = self.rotation, self.translation
+        return found
+
+    def copy(self) -> SE3:
+        """Return a copy."""
+        return SE3(self.rotation.copy(), self.translation.copy())
+
+    def __mul__(self, inner: SE3) -> SE3:
+        return SE3(self.rotation @ inner.rotation, self.act(inner.translation))
+
+    def act(self, thing: Any) -> Any:
+        """Return a point, wrench or inertia of the inner frame in the outer one."""
+        R, p = self.rotation, self.translation
+        if isinstance(thing, Force):
+            force = R @ thing.linear
+            return Force(force, R @ thing.angular + cross(p, force))
+        if isinstance(thing, Inertia):
+            return Inertia(thing.mass, self.act(thing.lever), R @ thing.inertia @ R.T)
+        return R @ thing + p
+
+    def actInv(self, force: Force) -> Force:
+        """Return a wrench of the outer frame in the inner one."""
+        R, p = self.rotation, self.translation
+        return Force(R.T @ force.linear, R.T @ (force.angular - cross(p, force.linear)))
+
+    def twist_inside(self) -> Array:
+        """Return the matrix that takes twists of the outer frame to the inner one, shape (6, 6)."""
+        R, (x, y, z) = self.rotation, self.translation
+        found = np.zeros((6, 6))
+        found[:3, :3] = found[3:, 3:] = R.T
+        found[:3, 3:] = -R.T @ np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        return found
+
+
+def log3(turn: Array) -> Array:
+    """Return the rotation vector of a rotation, shape (3,)."""
+    twice = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
+    sine, cosine = np.linalg.norm(twice) / 2, (np.trace(turn) - 1) / 2
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-6:
+        return np.asarray(twice * (angle / (2 * sine)))
+    if cosine > 0:
+        return np.asarray(twice / 2)
+    # next to half a turn the axis is the eigenvector of the symmetric part
+    symmetric = (turn + np.eye(3)) / 2
+    axis = symmetric[:, int(np.argmax(np.diag(symmetric)))]
+    axis = axis / np.linalg.norm(axis)
+    return np.asarray(angle * (axis if axis @ twice >= 0 else -axis))

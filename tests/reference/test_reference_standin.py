@@ -1,0 +1,132 @@
+"""Where Pinocchio has no package its stand-in answers the same."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pinocchio
+import pytest
+from scipy.spatial.transform import Rotation
+
+import mecanique as mq
+from mecanique.reference import standin
+from mecanique.urdf.write import write_urdf
+
+NAMES = ["cart_pole", "bead_on_hoop", "free_rigid_body", "gyroscope", "n_link_pendulum"]
+FIELDS = ("v", "a_gf", "f")
+
+
+@pytest.fixture(params=[*NAMES, "panda", "solo"])
+def both(request: pytest.FixtureRequest) -> tuple[Any, Any, np.ndarray, np.ndarray, np.ndarray]:
+    """A model in Pinocchio and in its stand-in, with a state in which each moves alike."""
+    name = request.param
+    mechanism = (
+        mq.textbook.load(name)
+        if name in NAMES
+        else mq.read_urdf(mq.robot(name), root="floating" if name == "solo" else "fixed")
+    )
+    text = write_urdf(mechanism, spherical="floating")
+    a, b = pinocchio.buildModelFromXML(text), standin.buildModelFromXML(text)
+    random = np.random.default_rng(0)
+    q = pinocchio.integrate(a, pinocchio.neutral(a), random.normal(size=a.nv))
+    armature = random.uniform(0.0, 0.1, a.nv)
+    a.armature = armature
+    b.armature = np.array([armature[i] for i in order(a, b)])
+    return a, b, q, random.normal(size=a.nv), random.normal(size=a.nv)
+
+
+def order(a: Any, b: Any) -> list[int]:
+    """Where each velocity of the stand-in stands in Pinocchio's."""
+    places = []
+    for index in range(1, b.njoints):
+        joint = a.joints[a.getJointId(b.names[index])]
+        places += range(joint.idx_v, joint.idx_v + joint.nv)
+    return places
+
+
+def positions(a: Any, b: Any, q: np.ndarray) -> np.ndarray:
+    parts = []
+    for index in range(1, b.njoints):
+        joint = a.joints[a.getJointId(b.names[index])]
+        parts.append(q[joint.idx_q : joint.idx_q + joint.nq])
+    return np.concatenate(parts)
+
+
+def test_recursions_are_those_of_pinocchio(both: Any) -> None:
+    a, b, q, v, acc = both
+    own = order(a, b)
+    there, here = a.createData(), b.createData()
+    p = positions(a, b, q)
+    wrenches = np.random.default_rng(1).normal(size=(a.njoints, 6))
+    of_a, of_b = pinocchio.StdVec_Force(), [standin.Force.Zero() for _ in range(b.njoints)]
+    for index in range(a.njoints):
+        of_a.append(pinocchio.Force(wrenches[index]))
+    for index in range(1, b.njoints):
+        of_b[index].vector[:] = wrenches[a.getJointId(b.names[index])]
+
+    def same(expected: Any, found: Any) -> None:
+        np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-11)
+
+    same(pinocchio.rnea(a, there, q, v, acc, of_a)[own], standin.rnea(
+        b, here, p, v[own], acc[own], of_b))
+    for index in range(1, b.njoints):
+        twin = a.getJointId(b.names[index])
+        for field in FIELDS:
+            same(getattr(there, field)[twin].vector, getattr(here, field)[index].vector)
+    same(
+        pinocchio.nonLinearEffects(a, there, q, v)[own],
+        standin.nonLinearEffects(b, here, p, v[own]),
+    )
+    same(
+        pinocchio.computeGeneralizedGravity(a, there, q)[own],
+        standin.computeGeneralizedGravity(b, here, p),
+    )
+    same(pinocchio.crba(a, there, q)[np.ix_(own, own)], standin.crba(b, here, p))
+    for index in range(1, b.njoints):
+        twin = there.Ycrb[a.getJointId(b.names[index])]
+        same([twin.mass, *twin.lever], [here.Ycrb[index].mass, *here.Ycrb[index].lever])
+    same(
+        pinocchio.aba(a, there, q, v, acc, of_a)[own],
+        standin.aba(b, here, p, v[own], acc[own], of_b),
+    )
+    pinocchio.forwardKinematics(a, there, q, v, acc)
+    standin.forwardKinematics(b, here, p, v[own], acc[own])
+    pinocchio.computeJointJacobiansTimeVariation(a, there, q, v)
+    standin.computeJointJacobiansTimeVariation(b, here, p, v[own])
+    same(there.J.reshape(6, -1)[:, own], here.J)
+    same(there.dJ.reshape(6, -1)[:, own], here.dJ)
+    same(
+        pinocchio.computePotentialEnergy(a, there, q), standin.computePotentialEnergy(b, here, p)
+    )
+    for index, frame in enumerate(b.frames):
+        if not frame.parentJoint:
+            continue
+        twin = a.getFrameId(frame.name, pinocchio.BODY)
+        world = pinocchio.ReferenceFrame.LOCAL_WORLD_ALIGNED
+        expected = pinocchio.computeFrameJacobian(a, there, q, twin, world).reshape(6, -1)[:, own]
+        same(expected, standin.computeFrameJacobian(b, here, p, index, "world"))
+    pinocchio.framesForwardKinematics(a, there, q)
+    standin.framesForwardKinematics(b, here, p)
+    for index, frame in enumerate(b.frames):
+        twin = a.getFrameId(frame.name, pinocchio.BODY)
+        same(there.oMf[twin].homogeneous, here.oMf[index].homogeneous)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 0.5, 3.0, np.pi - 1e-9, np.pi])
+def test_the_rotation_vector_of_a_turn(angle: float) -> None:
+    vector = angle * np.array([0.6, 0.0, 0.8])
+    found = standin.log3(Rotation.from_rotvec(vector).as_matrix())
+    np.testing.assert_allclose(found, vector, atol=1e-8)
+
+
+@pytest.fixture
+def without_pinocchio(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    from mecanique.reference import sharing
+    from mecanique.reference.engine import package
+
+    monkeypatch.setattr(package, "has_pinocchio", lambda: False)
+    package.engine_package.cache_clear()
+    yield
+    package.engine_package.cache_clear()
