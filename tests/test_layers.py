@@ -78,12 +78,14 @@ ORDER: dict[str, list[str]] = {
         "agreement small_motions",
     ],
     "reference": [
+        "standin",
         "engine originals",
         "loops",
         "answering",
         "kinematics loop_constraints wrenches",
         "reference",
     ],
+    "reference.standin": ["spatial", "model", "algorithms reading"],
     "verification": [
         "difference states stencil",
         "originals descriptions",

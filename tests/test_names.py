@@ -32,6 +32,7 @@ VERBS = {
 """A participle may follow one of these: `is_pinned`, `find_needed`."""
 
 RIGHT = {
+    "JointModelRevoluteUnaligned": "Pinocchio's name, in its stand-in",
     "applied": "public, `Reference.applied`: a list of forces",
     "colored": "public, `Shape.colored`: a changed copy, as `sorted` returns one",
     "renamed": "public, `Joint.renamed`: a changed copy",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import subprocess
+import sys
+from textwrap import dedent
 from typing import Any
 
 import numpy as np
@@ -39,7 +41,7 @@ def both(request: pytest.FixtureRequest) -> tuple[Any, Any, np.ndarray, np.ndarr
 
 def order(a: Any, b: Any) -> list[int]:
     """Where each velocity of the stand-in stands in Pinocchio's."""
-    places = []
+    places: list[int] = []
     for index in range(1, b.njoints):
         joint = a.joints[a.getJointId(b.names[index])]
         places += range(joint.idx_v, joint.idx_v + joint.nv)
@@ -69,8 +71,10 @@ def test_recursions_are_those_of_pinocchio(both: Any) -> None:
     def same(expected: Any, found: Any) -> None:
         np.testing.assert_allclose(found, expected, rtol=1e-11, atol=1e-11)
 
-    same(pinocchio.rnea(a, there, q, v, acc, of_a)[own], standin.rnea(
-        b, here, p, v[own], acc[own], of_b))
+    same(
+        pinocchio.rnea(a, there, q, v, acc, of_a)[own],
+        standin.rnea(b, here, p, v[own], acc[own], of_b),
+    )
     for index in range(1, b.njoints):
         twin = a.getJointId(b.names[index])
         for field in FIELDS:
@@ -97,9 +101,7 @@ def test_recursions_are_those_of_pinocchio(both: Any) -> None:
     standin.computeJointJacobiansTimeVariation(b, here, p, v[own])
     same(there.J.reshape(6, -1)[:, own], here.J)
     same(there.dJ.reshape(6, -1)[:, own], here.dJ)
-    same(
-        pinocchio.computePotentialEnergy(a, there, q), standin.computePotentialEnergy(b, here, p)
-    )
+    same(pinocchio.computePotentialEnergy(a, there, q), standin.computePotentialEnergy(b, here, p))
     for index, frame in enumerate(b.frames):
         if not frame.parentJoint:
             continue
@@ -121,12 +123,27 @@ def test_the_rotation_vector_of_a_turn(angle: float) -> None:
     np.testing.assert_allclose(found, vector, atol=1e-8)
 
 
-@pytest.fixture
-def without_pinocchio(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    from mecanique.reference import sharing
-    from mecanique.reference.engine import package
-
-    monkeypatch.setattr(package, "has_pinocchio", lambda: False)
-    package.engine_package.cache_clear()
-    yield
-    package.engine_package.cache_clear()
+def test_without_pinocchio_everything_goes_on_and_the_verdict_says_so() -> None:
+    script = """
+        import sys
+        sys.modules["pinocchio"] = None  # as if it were not installed
+        import mecanique as mq
+        cart, slider = mq.textbook.load("cart_pole"), mq.textbook.load("slider_crank")
+        verdict = mq.verify(cart, samples=5)
+        assert verdict.agrees and verdict.worst < 1e-13
+        first, second, *_ = str(verdict).splitlines()
+        assert first.startswith("The engine Pinocchio is not installed: a stand-in of mecanique's")
+        assert "from conda-forge" in first and second.startswith("cart_pole: agrees")
+        assert first in verdict._repr_html_().replace("&#x27;", "'")
+        assert verdict.versions["pin"] == "not installed"
+        assert "difference from stand-in" in str(verdict)
+        assert mq.verify(slider, samples=3).agrees
+        motion = mq.simulate(slider, q=dict(mq.textbook.entry("slider_crank").start), duration=0.2)
+        assert motion.audit().ok
+        assert abs(mq.linearize(cart).frequencies[-1] - 3.83594114) < 1e-8
+        code = mq.generate(mq.derive(cart), "python", samples=5)
+        assert "compared with a stand-in for Pinocchio" in str(code.verdict)
+        panda = mq.verify(mq.read_urdf(mq.robot("panda")), samples=2)
+        assert panda.agrees and not panda.readings
+    """
+    subprocess.run([sys.executable, "-c", dedent(script)], check=True)

@@ -14,6 +14,7 @@ from mecanique.cli.derivations import as_document, derivation, derivations
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
+from mecanique.reference.engine.package import engine_name
 from mecanique.wording import say_count
 
 __all__ = ["app"]
@@ -176,7 +177,7 @@ def verify(
         raise typer.Exit(0 if surveyed.agrees else 1)
     chosen = choose(system, parameters, reading)
     other = None if against is None else source(against, reading)
-    with working(f"Comparing with {against or 'Pinocchio'} at {say_count(number, 'state')}"):
+    with working(f"Comparing with {against or engine_name()} at {say_count(number, 'state')}"):
         verdict = mq.verify(
             chosen.mechanism,
             number,

@@ -13,6 +13,7 @@ from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
+from mecanique.reference.engine.package import engine_name
 from mecanique.verification import derivations
 from mecanique.verification.conditioning import rounding
 from mecanique.verification.contributions import entry_rounding
@@ -24,7 +25,6 @@ from mecanique.wording import say_count
 
 __all__ = ["Answers", "ask"]
 
-_ENGINE = "Pinocchio"
 _INDEPENDENT = "independent coordinates"
 
 _IDLE = 1e-13
@@ -80,7 +80,7 @@ class Answers:
                 most = rounding(mechanism, states, self.engine, regular=REGULAR)
             count = min(map(len, ours.values()), default=0)
             rows += rows_of(
-                (name, _ENGINE),
+                (name, engine_name()),
                 ours,
                 {quantity: values[:count] for quantity, values in self.engine.items()},
                 states.at(np.arange(count)),

@@ -13,12 +13,16 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
 
 from mecanique.model.mechanism.origin import Finding
+from mecanique.reference.engine.package import MISSING, STAND_IN, has_pinocchio
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.descriptions.change import Difference
 from mecanique.verification.originals.reading import EngineReading
 from mecanique.wording import say_count, write_table
 
-__all__ = ["TOLERANCE", "Row", "Verdict", "versions"]
+__all__ = ["NOT_INSTALLED", "TOLERANCE", "Row", "Verdict", "versions"]
+
+NOT_INSTALLED = "not installed"
+"""The version of an engine that is missing."""
 
 TOLERANCE = 1e-9
 """Largest relative difference that counts as agreement of what is solved for, or has forces."""
@@ -273,11 +277,17 @@ class Verdict:
         widths = [max(map(len, column)) for column in zip(*self.table, strict=True)]
         lines = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in self.table]
         first = [] if self.difference is None else [str(self.difference)]
-        return "\n".join([*first, self.summary, *lines, *self.remarks])
+        return "\n".join([*self._missing, *first, self.summary, *lines, *self.remarks])
+
+    @property
+    def _missing(self) -> list[str]:
+        """What a verdict that was given without the engine says first."""
+        return [MISSING] if any(STAND_IN in row.sources for row in self.rows) else []
 
     def _repr_html_(self) -> str:
+        caption = " ".join([*self._missing, self.summary])
         remarks = "".join(f"<p>{escape(remark)}</p>" for remark in self.remarks)
-        return write_table(self.summary, self.table) + remarks
+        return write_table(caption, self.table) + remarks
 
     def _cell(self, row: Row | None) -> str:
         if row is None:
@@ -303,4 +313,6 @@ def _read_versions() -> tuple[tuple[str, str], ...]:
             found[package] = version(package)
         except PackageNotFoundError:
             found[package] = "unknown"
+    if not has_pinocchio():
+        found["pin"] = NOT_INSTALLED
     return tuple(sorted(found.items()))

@@ -14,7 +14,7 @@ from mecanique.errors import DerivationError
 from mecanique.generation.program.program import Program
 from mecanique.generation.targets.target import Cases, Target
 from mecanique.generation.verdict.cases import TOLERANCE, count_varied
-from mecanique.verification.verdict import versions
+from mecanique.verification.verdict import NOT_INSTALLED, versions
 
 __all__ = ["CodeVerdict", "judge"]
 
@@ -46,10 +46,12 @@ class CodeVerdict:
     def lines(self) -> list[str]:
         """Return it in sentences, for the head of a file."""
         by = ", ".join(f"{name} {version}" for name, version in self.versions.items())
+        missing = self.versions.get("pin") == NOT_INSTALLED
+        other = "a stand-in for Pinocchio" if missing else "Pinocchio"
         varied = f", {self.varied} of them with other parameters" if self.varied else ""
         lines = [
-            f"Run and compared with Pinocchio at {self.samples} random states (seed {self.seed})"
-            f"{varied}:"
+            f"Run and compared with {other} at {self.samples} random states "
+            f"(seed {self.seed}){varied}:"
         ]
         for name, worst in self.worst.items():
             excused = self.rounded.get(name, 0.0)

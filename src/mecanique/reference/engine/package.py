@@ -6,12 +6,14 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
-__all__ = ["MISSING", "engine_package", "has_pinocchio"]
+__all__ = ["MISSING", "STAND_IN", "engine_name", "engine_package", "has_pinocchio"]
+
+STAND_IN = "stand-in"
+"""What the stand-in is called."""
 
 MISSING = (
-    "Pinocchio is not installed, and its own stand-in took its place: this compares mecanique with "
-    "mecanique. Get the engine by conda install -c conda-forge pinocchio, or pip install pin on "
-    "Linux and macOS."
+    "The engine Pinocchio is not installed: a stand-in of mecanique's own took its place. Install "
+    "it from conda-forge (package pinocchio), or by pip install pin on Linux and macOS."
 )
 """What a verdict without the engine says first."""
 
@@ -20,6 +22,11 @@ MISSING = (
 def has_pinocchio() -> bool:
     """Return whether Pinocchio is installed."""
     return find_spec("pinocchio") is not None
+
+
+def engine_name() -> str:
+    """Return what the engine is called in a verdict."""
+    return "Pinocchio" if has_pinocchio() else STAND_IN
 
 
 @cache

@@ -22,6 +22,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding, Origin
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.reference import Reference
+from mecanique.reference.engine.package import has_pinocchio
 from mecanique.reference.originals import drake, mujoco, pinocchio
 from mecanique.reference.originals.original import ByJoint, Original
 from mecanique.urdf.lint import lint
@@ -71,7 +72,8 @@ def read_by(mechanism: Mechanism, engines: Sequence[str], seed: int) -> tuple[En
     Raises:
         UnknownNameError: if there is no such engine.
     """
-    chosen = [engine_of(name) for name in engines]
+    # a verdict without Pinocchio says so in its first line
+    chosen = [engine_of(name) for name in engines if name != "pinocchio" or has_pinocchio()]
     origin = mechanism.origin
     if origin is None:
         return ()
