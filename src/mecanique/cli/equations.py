@@ -14,7 +14,6 @@ from mecanique.cli.derivations import as_document, derivation, derivations
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
-from mecanique.reference.engine.package import engine_name
 from mecanique.wording import say_count
 
 __all__ = ["app"]
@@ -163,6 +162,8 @@ def verify(
 
     The exit code is 1 if they disagree or a fact does not hold.
     """
+    from mecanique.reference.engine.package import engine_name
+
     if against is not None and system is None:
         raise typer.BadParameter("expected a SYSTEM with --against")
     if (system is not None) + every + robots != 1:
