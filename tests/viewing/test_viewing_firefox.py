@@ -11,15 +11,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from scipy.special import ellipj, ellipk
 from viewing_firefox import Firefox, firefox, missing
 from viewing_scenes import about_y, pendulum, swing, write_page
 
 from mecanique.motion import simulate
+from mecanique.textbook import load
 from mecanique.urdf import read_urdf
 from mecanique.urdf.robots import robot
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import Scene
+from mecanique.viewing.show import scene as scene_with_texts
 
 
 @pytest.fixture(scope="module")
@@ -52,6 +55,23 @@ def test_requests_and_complaints_would_be_noticed(fox: Firefox, tmp_path: Path) 
     fox.open(bad.as_uri())
     assert set(fox.requests()) == {image}  # a refused one may be tried again
     assert fox.complaints() == ["ReferenceError: nothing is not defined"]
+
+
+def test_the_page_moves_a_pendulum_by_the_elliptic_function(fox: Firefox, tmp_path: Path) -> None:
+    """Sin(θ/2) = k sn(K + ω t, k) from rest, after the start was set in the page."""
+    motion = simulate(load("simple_pendulum"), q=[1.0], duration=1.0, samples=9)
+    opened(fox, scene_with_texts(motion), tmp_path)
+    fox.js(
+        """mecanique.setup.change(
+            [["initial", "q", 2], ["duration", "", 10], ["rtol", "", 1e-12]].map(
+                ([kind, name, x]) => [kind, name && mecanique.setup.bench.machine.names[0], x]))"""
+    )
+    values = motion.mechanism.values
+    omega, k = np.sqrt(values["g"] / values["l"]), np.sin(1.0)
+    sn = ellipj(ellipk(k * k) + omega * 10.0, k * k)[0]
+    found = fox.js("mecanique.clock.table.stateAt(10)[0]")
+    assert found == pytest.approx(2 * np.arcsin(k * sn), abs=1e-10)
+    clean(fox)
 
 
 def test_the_bar_is_where_it_was_computed_and_drawn_there(fox: Firefox, tmp_path: Path) -> None:
