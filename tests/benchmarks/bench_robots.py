@@ -95,7 +95,8 @@ def _files(folders: list[Path]) -> Iterator[tuple[str, Path]]:
                 files = distribution(package).files or []
             except PackageNotFoundError:
                 continue
-            found += [(str(f), Path(str(f.locate()))) for f in files if f.suffix == ".urdf"]
+            paths = [(str(f), Path(str(f.locate()))) for f in files if f.suffix == ".urdf"]
+            found += [(name, path) for name, path in paths if path.is_file()]
     seen: set[str] = set()
     for name, file in found:
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
