@@ -88,7 +88,10 @@ def _rows(formula: str, start: str, page: float) -> Iterator[str]:
     """The lines of a formula: as many terms to a line as there is room for."""
     line, taken = start, 0.0
     first = True
-    for piece in _pieces(formula, page - _INDENT, 0):
+    pieces = _pieces(formula, page - _INDENT, 0)
+    if len(pieces) > 1 and pieces[-1] == "= 0":  # not alone on a line
+        pieces[-2:] = [f"{pieces[-2]} {pieces[-1]}"]
+    for piece in pieces:
         wide = width(piece)
         if taken and taken + wide > (page if first else page - _INDENT):
             yield line.rstrip()

@@ -24,7 +24,7 @@ _ESCAPED |= {"²": "\\textsuperscript{2}", "³": "\\textsuperscript{3}", "°": "
 _ESCAPED |= {"·": "$\\cdot$", "−": "$-$", "√": "$\\surd$", "½": "$\\frac{1}{2}$"}
 _ESCAPED |= {"≥": "$\\geq$", "≤": "$\\leq$", "×": "$\\times$", "…": "\\ldots{}", "∂": "$\\partial$"}
 _ESCAPED |= {"^": "\\textasciicircum{}", "~": "\\textasciitilde{}", "\\": "\\textbackslash{}"}
-_ESCAPED |= {"<": "$<$", ">": "$>$", "₀": "$_0$", "₁": "$_1$", "₂": "$_2$"}
+_ESCAPED |= {"|": "$|$", "<": "$<$", ">": "$>$", "₀": "$_0$", "₁": "$_1$", "₂": "$_2$"}
 _ESCAPED |= {sign: f"$\\{name}$" for sign, name in _NAMES.items() if name != "omicron"}
 
 
