@@ -54,8 +54,9 @@ def test_a_rod_between_gimbals_agrees_next_to_gimbal_lock(seed: int) -> None:
     assert verdict.agrees
     (row,) = (row for row in verdict.rows if row.sources[0] == "independent coordinates")
     assert row.worst < row.rounding
-    assert 1e-9 < row.rounding < 1e-6
-    assert "rounding may make" in str(verdict)
+    # coordinates that fall in line are not chosen as independent ones
+    assert row.worst < 1e-10
+    assert row.rounding < 1e-8
 
 
 def wrong(mechanism: mq.Mechanism, rng: np.random.Generator) -> Iterator[mq.Mechanism]:

@@ -8,7 +8,6 @@ from typing import final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.derivation.numeric.independent import REGULAR
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
@@ -77,7 +76,8 @@ class Answers:
         for name, ours in self.forms.items():
             most = usual
             if name == _INDEPENDENT:
-                most = rounding(mechanism, states, self.engine, regular=REGULAR)
+                regular = derivations.regularity(mechanism, states)
+                most = rounding(mechanism, states, self.engine, regular=regular)
             count = min(map(len, ours.values()), default=0)
             rows += rows_of(
                 (name, engine_name()),

@@ -25,7 +25,8 @@ What is solved for: from (A + δA)(x + δx) = b + δb follows to first order |δ
   −(1 − N (Nᵀ M N)⁻¹ Nᵀ M) J⁺. What a row of J sums is as large as its largest length over the
   states. Velocities satisfy J v = 0 to rounding only, so they are uncertain by u ‖J‖ ‖J⁺‖ ‖v‖; bias
   and γ are quadratic in them. In independent coordinates a block B of J takes the place of J, with
-  an inverse larger than J⁺ by up to a stated factor; it enters twice, δ(B⁻¹) = −B⁻¹ δB B⁻¹.
+  an inverse that may be larger than J⁺, by a factor found in each state; it enters twice,
+  δ(B⁻¹) = −B⁻¹ δB B⁻¹, in each step of Newton's method along the path.
 - Reactions of trees follow from the accelerations of bodies. Their error is that of a in the norm
   of the kinetic energy: δaᵀ M δa = δbᵀ M⁻¹ δb grows with the root of M⁻¹ only.
 """
@@ -49,12 +50,19 @@ __all__ = ["UNIT", "rounding"]
 UNIT = 8 * float(np.finfo(float).eps)
 """Relative rounding error of the entries of M, bias and forces of one velocity."""
 
+_STEPS = 8
+"""How much the steps along a path in independent coordinates add to one elimination."""
+
 _RANK = 1e-9
 """Singular values of the constraints below this part of the largest count as zero."""
 
 
 def rounding(
-    mechanism: Mechanism, states: States, values: Mapping[str, Array], *, regular: float = 1.0
+    mechanism: Mechanism,
+    states: States,
+    values: Mapping[str, Array],
+    *,
+    regular: Array | float = 1.0,
 ) -> dict[str, Array]:
     """Return how far rounding may drive sources apart, scaled, by quantity; shape (n,) each.
 
@@ -63,7 +71,8 @@ def rounding(
         states: n states.
         values: mass matrix, bias and forces of one source there, and accelerations if they are
             compared.
-        regular: least singular value of the part of J that is inverted, compared with all of J.
+        regular: least singular value of the part of J that is inverted, compared with J's, shape
+            () or (n,).
     """
     if not {"mass matrix", "bias", "forces"} <= values.keys() or not mechanism.nv:
         return {}
@@ -84,7 +93,15 @@ def rounding(
         scaled["acceleration"] = values["acceleration"] * d
         if mechanism.constrained:
             linked = constraints(mechanism, states)
-            found["acceleration"] = _of_loops(linked, d, mass, s, scaled, beta, 1 / regular)
+            found["acceleration"] = _of_loops(
+                linked,
+                d,
+                mass,
+                s,
+                scaled,
+                beta,
+                np.broadcast_to(1 / np.maximum(regular, _RANK), len(d)),
+            )
         else:
             inverse = np.abs(_inverses(mass))
             pushed = pushed + np.sum(s * np.abs(scaled["acceleration"]), axis=1)
@@ -92,6 +109,8 @@ def rounding(
             found["acceleration"] = np.linalg.norm(driven, axis=1) * pushed
             energy = moving_mass(mechanism) * np.sum(s * driven, axis=1)
             found["reactions"] = np.sqrt(energy) * pushed
+    if np.ndim(regular) and "acceleration" in found:
+        found["acceleration"] = _STEPS * found["acceleration"]
     unit = UNIT * mechanism.nv ** (1.0 if mechanism.loops else 0.5)
     return {name: unit * np.nan_to_num(bound, posinf=np.inf) for name, bound in found.items()}
 
@@ -103,7 +122,7 @@ def _of_loops(
     s: Array,
     scaled: Mapping[str, Array],
     beta: Mapping[str, Array],
-    gain: float,
+    gain: Array,
 ) -> Array:
     """Return the bounds on ‖δa‖ of a closed mechanism, for u = 1, shape (n,)."""
     bounds = np.zeros(len(d))
@@ -132,7 +151,7 @@ def _of_loops(
         pushed += largest * _norm(multipliers)
         drifted = largest * moved + uncertain * _norm(gamma)
         forced = _norm(np.abs(by_force) @ s[k])
-        bounds[k] = gain**2 * (forced * pushed + _norm(by_drift) * drifted)
+        bounds[k] = gain[k] ** 2 * (forced * pushed + _norm(by_drift) * drifted)
     return bounds
 
 

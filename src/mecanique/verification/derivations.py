@@ -33,6 +33,7 @@ __all__ = [
     "independent_accelerations",
     "is_light",
     "reactions",
+    "regularity",
     "shared_reactions",
 ]
 
@@ -163,6 +164,11 @@ def independent_accelerations(
     except DerivationError as error:
         return {}, (f"left out: the equations in independent coordinates ({error})",)
     return {"acceleration": reduced.acceleration(states)}, ()
+
+
+def regularity(mechanism: Mechanism, states: States) -> Array:
+    """Return how regular the choice of independent coordinates is in each state, shape (n,)."""
+    return np.asarray(Reduced(mechanism).regularity(states))
 
 
 def affordable(name: str, states: States) -> States:

@@ -14,7 +14,8 @@ state: at the state their rates are the joint's velocities (Shuster, J. Astronau
 
 from __future__ import annotations
 
-from typing import Any, final
+from collections.abc import Iterator
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
@@ -38,7 +39,7 @@ from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["REGULAR", "Reduced"]
+__all__ = ["Reduced"]
 
 _SWEEPS = 40
 _ROUNDING = 1e-12
@@ -47,8 +48,26 @@ _ROUNDING = 1e-12
 _RANK = 1e-8
 """Pivots and singular values of J below this part of the largest count as zero."""
 
-REGULAR = 0.05
+REGULAR = 0.3
 """Least singular value that the dependent coordinates' part of J must have, relative to J's."""
+
+
+class _Group(NamedTuple):
+    """States with the same dependent coordinates.
+
+    Args:
+        at: their places.
+        rows: independent rows of J.
+        dependent: columns of J that these rows determine.
+        blocks: these parts of J, shape (states, rows, rows).
+        regular: least singular value of each block, relative to J's.
+    """
+
+    at: np.ndarray
+    rows: np.ndarray
+    dependent: np.ndarray
+    blocks: np.ndarray
+    regular: np.ndarray
 
 
 @final
@@ -94,19 +113,39 @@ class Reduced:
         result = np.empty_like(states.v)
         if not result.shape[1]:
             return result
-        J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
         forces = self._definition.forces(states)
+        for group in self._groups(states):
+            some, inverse = states.at(group.at), np.linalg.inv(group.blocks)
+            result[group.at] = self._solve(
+                some, forces[group.at], group.rows, group.dependent, inverse
+            )
+        return result
+
+    def regularity(self, states: States) -> np.ndarray:
+        """Return the least singular value of what is inverted, relative to J's, shape (n,).
+
+        Args:
+            states: where; the loops closed.
+        """
+        found = np.ones(len(states))
+        for group in self._groups(states) if self._mechanism.nv else ():
+            found[group.at] = group.regular
+        return found
+
+    def _groups(self, states: States) -> Iterator[_Group]:
+        """Yield the states that share their dependent coordinates."""
+        J = constraints(self._mechanism, states).jacobian / self._closure.units[:, None]
         waiting = np.arange(len(states))
         while len(waiting):
             rows, dependent = _choose(J[waiting[0]])
-            block = J[waiting][:, rows][:, :, dependent]
-            fit = np.array([_is_regular(*pair) for pair in zip(block, J[waiting], strict=True)])
+            blocks = J[waiting][:, rows][:, :, dependent]
+            regular = np.array(
+                [_regularity(*pair) for pair in zip(blocks, J[waiting], strict=True)]
+            )
+            fit = regular > REGULAR
             fit[0] = True
-            at = waiting[fit]
-            some = states.at(at)
-            result[at] = self._solve(some, forces[at], rows, dependent, np.linalg.inv(block[fit]))
+            yield _Group(waiting[fit], rows, dependent, blocks[fit], regular[fit])
             waiting = waiting[~fit]
-        return result
 
     def _solve(
         self,
@@ -280,11 +319,11 @@ def _choose(J: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.array(sorted(rows), dtype=int), np.array(sorted(columns), dtype=int)
 
 
-def _is_regular(block: np.ndarray, J: np.ndarray) -> bool:
-    """Whether a block of J is about as well conditioned as J itself."""
+def _regularity(block: np.ndarray, J: np.ndarray) -> float:
+    """Return the least singular value of a block of J, relative to J's; 0 if its rank is not."""
     sizes = np.linalg.svd(J, compute_uv=False)
     if int((sizes > _RANK * sizes[0]).sum()) != len(block):
-        return False
-    return not len(block) or bool(
-        np.linalg.svd(block, compute_uv=False)[-1] > REGULAR * sizes[len(block) - 1]
-    )
+        return 0.0
+    if not len(block):
+        return 1.0
+    return float(np.linalg.svd(block, compute_uv=False)[-1] / sizes[len(block) - 1])
