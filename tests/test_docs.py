@@ -13,7 +13,7 @@ from mecanique.urdf.dialect import OWN_NAMESPACE
 from mecanique.urdf.rules import RULES
 
 DOCS = Path(__file__).parents[1] / "docs"
-PAGES = sorted(path for path in DOCS.rglob("*.md") if "_generated" not in path.parts)
+PAGES = sorted(path for path in DOCS.rglob("*.md") if not {"_generated", "paper"} & set(path.parts))
 CELL = re.compile(r"^```\{code-cell\}\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
