@@ -36,7 +36,6 @@ SYSTEMS = (
     "kepler_orbit",
     "particle_on_circle_x",
     "rigid_bar_pendulum",
-    "rolling_disk",
     "rotating_plate",
     "screw_press",
     "simple_pendulum",
