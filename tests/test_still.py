@@ -107,7 +107,7 @@ def test_no_coordinate_is_derived_with_a_sentence(method: str) -> None:
 
 def test_reactions_of_what_is_welded_are_derived() -> None:
     text = mq.derive(welded(), method="newton_euler").text(steps=True)
-    assert "R_wall_z = 2943/100" in text
+    assert "R_wall_z = 29.43" in text
     wrench = mq.Reference(welded()).reactions([], [])["wall"]
     np.testing.assert_allclose(wrench.force, (0, 0, 3 * G), rtol=1e-14)
     np.testing.assert_allclose(wrench.moment, (0, -2 * G, 0), rtol=1e-14)

@@ -157,6 +157,7 @@ def test_runs_next_to_a_singular_position_are_left_to_simulate() -> None:
     assert not len(runs.failed)
 
 
+@pytest.mark.slow
 def test_loops_that_cannot_be_closed_fail_alone() -> None:
     mechanism = mq.textbook.load("four_bar_linkage")
     runs = mq.simulate_many(

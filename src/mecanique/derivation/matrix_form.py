@@ -97,7 +97,7 @@ def linear(derivation: Derivation) -> Linear | None:
     ring, n = algebra.ring, len(algebra.velocities)
     moving = (Kind.COORDINATE, Kind.VELOCITY, Kind.ACCELERATION)
     names = tuple(algebra.mechanism.coordinates)
-    if len(names) != n or derivation.ties:
+    if not n or len(names) != n or derivation.ties:
         return None
     letters = (*algebra.accelerations, *algebra.velocities, *names)
     columns: list[tuple[tuple[Series, ...], ...]] = []

@@ -89,19 +89,28 @@ class ClosedForm:
         J = self._evaluate([entry for row, _ in second for entry in row], q, v, t)
         gamma = self._evaluate([gamma for _, gamma in second], q, v, t)
         J = J.reshape(*gamma.shape, mass.shape[-1])
-        if self._derivation.quasi:
-            return self._reduce(mass, rest, J, gamma, q, t)
         angular, length = angles(self._mechanism), characteristic_length(self._mechanism)
         units = np.array(
             [1.0 if name in angular else length for name in self._mechanism.velocities]
         )
+        if self._derivation.quasi:
+            return self._reduce(mass, rest, J, gamma, units, q, t)
         rows = RowUnits(np.ones(len(ties)), np.arange(len(ties)))
         motions = [
             solve_held(*state, units, rows) for state in zip(mass, rest, J, gamma, strict=True)
         ]
         return np.array([motion.acceleration for motion in motions])
 
-    def _reduce(self, mass: Array, rest: Array, J: Array, gamma: Array, q: Given, t: Any) -> Array:
+    def _reduce(
+        self,
+        mass: Array,
+        rest: Array,
+        J: Array,
+        gamma: Array,
+        units: Array,
+        q: Given,
+        t: Any,
+    ) -> Array:
         """Return the accelerations by the equations along independent displacements."""
         quasi = self._derivation.quasi
         S = self._evaluate([entry for column in quasi for entry in column], q, None, t)
@@ -110,9 +119,14 @@ class ClosedForm:
         sides = np.concatenate([(S @ rest[..., None])[..., 0], -gamma], axis=1)
         found = []
         for matrix, side in zip(rows, sides, strict=True):
-            sizes = np.abs(matrix).max(axis=1, keepdims=True)
+            columns = matrix * units
+            sizes = np.abs(columns).max(axis=1, keepdims=True)
             sizes[sizes == 0] = 1.0
-            found.append(np.linalg.lstsq(matrix / sizes, side / sizes[:, 0], rcond=None)[0])
+            rows_alike, sides_alike = columns / sizes, side / sizes[:, 0]
+            y = np.linalg.lstsq(rows_alike, sides_alike, rcond=None)[0]
+            # once more, for what is left: terms of very different sizes lose digits
+            y += np.linalg.lstsq(rows_alike, sides_alike - rows_alike @ y, rcond=None)[0]
+            found.append(units * y)
         return np.array(found)
 
     def energy(self, q: Given, v: Given, t: Any = 0.0) -> tuple[Array, ...]:

@@ -35,6 +35,9 @@ _DERIVING = 2e-3
 _DERIVING_LOOPS = 0.015
 """The same of equations with loops, for each velocity, roughly [s]."""
 
+_CLOSING = 2e-4
+"""Time to close one random state is about this times the square of the size [s]."""
+
 _COMPILING = 0.05
 """Time to compile equations in C, for each velocity, roughly [s]."""
 
@@ -158,7 +161,9 @@ class Compiled:
     def seconds_to_derive(self) -> float:
         """Return about how long it takes to derive and compile the equations in Python [s]."""
         if self._closed:
-            return _DERIVING_LOOPS * self._size
+            # states to compare in have to be closed, each the longer the more loops there are
+            closing = SAMPLES * _CLOSING * self._size**2
+            return _DERIVING_LOOPS * self._size + closing
         return _DERIVING + 1e-3 * self._size**3
 
     def seconds_to_compile(self) -> float:

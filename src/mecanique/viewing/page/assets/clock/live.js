@@ -16,6 +16,7 @@ export class LiveClock {
     this.time = scene.first;
     this.scene = scene;
     this.row = null;
+    this.number = 0;
     this.newest = null;
     this.connect();
   }
@@ -110,7 +111,7 @@ export class LiveClock {
   tick() {
     if (!this.newest) return false;
     const { time, row, number } = this.newest;
-    Object.assign(this, { time, row, newest: null });
+    Object.assign(this, { time, row, number, newest: null });
     this.history.add(time, row);
     this.send({ do: "ack", value: number });
     return true;
