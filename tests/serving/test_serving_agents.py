@@ -6,7 +6,9 @@ import asyncio
 import json
 import os
 import sys
-from typing import Any
+from collections.abc import Coroutine
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
 
 import pytest
 
@@ -17,6 +19,8 @@ from mecanique.serving.agents import make_server
 mcp = pytest.importorskip("mcp")
 
 ROD = "rigid_bar_pendulum"
+
+T = TypeVar("T")
 
 
 async def converse() -> dict[str, Any]:
@@ -39,12 +43,18 @@ async def converse() -> dict[str, Any]:
     return found
 
 
+def run_apart(answer: Coroutine[Any, Any, T]) -> T:
+    """Run in a thread of its own: tests of pages leave a loop running in this one."""
+    with ThreadPoolExecutor(1) as pool:
+        return pool.submit(asyncio.run, answer).result()
+
+
 def text_of(result: Any) -> str:
     return " ".join(part.text for part in result.content)
 
 
 def test_the_official_client_can_ask_every_tool() -> None:
-    found = asyncio.run(converse())
+    found = run_apart(converse())
     assert set(found["tools"]) == {tool.__name__ for tool in tools.TOOLS}
     schema = found["tools"]["check"].input_schema
     assert set(schema["required"]) == {"system", "formula"}
@@ -70,7 +80,7 @@ def test_it_serves_over_standard_input_and_output() -> None:
             found = await client.call_tool("derive", {"system": ROD})
             return text_of(found)
 
-    assert "q''" in asyncio.run(ask())
+    assert "q''" in run_apart(ask())
 
 
 @pytest.mark.parametrize(
