@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from copy import deepcopy
-from typing import Any, Literal, TypeAlias, final
+from typing import Literal, TypeAlias, final
 
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion
+from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion, hat
 
 __all__ = [
     "BODY",
@@ -85,10 +85,8 @@ class Joint:
         if self.kind == "floating":
             return _turn_of(own[3:]), own[:3]
         c, s = own if self.nq == 2 else (math.cos(own[0]), math.sin(own[0]))
-        x, y, z = self.axis
-        hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
         outer = np.outer(self.axis, self.axis)
-        return c * np.eye(3) + s * hat + (1 - c) * outer, np.zeros(3)
+        return c * np.eye(3) + s * hat(self.axis) + (1 - c) * outer, np.zeros(3)
 
 
 def _turn_of(quaternion: Array) -> Array:
@@ -188,4 +186,4 @@ class Data:
         self.f = [Force(np.zeros(6)) for _ in range(count)]
         self.Ycrb = [Inertia.Zero() for _ in range(count)]
         self.J, self.dJ = np.zeros((6, nv)), np.zeros((6, nv))
-        self.joints: list[Any] = model.joints
+        self.joints = model.joints

@@ -9,7 +9,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 
-__all__ = ["SE3", "Force", "Inertia", "Motion", "cross", "log3"]
+__all__ = ["SE3", "Force", "Inertia", "Motion", "cross", "hat", "log3"]
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -17,6 +17,12 @@ def cross(a: Array, b: Array) -> Array:
     ax, ay, az = a
     bx, by, bz = b
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def hat(vector: Array) -> Array:
+    """Return the matrix of vector ×, shape (3, 3)."""
+    x, y, z = vector
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 class _Pair:
@@ -111,13 +117,12 @@ class Inertia:
 
     def matrix(self) -> Array:
         """Return the spatial inertia, shape (6, 6)."""
-        m, (x, y, z) = self.mass, self.lever
-        hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        m, lever = self.mass, hat(self.lever)
         found = np.zeros((6, 6))
         found[:3, :3] = m * np.eye(3)
-        found[:3, 3:] = -m * hat
-        found[3:, :3] = m * hat
-        found[3:, 3:] = self.inertia - m * hat @ hat
+        found[:3, 3:] = -m * lever
+        found[3:, :3] = m * lever
+        found[3:, 3:] = self.inertia - m * lever @ lever
         return found
 
 
@@ -166,10 +171,10 @@ class SE3:
 
     def twist_inside(self) -> Array:
         """Return the matrix that takes twists of the outer frame to the inner one, shape (6, 6)."""
-        R, (x, y, z) = self.rotation, self.translation
+        R = self.rotation
         found = np.zeros((6, 6))
         found[:3, :3] = found[3:, 3:] = R.T
-        found[:3, 3:] = -R.T @ np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        found[:3, 3:] = -R.T @ hat(self.translation)
         return found
 
 
