@@ -227,3 +227,19 @@ def test_the_map_of_coordinates_may_be_a_mapping_or_pairs() -> None:
     q = coordinate("q")
     assert Coordinates(("q",), {"r": 2 * q}) == Coordinates(("q",), (("r", 2 * q),))
     assert rod(1.0, 1.0) == rod(1, 1)
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ((1e-13, -1.0, 1e-12), (0.0, -1.0, 0.0)),
+        ((0.9999999999999983, -2e-14, 2e-14), (1.0, 0.0, 0.0)),
+        ((0.0, 1e-11, 1.0), (0.0, 1e-11, 1.0)),
+        ((0.6, 1e-14, 0.8), (0.6, 1e-14, 0.8)),
+    ],
+)
+def test_what_cad_programs_leave_beside_a_coordinate_axis_is_dropped(
+    given: tuple[float, float, float], meant: tuple[float, float, float]
+) -> None:
+    for kind in (Revolute, Prismatic):
+        assert kind("j", "ground", "a", axis=given).axis == meant

@@ -99,6 +99,13 @@ def test_a_millionth_of_a_light_sensor_is_found_by_default() -> None:
     assert verdict_on(wrong, arm, tolerance=1e-9).agrees
 
 
+def test_an_axis_next_to_a_coordinate_axis_is_read_as_the_engine_reads_it() -> None:
+    # as in models of iCub written by a CAD program: Pinocchio takes it for the x axis
+    arm = arm_with_sensor(1.0)
+    shoulder = mq.Revolute("shoulder", "ground", "upper", axis=(1.0, 5e-13, 0.0))
+    assert mq.verify(replace(arm, joints=(shoulder, *arm.joints[1:])), samples=10).agrees
+
+
 def test_what_is_below_rounding_is_not_found_and_the_verdict_has_the_bound() -> None:
     mass = 1e-9
     arm = arm_with_sensor(mass)

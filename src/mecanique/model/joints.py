@@ -510,6 +510,10 @@ Joint: TypeAlias = (
 )
 
 
+_SLANT = 2e-12
+"""An axis that leaves a coordinate axis by less means it [rad]."""
+
+
 def _set_axis(joint: _Joint, axis: Vector) -> None:
     """Store the axis with unit length; one without length is left for the mechanism to report."""
     try:
@@ -519,9 +523,18 @@ def _set_axis(joint: _Joint, axis: Vector) -> None:
             f"expected three numbers for the axis of joint {joint.name!r}, got {axis!r}"
         ) from None
     length = (x * x + y * y + z * z) ** 0.5
-    unit = (
-        (x / length, y / length, z / length)
-        if 0 < length < float("inf") and length != 1
-        else (x, y, z)
-    )
-    object.__setattr__(joint, "axis", unit)
+    if 0 < length < float("inf"):
+        x, y, z = _straighten((x / length, y / length, z / length) if length != 1 else (x, y, z))
+    object.__setattr__(joint, "axis", (x, y, z))
+
+
+def _straighten(axis: tuple[float, float, float]) -> tuple[float, float, float]:
+    """Return the coordinate axis that a unit axis means, or the axis itself.
+
+    CAD programs leave 1e-13 in components that mean 0, and parsers drop less than 1e-12.
+    """
+    rest = [abs(component) for component in axis if abs(component) < 0.5]
+    if len(rest) < 2 or sum(rest) > _SLANT:
+        return axis
+    x, y, z = (float(round(component)) for component in axis)
+    return x, y, z
