@@ -9,14 +9,35 @@ from typer.testing import CliRunner
 
 from mecanique.cli import app
 from mecanique.textbook.register import register
-from mecanique.textbook.register.row import Row, agreement, identity, misprint
+from mecanique.textbook.register.row import Row, agreement, decision, identity, misprint, open_point
 
 ERRORS = {"1.26", "Ex. 1.2 2", "Ex. 1.2 5"}
 
+WRONG_IN_WORDS = {
+    "sect. 1.2 a",
+    "before 1.3",
+    "after 1.3",
+    "before 1.11",
+    "after 1.12",
+    "after 1.26",
+    "before 1.27",
+    "after 1.27",
+    "Ex. 1.2 words a",
+    "after Ex.1.2.h",
+    "sect. 1.3.5",
+}
+
 
 @pytest.fixture(scope="module")
-def rows() -> dict[str, Row]:
-    return {row.number: row for row in register()}
+def every_row() -> tuple[Row, ...]:
+    return register()
+
+
+@pytest.fixture(scope="module")
+def rows(every_row: tuple[Row, ...]) -> dict[str, Row]:
+    found = {row.number: row for row in every_row}
+    assert len(found) == len(every_row)
+    return found
 
 
 def test_every_numbered_equation_has_a_row_in_order(rows: dict[str, Row]) -> None:
@@ -26,7 +47,7 @@ def test_every_numbered_equation_has_a_row_in_order(rows: dict[str, Row]) -> Non
 
 
 def test_what_does_not_hold_as_printed_is_mended_and_proven(rows: dict[str, Row]) -> None:
-    assert {number for number, row in rows.items() if not row.holds} == ERRORS
+    assert {row.number for row in rows.values() if _wrong(row, "equation")} == ERRORS
     assert all(row.sound for row in rows.values())
     sign = rows["1.26"]
     assert sign.right == "q'' + (3/2)(g/l) sin(q) = 0"
@@ -35,12 +56,44 @@ def test_what_does_not_hold_as_printed_is_mended_and_proven(rows: dict[str, Row]
 
 
 def test_numeric_rows_state_their_residual(rows: dict[str, Row]) -> None:
-    numeric = [row for row in rows.values() if row.kind == "numeric"]
+    equations = [row for row in rows.values() if row.about == "equation"]
+    numeric = [row for row in equations if row.kind == "numeric"]
     assert numeric
     assert all(row.residual is not None and row.residual < 1e-9 for row in numeric)
-    symbolic = [row for row in rows.values() if row.kind == "symbolic identity"]
+    symbolic = [row for row in equations if row.kind == "symbolic identity"]
     assert all(row.residual is None for row in symbolic)
     assert (len(numeric), len(symbolic)) == (15, 63)
+
+
+def test_sentences_that_are_wrong_are_named_with_what_is_right(rows: dict[str, Row]) -> None:
+    assert {row.number for row in rows.values() if _wrong(row, "sentence")} == WRONG_IN_WORDS
+    assert all(rows[number].right and rows[number].proof for number in WRONG_IN_WORDS)
+    assert "B is at x = 3 l, E at 2 l" in rows["Ex. 1.2 words a"].proof
+    assert "rates of the angular momenta" in rows["after 1.3"].right
+    assert "q and q''" in rows["after Ex.1.2.h"].right
+    assert "work done by the external forces" in rows["after 1.27"].right
+    assert rows["after 1.27"].kind == "read"
+    right = [row for row in rows.values() if row.about == "sentence" and row.holds]
+    assert len(right) == 17
+
+
+def test_what_is_not_checked_is_said_with_its_reason(rows: dict[str, Row]) -> None:
+    left = [row for row in rows.values() if row.holds is None]
+    assert len(left) == 8
+    assert all(row.kind == "not checked" and row.how and row.sound for row in left)
+    assert "not checked: " in str(rows["figures"])
+
+
+def test_no_sentence_of_the_chapter_holds_without_a_fact() -> None:
+    assert not decision("0", "", "").holds
+    assert not decision("0", "", "", True, False).holds
+    assert not decision("0", "", "", True, False).sound
+    assert decision("0", "", "", True, True).holds
+    assert open_point("0", "", "why").to_dict()["holds"] is None
+
+
+def _wrong(row: Row, about: str) -> bool:
+    return row.holds is False and row.about == about
 
 
 def test_a_false_statement_is_detected() -> None:
@@ -57,13 +110,19 @@ def test_a_false_statement_is_detected() -> None:
     assert misprint("0", "", "", [x - x], [x], right="", proof="").holds
 
 
-def test_the_command_prints_text_and_json() -> None:
+def test_the_command_prints_text_and_json(
+    every_row: tuple[Row, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
     text = CliRunner().invoke(app, ["book"])
     assert text.exit_code == 0
     assert (
         "3 in error as printed (1.26, Ex. 1.2 2, Ex. 1.2 5), each with its right form proven"
         in text.output
     )
+    assert "11 in error as printed (sect. 1.2 a, after 1.3," in text.output
+    assert "; 8 points not checked" in text.output
+    monkeypatch.setattr("mecanique.textbook.register.register", lambda: every_row)
     data = json.loads(CliRunner().invoke(app, ["book", "--json"]).output)
-    assert {row["number"] for row in data if not row["holds"]} == ERRORS
+    assert {row["number"] for row in data if row["holds"] is False} == ERRORS | WRONG_IN_WORDS
+    assert sum(row["holds"] is None for row in data) == 8
     assert all(row["sound"] for row in data)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -11,16 +12,15 @@ if TYPE_CHECKING:
 __all__ = ["as_json", "as_text"]
 
 
+_KINDS = ("equation", "sentence")
+
+
 def as_text(rows: tuple[Row, ...]) -> str:
     """Return the register as text, a summary first."""
-    wrong = [row.number for row in rows if not row.holds]
-    errors = "none in error as printed"
-    if wrong:
-        proven = all(row.sound for row in rows)
-        sound = "each with its right form proven" if proven else "NOT ALL PROVEN"
-        errors = f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}"
-    count = f"{len(rows)} rows, {len(rows) - len(wrong)} hold"
-    head = f"Fundamentals of Dynamics, chapter 1: {count}, {errors}"
+    checked = [row for row in rows if row.holds is not None]
+    parts = [_count(kind, checked) for kind in _KINDS]
+    left = len(rows) - len(checked)
+    head = f"Fundamentals of Dynamics, chapter 1: {'; '.join(parts)}; {left} points not checked"
     return "\n".join([head, "", *map(str, rows)])
 
 
@@ -29,3 +29,16 @@ def as_json(rows: tuple[Row, ...]) -> str:
     return json.dumps(
         [row.to_dict() for row in rows], ensure_ascii=False, indent=2, allow_nan=False
     )
+
+
+def _count(kind: str, checked: Sequence[Row]) -> str:
+    """How many equations or sentences there are, and which are in error."""
+    rows = [row for row in checked if row.about == kind]
+    wrong = [row.number for row in rows if not row.holds]
+    errors = "none in error as printed"
+    if wrong:
+        sound = "NOT ALL PROVEN"
+        if all(row.sound for row in rows):
+            sound = "each with its right form" + (" proven" if kind == "equation" else "")
+        errors = f"{len(wrong)} in error as printed ({', '.join(wrong)}), {sound}"
+    return f"{len(rows)} {kind}s, {len(rows) - len(wrong)} hold, {errors}"

@@ -95,9 +95,10 @@ def derive(
 @app.command(epilog="Example: mecanique book --json")
 @report_errors
 def book(as_json: AsJson = False) -> None:
-    """Check every equation of the catalogue's first chapter.
+    """Check the catalogue's first chapter: its equations, and what its sentences state.
 
-    The exit code is 1 if an equation is in error and its right form is not proven.
+    What is not checked is said. The exit code is 1 if an equation or a sentence is in error and
+    its right form is not proven.
     """
     from mecanique.cli import book as printed
     from mecanique.textbook.register import register

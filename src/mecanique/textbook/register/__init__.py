@@ -1,7 +1,8 @@
 """The register of the chapter: every equation, what it states and whether it holds as printed.
 
-The chapter is "Fundamentals of Dynamics", ch. 1 of a text on structural dynamics. Rows are computed
-on demand.
+The chapter is "Fundamentals of Dynamics", ch. 1 of a text on structural dynamics. Its sentences are
+paraphrased, checked where they can be computed, and listed as not checked where they are not. Rows
+are computed on demand.
 """
 
 from __future__ import annotations
@@ -15,13 +16,27 @@ __all__ = ["register"]
 
 
 def register() -> tuple[Row, ...]:
-    """Check the numbered equations (1.1-1.33) and all displayed results of Examples 1.1 and 1.2.
+    """Check the numbered equations, all displayed results of Examples 1.1 and 1.2, and sentences.
 
     Raises:
         MecaniqueError: if a system cannot be treated.
     """
-    from mecanique.textbook.register import energies, example_1, example_2, laws, pendulum
+    from dataclasses import replace
+
+    from mecanique.textbook.register import (
+        energies,
+        example_1,
+        example_2,
+        laws,
+        pendulum,
+        words_of_examples,
+        words_of_laws,
+        words_of_pendulum,
+        words_read,
+    )
 
     numbered = (*laws.rows(), *pendulum.rows(), *energies.rows())
     in_order = sorted(numbered, key=lambda row: row.place)
-    return (*in_order, *example_1.rows(), *example_2.rows())
+    said = (words_of_laws, words_of_pendulum, words_of_examples, words_read)
+    sentences = [replace(row, about="sentence") for part in said for row in part.rows()]
+    return (*in_order, *example_1.rows(), *example_2.rows(), *sentences)

@@ -1,4 +1,4 @@
-"""A row of the register: the statement of an equation in the chapter, and whether it holds."""
+"""A row of the register: an equation or a sentence of the chapter, and whether it holds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-__all__ = ["Row", "agreement", "identity", "misprint"]
+__all__ = ["Row", "agreement", "decision", "identity", "misprint", "misread", "open_point"]
 
 TOLERANCE = 1e-9
 """Largest relative residual of a numeric statement that holds."""
@@ -16,34 +16,37 @@ TOLERANCE = 1e-9
 @final
 @dataclass(frozen=True)
 class Row:
-    """One equation of the chapter.
+    """One equation of the chapter, or what one of its sentences states.
 
     Args:
-        number: as in the chapter; its place, for a displayed result without a number.
+        number: as in the chapter; its place, for what has no number.
         states: what it states.
         how: what was compared with what.
-        kind: "symbolic identity" or "numeric".
-        holds: whether the equation holds as printed.
+        kind: "symbolic identity", "numeric", "computed" (a count, or whether a letter appears),
+            "read" (of wording, which no computation judges) or "not checked".
+        holds: whether it holds as printed; None if that is not checked.
         residual: of a numeric check, relative; None for a symbolic one.
         right: the right form of a misprint.
         proof: why that is right.
         proven: whether the right form holds.
+        about: "equation" or "sentence".
     """
 
     number: str
     states: str
     how: str
     kind: str
-    holds: bool
+    holds: bool | None
     residual: float | None = None
     right: str = ""
     proof: str = ""
     proven: bool = True
+    about: str = "equation"
 
     @property
     def sound(self) -> bool:
-        """Whether it holds as printed, or its right form is proven."""
-        return self.holds or (bool(self.right) and self.proven)
+        """Whether it is not wrong as printed, or its right form is proven."""
+        return self.holds is not False or (bool(self.right) and self.proven)
 
     @property
     def place(self) -> tuple[int, str]:
@@ -56,6 +59,10 @@ class Row:
         return {**asdict(self), "sound": self.sound}
 
     def __str__(self) -> str:
+        if self.holds is None:
+            return f"\n{'':10}".join(
+                (f"{self.number:<9} {self.states}", f"not checked: {self.how}")
+            )
         verdict = "holds" if self.holds else "DOES NOT HOLD AS PRINTED"
         if not self.sound:
             verdict = "IS NOT PROVEN"
@@ -80,6 +87,21 @@ def agreement(number: str, states: str, how: str, *pairs: tuple[Any, Any]) -> Ro
         size = max(float(np.abs(a).max()), float(np.abs(b).max()), 1e-300)
         worst = max(worst, float(np.abs(a - b).max()) / size)
     return Row(number, states, how, "numeric", worst <= TOLERANCE, worst)
+
+
+def decision(number: str, states: str, how: str, *facts: bool) -> Row:
+    """Return the row of a statement that a count, or the letters of a result, decide."""
+    return Row(number, states, how, "computed", bool(facts) and all(facts))
+
+
+def misread(number: str, states: str, *, right: str, proof: str) -> Row:
+    """Return the row of a sentence whose wording is at fault: read, not computed."""
+    return Row(number, states, "the sentence itself", "read", False, None, right, proof)
+
+
+def open_point(number: str, states: str, why: str) -> Row:
+    """Return the row of what is not checked."""
+    return Row(number, states, why, "not checked", None)
 
 
 def misprint(

@@ -1,8 +1,9 @@
 """Mass, spring and damper on a moving base.
 
 A block m slides along a horizontal line on a base that is moved as X sin(W t). A spring of
-stiffness k and free length a and a damper c tie it to the base. The generalized coordinate u is the
-displacement of the block relative to the base, from where the spring is free, positive towards +x.
+stiffness k and free length a and a damper c tie it to the base; gravity g only presses it on the
+base. The generalized coordinate u is the displacement of the block relative to the base, from where
+the spring is free, positive towards +x.
 """
 
 import numpy as np
@@ -34,7 +35,13 @@ from mecanique.textbook.system import System
 
 
 def build(
-    m: Parameter, c: Parameter, k: Parameter, a: Parameter, X: Parameter, W: Parameter
+    m: Parameter,
+    c: Parameter,
+    k: Parameter,
+    a: Parameter,
+    X: Parameter,
+    W: Parameter,
+    g: Parameter,
 ) -> Mechanism:
     """Return the block on its base."""
     from sympy import sin
@@ -63,7 +70,8 @@ def build(
             Damper("damper", "base", (0, 0, 0), "block", (0, 0, 0), damping=c),
         ),
         coordinates=Coordinates(("u",), {"x_base": X * sin(W * time())}),
-        parameters=(m, c, k, a, X, W),
+        parameters=(m, c, k, a, X, W, g),
+        gravity=(0, 0, -g),
     )
 
 
@@ -95,6 +103,7 @@ SYSTEM = System(
         Parameter("a", 1.0, "m", "free length of the spring"),
         Parameter("X", 0.05, "m", "amplitude of the base"),
         Parameter("W", 5.0, "rad/s", "angular frequency of the base"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
     ),
     build=build,
     duration=15.0,

@@ -2,8 +2,9 @@
 
 Two blocks m1 and m2 slide without friction along a horizontal line. A spring k1 of free length a
 ties the first to a wall, an equally long spring k2 ties the second to the first, and a force F(t) =
-F0 cos(W t) acts on the second. The generalized coordinates q1 and q2 are the displacements of the
-blocks from where both springs are free, positive away from the wall.
+F0 cos(W t) acts on the second; gravity g only presses the blocks on the line. The generalized
+coordinates q1 and q2 are the displacements of the blocks from where both springs are free, positive
+away from the wall.
 """
 
 import numpy as np
@@ -32,6 +33,7 @@ def build(
     a: Parameter,
     F0: Parameter,
     W: Parameter,
+    g: Parameter,
 ) -> Mechanism:
     """Return the blocks."""
     from sympy import cos
@@ -72,8 +74,9 @@ def build(
                 force=(F := Input("F", F0 * cos(W * time()), "N", "force on block 2"), 0, 0),
             ),
         ),
-        parameters=(m1, m2, k1, k2, a, F0, W),
+        parameters=(m1, m2, k1, k2, a, F0, W, g),
         inputs=(F,),
+        gravity=(0, 0, -g),
     )
 
 
@@ -107,6 +110,7 @@ SYSTEM = System(
         Parameter("a", 1.0, "m", "free length of each spring"),
         Parameter("F0", 1.0, "N", "amplitude of the force"),
         Parameter("W", 3.0, "rad/s", "angular frequency of the force"),
+        Parameter("g", 9.81, "m/s²", "acceleration of free fall"),
     ),
     build=build,
     start={"q1": 0.2, "q2": -0.1},
