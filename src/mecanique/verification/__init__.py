@@ -1,8 +1,32 @@
 """Compare the in-house derivation with the engine: a Verdict, quantity by quantity."""
 
-from mecanique.verification.causes.cause import Cause
-from mecanique.verification.compare import verify
-from mecanique.verification.transformation import Transformation, compare_coordinates
-from mecanique.verification.verdict import Row, Verdict
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from mecanique.verification.causes.cause import Cause
+    from mecanique.verification.compare import verify
+    from mecanique.verification.transformation import Transformation, compare_coordinates
+    from mecanique.verification.verdict import Row, Verdict
 
 __all__ = ["Cause", "Row", "Transformation", "Verdict", "compare_coordinates", "verify"]
+
+_HOMES = {
+    "Cause": "causes.cause",
+    "Row": "verdict",
+    "Transformation": "transformation",
+    "Verdict": "verdict",
+    "compare_coordinates": "transformation",
+    "verify": "compare",
+}
+"""The module of each name; each is imported when it is first used, as the engine takes long."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

@@ -17,7 +17,8 @@ from lark.lexer import Lexer
 from mecanique.checking.grammar import tree
 from mecanique.checking.grammar.letters import Letters, key_of
 from mecanique.checking.grammar.mathml import is_mathml, text_of
-from mecanique.checking.grammar.scanner import Token, scan
+from mecanique.checking.grammar.scanner import scan
+from mecanique.checking.grammar.tokens import Token
 from mecanique.checking.grammar.tree import FUNCTIONS, Node
 from mecanique.errors import FormulaError
 

@@ -1,0 +1,176 @@
+"""Commands of LaTeX: fractions, dots, environments, spaces and names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import final
+
+from mecanique.checking.grammar.letters import SPELLINGS
+from mecanique.checking.grammar.tokens import Tokens, clean
+from mecanique.checking.grammar.tree import FUNCTIONS
+
+__all__ = ["Latex"]
+
+_COMMAND = re.compile(r"\\(?:[A-Za-z]+|.)", re.DOTALL)
+_LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
+_D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
+_FRACTION = re.compile(
+    rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{_LETTER})?\s*"
+    rf"\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
+)
+_DOT = re.compile(
+    r"\\(?P<dots>d{1,3})ot\s*(?:\{\s*(?P<inner>[^{}]*(?:\{[^{}]*\}[^{}]*)?)\}|(?P<word>\\?[A-Za-z]))"
+    r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
+)
+_SUBSCRIPT = re.compile(
+    r"\s*_\s*(?:\{(?P<long>(?:[^{}]|\{[^{}]{0,20}\}){1,40})\}|(?P<short>\\?[A-Za-z]+|\d))"
+)
+_ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*\}(?:\{[lcr|]*\})?")
+_TABLES = {"matrix", "pmatrix", "bmatrix", "vmatrix", "smallmatrix", "Bmatrix"}
+_IGNORED = re.compile(
+    r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad|,|;|:|!"
+    r"| |>|\(|\)|\[|\]|hspace\{[^{}]*\}|label\{[^{}]*\}|tag\*?\{[^{}]*\})(?![A-Za-z])\s*\.?"
+)
+_SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
+
+
+@final
+class Latex:
+    """Reads commands of LaTeX into tokens.
+
+    Args:
+        tokens: those found so far.
+        read: reads what stands at a place, and returns where to go on.
+    """
+
+    def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
+        self._tokens = tokens
+        self._read = read
+
+    def read_command(self, at: int) -> int:
+        """Read the command at a place; return where to go on."""
+        text = self._tokens.plain
+        if text.startswith("\\\\", at):
+            skip = re.compile(r"\\\\\s*(?:\[[^\]\n]{0,10}\])?").match(text, at)
+            assert skip is not None
+            kind = "SEMICOLON" if self._tokens.tables else "NEWLINE"
+            return self._tokens.put(kind, ";", at, skip.end())
+        if found := _FRACTION.match(text, at):
+            return self._fraction_of_time(found)
+        if found := _DOT.match(text, at):
+            return self._read_dots(found)
+        if found := _ENVIRONMENT.match(text, at):
+            return self._environment(found)
+        if found := _IGNORED.match(text, at):
+            # "\left." opens nothing; elsewhere a dot after a space ends a sentence
+            before = self._tokens.found[-1:]
+            if before and before[0].kind == "NEWLINE" and "quad" in found[0]:
+                self._tokens.put("INDENT", " ", at, found.end())
+            return found.end()
+        if found := _SPACING.match(text, at):
+            return found.end()
+        found = _COMMAND.match(text, at)
+        if found is None:
+            raise self._tokens.explain("a backslash at the end has no meaning", at)
+        return self._plain_command(found)
+
+    def _plain_command(self, found: re.Match[str]) -> int:
+        name, at, end = found[0][1:], found.start(), found.end()
+        if name in ("cdot", "times", "ast"):
+            return self._tokens.put("TIMES", "*", at, end)
+        if name == "over":
+            raise self._tokens.explain("write \\frac{…}{…} for \\over", at)
+        if name == "div":
+            return self._tokens.put("OVER", "/", at, end)
+        if name in ("frac", "dfrac", "tfrac"):
+            self._tokens.put("FRACTION", "frac", at, end)
+            return self._brace(self._brace(end))
+        if name in ("lvert", "rvert", "vert", "mid"):
+            raise self._tokens.explain("write abs(…) for a magnitude", at)
+        function = SPELLINGS.get(name, name)
+        if function == "sqrt" and self._tokens.plain.startswith("[", end):
+            raise self._tokens.explain("write other roots than the square root as powers", at)
+        if function in FUNCTIONS:
+            self._tokens.put("FUNCTION", function, at, end)
+            return end
+        if name in ("{", "}"):
+            return self._tokens.put_sign("(" if name == "{" else ")", at) + 1
+        if not name.isalpha():
+            raise self._tokens.explain(f"the command \\{name} has no meaning in a formula", at)
+        subscript, end = self._subscript(end)
+        return self._tokens.put_word(name + subscript, at, end)
+
+    def _subscript(self, at: int) -> tuple[str, int]:
+        """Return the subscript at a place, and where to go on."""
+        found = _SUBSCRIPT.match(self._tokens.plain, at)
+        if not found:
+            return "", at
+        return re.sub(r"[\\\s,{}]", "", found["long"] or found["short"]), found.end()
+
+    def _brace(self, at: int) -> int:
+        """Put braces around an argument of a fraction that has none, as the 1 and 2 of frac12."""
+        text = self._tokens.plain
+        while at < len(text) and text[at].isspace():
+            at += 1
+        if at >= len(text) or text[at] == "{":
+            if at >= len(text):
+                raise self._tokens.explain("expected two arguments in braces after \\frac", at - 1)
+            return self._read_braces(at)
+        if text[at].isdigit():
+            self._tokens.put("LBRACE", "{", at, at + 1)
+            self._tokens.put("NUMBER", text[at], at, at + 1)
+            self._tokens.put("RBRACE", "}", at, at + 1)
+            return at + 1
+        if text[at].isalpha() or text[at] == "\\":
+            self._tokens.put("LBRACE", "{", at, at + 1)
+            end = (
+                self.read_command(at)
+                if text[at] == "\\"
+                else self._tokens.put_word(text[at], at, at + 1)
+            )
+            self._tokens.put("RBRACE", "}", end - 1, end)
+            return end
+        raise self._tokens.explain("expected an argument in braces after \\frac", at)
+
+    def _read_braces(self, at: int) -> int:
+        """Read an argument in braces to its end."""
+        depth = self._tokens.depth
+        at = self._read(at)
+        while at < len(self._tokens.plain) and self._tokens.depth > depth:
+            at = self._read(at)
+        if self._tokens.depth > depth:
+            raise self._tokens.explain("a brace is not closed", len(self._tokens.plain) - 1)
+        return at
+
+    def _fraction_of_time(self, found: re.Match[str]) -> int:
+        order = int(found["order"] or 1)
+        if found["word"]:
+            if not self._tokens.is_moving(found["word"]):
+                self._tokens.put("FRACTION", "frac", found.start(), found.start() + 5)
+                at = self._tokens.plain.index("{", found.start())
+                return self._read_braces(self._tokens.plain.index("{", self._read_braces(at)))
+            return self._tokens.put_derivative(found["word"], order, found)
+        for _ in range(order):
+            self._tokens.put("RATE", "d/dt", found.start(), found.end())
+        return found.end()
+
+    def _read_dots(self, found: re.Match[str]) -> int:
+        inner = (found["inner"] or found["word"] or "").strip()
+        word = clean(inner) + re.sub(r"[\\\s_{},]", "", found["subscript"] or "")
+        if not word.isalnum():
+            raise self._tokens.explain(
+                "expected a single letter below the dots, e.g. \\ddot{\\theta}_1; write d/dt "
+                "before brackets",
+                found.start(),
+            )
+        return self._tokens.put_word(word + "'" * len(found["dots"]), found.start(), found.end())
+
+    def _environment(self, found: re.Match[str]) -> int:
+        if found["name"] in _TABLES:
+            opens = found["which"] == "begin"
+            self._tokens.tables += 1 if opens else -1
+            self._tokens.depth += 1 if opens else -1
+            kind = "LSQB" if opens else "RSQB"
+            return self._tokens.put(kind, "[" if opens else "]", found.start(), found.end())
+        return found.end()

@@ -1,0 +1,106 @@
+"""One spelling of each sign: Unicode's dots, powers and subscripts, minus signs, fonts."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+__all__ = ["normalize"]
+
+_SIGNS = {
+    "−": "-",
+    "–": "-",
+    "·": "*",
+    "×": "*",
+    "⋅": "*",
+    "∙": "*",
+    "∗": "*",
+    "÷": "/",
+    "∕": "/",
+    "⁄": "/",
+    "′": "'",
+    "’": "'",
+    "″": "''",
+    "”": "''",
+    '"': "''",
+    "‴": "'''",
+    "√": "sqrt ",
+    "ℓ": "l",
+    "ϑ": "theta",
+    "ϕ": "phi",
+    "ε": "epsilon",
+    "∂": "∂",
+    "½": "(1/2)",
+    "⅓": "(1/3)",
+    "⅔": "(2/3)",
+    "¼": "(1/4)",
+    "¾": "(3/4)",
+    "\u2061": " ",
+    "\u2062": " ",
+    "\u2063": " ",
+    "\u00a0": " ",
+    "\u2009": " ",
+    "\u200b": " ",
+    "\ufeff": " ",
+    "≡": "=",
+    "≔": "=",
+}
+_RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True))
+_LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True))
+_DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
+
+_FONT = re.compile(
+    r"\\(?:mathrm|mathit|mathbf|mathsf|text|textrm|operatorname\*?|boldsymbol|bm)\s*"
+    r"\{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}"
+)
+
+
+def normalize(text: str) -> tuple[str, list[int]]:
+    """Return a text with one spelling of each sign, and the place each sign comes from."""
+    signs: list[str] = []
+    places: list[int] = []
+
+    def put(some: str, place: int) -> None:
+        signs.extend(some)
+        places.extend([place] * len(some))
+
+    raised = False
+    for place, original in enumerate(text):
+        if original in _RAISED:
+            put(("" if raised else "^") + _RAISED[original], place)
+            raised = True
+            continue
+        raised = False
+        if original in _LOWERED:
+            # dots of a letter stand after its subscript
+            dots = len(signs)
+            while dots and signs[dots - 1] == "'":
+                dots -= 1
+            signs.insert(dots, _LOWERED[original])
+            places.insert(dots, place)
+        elif original in _SIGNS:
+            put(_SIGNS[original], place)
+        elif original in "\r\x0b\x0c\u2028\u2029\x85":
+            put("\n", place)
+        else:
+            for sign in unicodedata.normalize("NFD", original):
+                put(_DOTS.get(sign, sign), place)
+    return _drop_fonts("".join(signs), places)
+
+
+def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:
+    """Return a text without commands for upright and other letters: their words alone."""
+    kept: list[int] = []
+    end = 0
+    for found in _FONT.finditer(plain):
+        first, last = found.span("word")
+        # the backslash of the command becomes a space, as letters may touch it
+        kept += [*range(end, found.start()), -1]
+        kept += [k for k in range(first, last) if plain[k] != "\\"]
+        end = found.end()
+    kept += range(end, len(plain))
+    if end == 0:
+        return plain, places
+    signs = [plain[k] if k >= 0 else " " for k in kept]
+    where = [places[max(k, 0)] for k in kept]
+    return "".join(signs), where
