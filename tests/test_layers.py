@@ -103,7 +103,7 @@ ORDER: dict[str, list[str]] = {
     "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
     "checking.grammar": [
         "tree",
-        "letters tape mathml signs",
+        "letters tape mathml signs matrices",
         "tokens",
         "latex lines",
         "scanner",

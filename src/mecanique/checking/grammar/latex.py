@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import final
 
 from mecanique.checking.grammar.letters import SPELLINGS
-from mecanique.checking.grammar.tokens import Tokens, clean
+from mecanique.checking.grammar.tokens import Tokens
 from mecanique.checking.grammar.tree import FUNCTIONS
 
 __all__ = ["Latex"]
@@ -17,10 +17,10 @@ _LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
 _D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
 _FRACTION = re.compile(
     rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{_LETTER})?\s*"
-    rf"\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
+    rf"(?:\(\s*t\s*\)\s*)?\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
 )
 _DOT = re.compile(
-    r"\\(?P<dots>d{1,3})ot\s*(?:\{\s*(?P<inner>[^{}]*(?:\{[^{}]*\}[^{}]*)?)\}|(?P<word>\\?[A-Za-z]))"
+    r"\\(?P<dots>d{1,3})ot\s*(?:\{\s*(?P<inner>[^{}]*(?:\{[^{}]*\}[^{}]*)?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
     r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
 )
 _SUBSCRIPT = re.compile(
@@ -32,6 +32,7 @@ _IGNORED = re.compile(
     r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad|,|;|:|!"
     r"| |>|\(|\)|\[|\]|hspace\{[^{}]*\}|label\{[^{}]*\}|tag\*?\{[^{}]*\})(?![A-Za-z])\s*\.?"
 )
+_CASES = re.compile(r"\\left\s*\\\{(?=\s*\\begin)")
 _SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")
 
 
@@ -47,6 +48,7 @@ class Latex:
     def __init__(self, tokens: Tokens, read: Callable[[int], int]) -> None:
         self._tokens = tokens
         self._read = read
+        self._arrays: list[bool] = []
 
     def read_command(self, at: int) -> int:
         """Read the command at a place; return where to go on."""
@@ -62,6 +64,8 @@ class Latex:
             return self._read_dots(found)
         if found := _ENVIRONMENT.match(text, at):
             return self._environment(found)
+        if found := _CASES.match(text, at):
+            return found.end()
         if found := _IGNORED.match(text, at):
             # "\left." opens nothing; elsewhere a dot after a space ends a sentence
             before = self._tokens.found[-1:]
@@ -157,7 +161,7 @@ class Latex:
 
     def _read_dots(self, found: re.Match[str]) -> int:
         inner = (found["inner"] or found["word"] or "").strip()
-        word = clean(inner) + re.sub(r"[\\\s_{},]", "", found["subscript"] or "")
+        word = re.sub(r"[\\\s_{},]|\(t\)", "", inner + (found["subscript"] or ""))
         if not word.isalnum():
             raise self._tokens.explain(
                 "expected a single letter below the dots, e.g. \\ddot{\\theta}_1; write d/dt "
@@ -167,10 +171,19 @@ class Latex:
         return self._tokens.put_word(word + "'" * len(found["dots"]), found.start(), found.end())
 
     def _environment(self, found: re.Match[str]) -> int:
-        if found["name"] in _TABLES:
-            opens = found["which"] == "begin"
-            self._tokens.tables += 1 if opens else -1
-            self._tokens.depth += 1 if opens else -1
+        tokens, opens = self._tokens, found["which"] == "begin"
+        table = found["name"] in _TABLES
+        if found["name"] == "array":
+            # within brackets a matrix, elsewhere lines
+            before = tokens.found[-1:]
+            if opens:
+                self._arrays.append(bool(before) and before[0].kind in ("LSQB", "LPAR"))
+            table = self._arrays[-1] if self._arrays else False
+            if not opens and self._arrays:
+                self._arrays.pop()
+        if table:
+            tokens.tables += 1 if opens else -1
+            tokens.depth += 1 if opens else -1
             kind = "LSQB" if opens else "RSQB"
-            return self._tokens.put(kind, "[" if opens else "]", found.start(), found.end())
+            return tokens.put(kind, "[" if opens else "]", found.start(), found.end())
         return found.end()

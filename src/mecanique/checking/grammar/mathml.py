@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from html.entities import html5
 from xml.etree.ElementTree import Element
 
 from mecanique.errors import FormulaError
@@ -12,6 +13,10 @@ __all__ = ["is_mathml", "text_of"]
 
 _MOST_CHARACTERS = 200_000
 _DOTS = {"˙": 1, "¨": 2, "⃛": 3, ".": 1, "..": 2, "\u0307": 1, "\u0308": 2}
+_ENTITY = re.compile(r"&(\w{2,40});")
+_OF_RATE = re.compile(r"[dⅆ](?P<order>[23])?(?P<word>[^\W\d]\w*)?")
+_BY_TIME = re.compile(r"[dⅆ][23]?t[23]?")
+_OF_XML = ("amp", "lt", "gt", "quot", "apos")
 _START = re.compile(r"\s*<(?:\w+:)?(?:math|mrow|mtable|div|p)\b")
 
 
@@ -32,11 +37,16 @@ def text_of(markup: str) -> str:
     if len(markup) > _MOST_CHARACTERS:
         raise FormulaError(f"expected at most {_MOST_CHARACTERS:,} characters of MathML")
     try:
-        root = tree_of(f"<formulas>{markup}</formulas>")
+        root = tree_of(f"<formulas>{_ENTITY.sub(_name_entity, markup)}</formulas>")
     except XmlRefusedError as error:
         raise FormulaError(f"the MathML cannot be read, line {error.line}: {error}") from None
     found = [element for element in root.iter() if element.tag == "math"] or [root]
     return "\n".join(_write(element) for element in found)
+
+
+def _name_entity(found: re.Match[str]) -> str:
+    """Return the sign of an entity of HTML; those of XML stay."""
+    return found[0] if found[1] in _OF_XML else html5.get(f"{found[1]};", found[0])
 
 
 def _write(element: Element) -> str:
@@ -49,6 +59,8 @@ def _write(element: Element) -> str:
             return "".join(inner)
         case "mspace" | "mphantom":
             return " "
+        case "mfrac" if len(parts) == 2 and (rate := _read_rate(*parts)):
+            return rate
         case "mfrac" if len(parts) == 2:
             return f" (({_write(parts[0])})/({_write(parts[1])})) "
         case "msqrt":
@@ -69,6 +81,17 @@ def _write(element: Element) -> str:
         case "mtd":
             return "".join(map(_write, parts))
     raise FormulaError(f"the element {element.tag!r} of MathML is not known in a formula")
+
+
+def _read_rate(above: Element, below: Element) -> str:
+    """Return d/dt, d²/dt² or the derivative of a letter as text; nothing if it is none of them."""
+    upper, lower = ("".join("".join(part.itertext()).split()) for part in (above, below))
+    found = _OF_RATE.fullmatch(upper)
+    if not found or not _BY_TIME.fullmatch(lower):
+        return ""
+    order = int(found["order"] or 1)
+    word = found["word"]
+    return f" {word}{chr(39) * order} " if word else " d/dt" * order + " "
 
 
 def _base(element: Element) -> str:

@@ -350,7 +350,7 @@ class _Builder(Transformer[Any, Any]):
 
     def square(self, parts: list[Any]) -> Node:
         rows: list[list[Node]] = parts[1]
-        if len(rows) == 1 and len(rows[0]) == 1 and rows[0][0].kind != "table":
+        if len(rows) == 1 and len(rows[0]) == 1:
             return _place(rows[0][0], parts)
         return _place(self._table(rows), parts)
 
@@ -394,6 +394,8 @@ class _Builder(Transformer[Any, Any]):
                 self._text,
                 token.start_pos or 0,
             )
+        if token == "pow":
+            return self._power(*arguments)
         return tree.call(str(token), *arguments)
 
     def sympy(self, parts: list[Any]) -> Node:

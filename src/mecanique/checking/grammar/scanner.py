@@ -33,6 +33,8 @@ _LEIBNIZ = re.compile(
     r"d\s*t(?:\s*(?:\^|\*\*)?\s*(?P<again>[23]))?(?!\w)"
 )
 _D_BY_DT = re.compile(r"d\s*/\s*d\s*t(?!\w)")
+_DOT_OF = re.compile(rf"(?P<dots>d{{1,2}})ot\(\s*{_INNER}\s*\)")
+_END_OF_SENTENCE = re.compile(r"[.…]+(?=\s*(?:$|\n|\$|\\(?:end|\]|\)|\\|q?quad|label|tag)))")
 _REMEDIES = {
     "|": "write abs(…) for a magnitude",
     "<": "write an equation with =",
@@ -105,6 +107,9 @@ class Scanner:
             return self._tokens.put("NUMBER", found[0], at, found.end())
         if sign.isalpha():
             return self._word(at)
+        if sign == "." and text[at + 1 : at + 2] in ("*", "/", "^"):
+            # products and powers by elements, as Matlab writes them
+            return at + 1
         if text.startswith("**", at):
             return self._tokens.put("POWER", "^", at, at + 2)
         if text.startswith(":=", at) or text.startswith("==", at):
@@ -115,8 +120,8 @@ class Scanner:
             return self._method(found)
         if sign in SINGLE:
             return self._tokens.put_sign(sign, at)
-        if sign in ".…" and not text[at:].strip(" .…\n"):
-            return at + 1
+        if found := _END_OF_SENTENCE.match(text, at):
+            return found.end()
         remedy = _REMEDIES.get(sign, "expected letters, numbers and + - * / ^ ( ) =")
         raise self._tokens.explain(f"{sign!r} has no meaning here; {remedy}", at)
 
@@ -128,9 +133,13 @@ class Scanner:
             return self._tokens.put("RATE", "d/dt", at, found.end())
         if (found := _LEIBNIZ.match(text, at)) and self._tokens.is_moving(found["word"]):
             return self._tokens.put_derivative(found["word"], int(found["order"] or 1), found)
+        if (found := _DOT_OF.match(text, at)) and self._tokens.is_moving(found["word"]):
+            return self._tokens.put_derivative(found["word"], len(found["dots"]), found)
         found = _WORD.match(text, at)
         assert found is not None
         word, end = re.sub(r"[{}\\\s]", "", found[0]), found.end()
+        if word == "and":
+            return self._tokens.put("NEWLINE", word, at, end)
         return self._tokens.put_word(word, at, end)
 
     def _method(self, found: re.Match[str]) -> int:

@@ -26,6 +26,7 @@ _SIGNS = {
     "‴": "'''",
     "√": "sqrt ",
     "ℓ": "l",
+    "ⅆ": "d",
     "ϑ": "theta",
     "ϕ": "phi",
     "ε": "epsilon",
@@ -49,6 +50,8 @@ _RAISED = dict(zip("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-", strict=True)
 _LOWERED = dict(zip("₀₁₂₃₄₅₆₇₈₉", "0123456789", strict=True))
 _DOTS = {"\u0307": "'", "\u0308": "''", "\u20db": "'''"}
 
+_NUMBERED = re.compile(r"^[^\S\n]*\(?(\d{1,2})\)[^\S\n]+(?=\S)", re.MULTILINE)
+_BOX = re.compile(r"\\(?:boxed|fbox|ensuremath)\s*\{")
 _FONT = re.compile(
     r"\\(?:mathrm|mathit|mathbf|mathsf|text|textrm|operatorname\*?|boldsymbol|bm)\s*"
     r"\{\s*(?P<word>(?:[A-Za-z0-9]|\\?_)+)\s*\}"
@@ -85,7 +88,32 @@ def normalize(text: str) -> tuple[str, list[int]]:
         else:
             for sign in unicodedata.normalize("NFD", original):
                 put(_DOTS.get(sign, sign), place)
-    return _drop_fonts("".join(signs), places)
+    return _drop_fonts(_drop_numbers(_open_boxes("".join(signs))), places)
+
+
+def _drop_numbers(plain: str) -> str:
+    """Return a text with spaces for the numbers of its lines, if they count from 1 on."""
+    found = list(_NUMBERED.finditer(plain))
+    lines = sum(1 for line in plain.split("\n") if line.strip())
+    if [int(one[1]) for one in found] != list(range(1, lines + 1)):
+        return plain
+    for one in found:
+        plain = plain[: one.start()] + " " * len(one[0]) + plain[one.end() :]
+    return plain
+
+
+def _open_boxes(plain: str) -> str:
+    """Return a text with spaces for the braces of LaTeX's boxes."""
+    signs = list(plain)
+    for found in _BOX.finditer(plain):
+        depth, at = 1, found.end()
+        while at < len(plain) and depth:
+            depth += (plain[at] == "{") - (plain[at] == "}")
+            at += 1
+        signs[found.start() : found.end()] = " " * len(found[0])
+        if not depth:
+            signs[at - 1] = " "
+    return "".join(signs)
 
 
 def _drop_fonts(plain: str, places: list[int]) -> tuple[str, list[int]]:

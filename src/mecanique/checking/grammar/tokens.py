@@ -18,7 +18,9 @@ MOST_BRACKETS = 40
 """Deepest nesting of brackets."""
 
 _PRIMES = re.compile(r"\s?'+|\^\{?(?:\s*\\prime)+\s*\}?")
-_OF_TIME = re.compile(r"\s*\(\s*t\s*\)")
+_OF_TIME = re.compile(
+    r"\s*(?P<brace>\{)?\s*(?:\\left)?\s*\(\s*t\s*(?:\\right)?\s*\)(?(brace)\s*\})"
+)
 
 OPEN, CLOSE = {"LPAR", "LSQB", "LBRACE"}, {"RPAR", "RSQB", "RBRACE"}
 """Kinds of brackets."""
@@ -118,6 +120,8 @@ class Tokens:
         if not dots and function in FUNCTIONS:
             return self.put("FUNCTION", function, at, end)
         pieces = self._split(word, dots)
+        if pieces is None and not dots and (rate := self._find_rate(word)):
+            return self.put("NAME", rate, at, end)
         if pieces is None:
             self.unknown.setdefault(word + "'" * dots, at)
             self.put("NAME", word, at, end)
@@ -132,6 +136,14 @@ class Tokens:
             else:
                 self.put("NAME", piece, *place)
         return end
+
+    def _find_rate(self, word: str) -> str | None:
+        """Return the rate that a word such as dq or ddq means."""
+        for prefix, primes in (("dd", "''"), ("d", "'")):
+            stem = self.letters.find(word.removeprefix(prefix)) if word.startswith(prefix) else None
+            if stem is not None and stem in self.letters.rates:
+                return self.letters.find(stem + primes)
+        return None
 
     def _split(self, word: str, dots: int) -> list[tuple[str, int, int]] | None:
         """Cut letters written without a space, as in mgl; None if some part is not known."""

@@ -45,6 +45,7 @@ FUNCTIONS = {
     "sqrt": 1,
     "abs": 1,
     "sign": 1,
+    "pow": 2,
 }
 """The functions of formulas, and how many arguments each takes."""
 

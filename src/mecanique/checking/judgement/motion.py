@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
+from mecanique.checking.grammar.matrices import write_out
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import Tape, Values
 from mecanique.checking.grammar.tree import Node, add, negate
@@ -134,10 +135,17 @@ class Residual:
 
 def difference(statement: Statement) -> list[Node]:
     """Return left minus right of each equation in a line; a formula alone is meant to be zero."""
-    sides = statement.sides
+    sides = [write_out(side) for side in statement.sides]
     if len(sides) == 1:
-        return [sides[0]]
-    return [add(left, _negate(right)) for left, right in pairwise(sides)]
+        return sides[0]
+    found = []
+    for left, right in pairwise(sides):
+        count = max(len(left), len(right))
+        if len({len(left), len(right), count, 1}) > 1 + (count > 1):
+            raise FormulaError(f"expected {len(left)} entries on both sides, got {len(right)}")
+        lefts, rights = (side * count if len(side) == 1 else side for side in (left, right))
+        found += [add(a, _negate(b)) for a, b in zip(lefts, rights, strict=True)]
+    return found
 
 
 def _negate(node: Node) -> Node:
@@ -154,9 +162,11 @@ def residuals(
     """
     found = []
     for statement in statements:
-        for root in difference(statement):
-            if any(node.kind == "table" for node in root.walk()):
-                raise FormulaError("expected an equation, got a matrix", text, root.start)
+        try:
+            roots = difference(statement)
+        except FormulaError as error:
+            raise FormulaError(str(error), text, statement.start) from None
+        for root in roots:
             tape = Tape(root)
             values = tape.evaluate(sample.letters, sample.count)
             one = Residual(statement, root, tape, values, truth, sample)

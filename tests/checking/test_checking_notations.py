@@ -1,0 +1,120 @@
+"""The notations people write equations in, each a right answer that must be accepted."""
+
+from __future__ import annotations
+
+import pytest
+
+import mecanique as mq
+from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.reader import read
+
+TWO = (r"2 l_1 (m_1 + 3 m_2) A + 3 l_2 m_2 \cos(B) C + 3 l_2 m_2 \sin(B) D + 3 g (m_1 + 2 m_2) "
+       r"\sin E = 0")  # fmt: skip
+CART = "(M + m) x'' + m l cos q q'' - m l sin q q'^2 + c x' = F"
+POLE = "cos q x'' + l q'' + g sin q = 0"
+IN_LATEX = (
+    r"(M + m) \ddot x + m l \cos q \, \ddot q - m l \sin q \, \dot q^2 + c \dot x",
+    r"\cos q \, \ddot x + l \ddot q + g \sin q",
+)
+
+RODS = (
+    r"\frac{d^{2}q(t)}{dt^{2}} = -\frac{3g}{2l}\sin(q(t))",
+    r"\frac{l^{2} m \frac{d^{2}}{d t^{2}} q{\left(t \right)}}{3} = - \frac{g l m"
+    r" \sin{\left(q{\left(t \right)} \right)}}{2}",
+    r"\begin{align*} \ddot{q}&=-\frac{3g}{2l}\sin q. \end{align*}",
+    r"\[ \boxed{\ddot{q}=-\frac{3g}{2l}\sin q}. \]",
+    "ddot(q) = -1.5 g/l sin q",
+    "ddq = -1.5 g/l sin q",
+    "qdd = -1.5*pow(l, -1)*g*sin(q)",
+    "l.^2.*m.*qdd/3 = -g.*l.*m.*sin(q)/2",
+    "Matrix([[g*l*m*sin(q(t))/2 + l**2*m*Derivative(q(t), (t, 2))/3]])",
+    "<math><mover><mi>q</mi><mo>&uml;</mo></mover><mo>=</mo><mo>&minus;</mo><mfrac><mrow><mn>3</mn>"
+    "<mi>g</mi></mrow><mrow><mn>2</mn><mi>l</mi></mrow></mfrac><mi>sin</mi><mo>&ApplyFunction;</mo>"
+    "<mrow><mo>(</mo><mi>q</mi><mo>)</mo></mrow></math>",
+    "<math><mfrac><mrow><msup><mi>d</mi><mn>2</mn></msup><mi>q</mi></mrow><mrow><mi>d</mi><msup>"
+    "<mi>t</mi><mn>2</mn></msup></mrow></mfrac><mo>=</mo><mo>-</mo><mn>1.5</mn><mi>g</mi>"
+    "<mo>/</mo><mi>l</mi><mi>sin</mi><mi>q</mi></math>",
+)
+
+DOTS = (
+    (r"\ddot\theta_1", r"\ddot\theta_2", r"\dot\theta_2^2"),
+    (r"\ddot{\theta}_1", r"\ddot{\theta_2}", r"\dot{\theta}_{2}^{2}"),
+    (r"\theta_1^{\prime\prime}", r"\theta_2''", r"{\theta_2'}^2"),
+    (r"\frac{d^2\theta_1}{dt^2}", r"\frac{\mathrm{d}^2 \theta_2}{\mathrm{d}t^2}",
+     r"\left(\frac{d\theta_2}{dt}\right)^2"),
+    (r"\ddot{\theta}_1(t)", r"\frac{d^{2}}{d t^{2}} \theta_{2}{\left(t \right)}",
+     r"\dot{\theta}_2(t)^2"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("text", RODS)
+def test_one_equation_is_read_in_many_notations(text: str) -> None:
+    found = mq.check(mq.textbook.load("rigid_bar_pendulum"), text)
+    assert found.right, str(found)
+
+
+@pytest.mark.parametrize("dots", DOTS)
+def test_dots_and_subscripts_of_latex(dots: tuple[str, str, str]) -> None:
+    text = TWO
+    angles = r"\theta_1 - \theta_2", r"\theta_1"
+    for name, written in zip("ACDBE", (*dots, *angles), strict=True):
+        text = text.replace(f" {name} ", f" {written} ").replace(f"({name})", f"({written})")
+    text = text.replace(r"\sin E", rf"\sin {angles[1]}")
+    let = ["theta1 = q1", "theta2 = q2"]
+    found = mq.check(mq.textbook.load("double_pendulum"), text, let=let)
+    assert found.outcome == "incomplete"
+    assert found.lines[0].outcome == "right", str(found)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        f"1) {CART}\n2) {POLE}",
+        f"(1) {CART}\n(2) {POLE}",
+        f"{CART} and {POLE}",
+        f"[{CART.removesuffix(' = F')} - F, {POLE.removesuffix(' = 0')}]",
+        r"\begin{cases} FIRST = F \\ SECOND = 0 \end{cases}",
+        r"\left\{\begin{array}{l} FIRST = F \\ SECOND = 0 \end{array}\right.",
+        r"\begin{eqnarray} FIRST &=& F, \\ SECOND &=& 0. \end{eqnarray}",
+        r"\begin{bmatrix} M+m & m l \cos q \\ m l \cos q & m l^2 \end{bmatrix}"
+        r"\begin{bmatrix} \ddot x \\ \ddot q \end{bmatrix} ="
+        r"\begin{bmatrix} F - c \dot x + m l \dot q^2 \sin q \\ - m g l \sin q \end{bmatrix}",
+        r"\left[\begin{array}{cc} M+m & m l \cos q \\ \cos q & l \end{array}\right]"
+        r"\left[\begin{array}{c} \ddot x \\ \ddot q \end{array}\right] +"
+        r"\left(\begin{array}{c} c \dot x - m l \dot q^2 \sin q - F \\ g \sin q \end{array}\right)"
+        "= 0",
+    ],
+)
+def test_sets_of_equations_are_read_in_many_notations(text: str) -> None:
+    text = text.replace("FIRST", IN_LATEX[0]).replace("SECOND", IN_LATEX[1])
+    found = mq.check(mq.textbook.load("cart_pole"), text)
+    assert found.right, str(found)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[[M, m], [m, M]] [x''; q''] = [F; 0; 1]", "expected 2 entries on both sides, got 3"),
+        ("[[M, m], [m, M]] [x''; q''; 1] = 0", "2 × 2 cannot be multiplied by one of 3 × 1"),
+        ("[x''; q''] + [1; 2; 3] = 0", "2 × 1 and one of 3 × 1 cannot be added"),
+        ("[x''; q''] + F = 0", "a matrix and a formula cannot be added"),
+        (r"{M \over m} x'' = F", "write \\frac"),
+    ],
+)
+def test_matrices_that_do_not_fit_are_refused(text: str, message: str) -> None:
+    with pytest.raises(mq.FormulaError) as caught:
+        mq.check(mq.textbook.load("cart_pole"), text)
+    assert message in str(caught.value)
+
+
+def test_lines_that_latex_breaks_belong_to_their_equation() -> None:
+    mechanism = mq.textbook.load("planetary_gear")
+    text = mq.derive(mechanism).latex()
+    assert text.count("\\qquad") > 3
+    assert mq.check(mechanism, text).right
+
+
+def test_a_subscript_may_have_one_of_its_own() -> None:
+    letters = Letters({"lambda_P3_x": "other"}, {})
+    (found,) = read(r"\lambda_{P_{3},x}", letters)
+    assert found.sides[0].name == "lambda_P3_x"
