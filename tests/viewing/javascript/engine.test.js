@@ -53,6 +53,32 @@ test("events are found where a function passes through zero, in the direction as
   assert.equal(all.length, 3);
 });
 
+test("a place where rates are rounding alone is passed on the last good step", () => {
+  // y = cos 20 t, of which nothing is known around t = 1
+  const rates = (t, y, out) => {
+    out[0] = y[1];
+    out[1] = Math.abs(t - 1) < 0.004 ? NaN : -400 * y[0];
+  };
+  const given = { rtol: 1e-11, counted: 2, most: 2000 };
+  const path = new Integrator(rates, { ...given, settle: () => false }).run(0, [1, 0], 2);
+  assert.equal(path.stopped, "");
+  for (let t = 0; t <= 2; t += 0.0371)
+    assertNearly(path.at(t, new Float64Array(2)), [Math.cos(20 * t), -20 * Math.sin(20 * t)], 1e-6);
+  assert.match(new Integrator(rates, given).run(0, [1, 0], 2).stopped, /no step is short enough/);
+});
+
+test("rows that restrain velocities alone leave coordinates where they are", () => {
+  // Φ = y0 − 1, and ψ = v0 − v1
+  const program = {
+    closure: (t, y, p, out) => out.set([y[0] - 1, 0, y[2], y[2] - y[3], 1, 0, 1, -1]),
+    rates: (t, y, p, out) => out.set([y[2], y[3], 0, 0, 0]),
+  };
+  const loops = new Loops(program, { loops: 2, restrained: [1], nq: 2, nv: 2 }, []);
+  const y = Float64Array.of(1.5, 7, 3, 5, 0);
+  assert.ok(loops.close(0, y));
+  assertNearly(y, [1, 7, 0, 0, 0], 1e-12);
+});
+
 test("a motion that runs away says where it stops", () => {
   const explode = (t, y, out) => (out[0] = y[0] * y[0]);
   const path = new Integrator(explode, { rtol: 1e-8, counted: 1, most: 5000 }).run(0, [1], 2);

@@ -16,10 +16,13 @@ from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
 from mecanique.generation.mechanics.action import NOTHING, Action
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.forces import on_velocities
+from mecanique.generation.mechanics.guides import Guides
 from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of, values_of
 from mecanique.model.bodies import Body
+from mecanique.model.contacts import Contact, Rolling
+from mecanique.model.elements import force_names
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.placement import Placement
 
@@ -46,12 +49,16 @@ class Actions:
             for body in self._mechanism.bodies
             if body.name != ground and self._mechanism.evaluate(body.mass)
         ]
+        self._inert = [
+            body
+            for body in self._mechanism.bodies
+            if body in self._heavy
+            or (body.name != ground and any(self._mechanism.evaluate_all(body.inertia)))
+        ]
 
     def all(self) -> list[Action]:
-        """Return every force; reactions are left out where elements or contacts share them."""
-        m = self._mechanism
-        held = m.elements or m.contacts or m.velocity_constraints
-        reactions = [] if held else self.reactions()
+        """Return every force; a velocity constraint does not say by which forces it holds."""
+        reactions = [] if self._mechanism.velocity_constraints else self.reactions()
         return [*self.weights(), *self.loads, *reactions, *self.inertia]
 
     def weights(self) -> Iterator[Action]:
@@ -73,7 +80,7 @@ class Actions:
         The rate is Σ x × x'' over the second moments, as in `mecanique.motion.analysis.forces`.
         """
         found = []
-        for body in self._heavy:
+        for body in self._inert:
             center, turn = self._center(body), self._pose(body.name)
             a = self.accelerate(center)
             entries = [entry for row in turn for entry in row[:3]]
@@ -87,14 +94,47 @@ class Actions:
         return found
 
     def reactions(self) -> Iterator[Action]:
-        """Yield what joints and loops do to the bodies they hold."""
+        """Yield what joints, loops, contacts and elements do to the bodies they hold."""
+        found = self._transmit([*self._acting, *self.guiding])
+        for joint in self._mechanism.joints:
+            yield found[joint.name]
+            yield found[joint.name].opposite(joint.parent)
+        yield from self._closing
+        yield from self.guiding
+
+    @cached_property
+    def guide_sizes(self) -> dict[str, Any]:
+        """The forces of the elements that guide, by name."""
+        names = force_names(self._mechanism.elements)
+        return dict(zip(names, self._guides.sizes(self._acting), strict=True))
+
+    @cached_property
+    def guiding(self) -> list[Action]:
+        """What the elements that guide do to the bodies."""
+        return self._guides.actions(self.guide_sizes) if self._mechanism.elements else []
+
+    @cached_property
+    def _guides(self) -> Guides:
+        return Guides(self._letters, self._recursion, self._transmit)
+
+    @cached_property
+    def _closing(self) -> list[Action]:
         m = self._mechanism
-        closing = [pair for loop in m.loops for pair in self._close(loop)]
-        needed: dict[str, list[Action]] = {body.name: [] for body in m.bodies}
-        for each in [*self.weights(), *self.loads, *self.inertia, *closing]:
+        loops = [each for loop in m.loops for each in self._close(loop)]
+        return loops + [each for contact in m.contacts for each in self._press(contact)]
+
+    @property
+    def _acting(self) -> list[Action]:
+        """All but what joints and elements do."""
+        return [*self.weights(), *self.loads, *self.inertia, *self._closing]
+
+    def _transmit(self, acting: Sequence[Action]) -> dict[str, Action]:
+        """What the joints do to their children if these forces act, inertia among them."""
+        needed: dict[str, list[Action]] = {body.name: [] for body in self._mechanism.bodies}
+        for each in acting:
             needed[each.body].append(each)
         found: dict[str, Action] = {}
-        for joint in reversed(m.tree):
+        for joint in reversed(self._mechanism.tree):
             at = self._point(joint.child, NOTHING)
             force, moment = NOTHING, NOTHING
             for each in needed[joint.child]:
@@ -104,10 +144,22 @@ class Actions:
             reaction = Action(joint.name, "reaction", joint.child, at, force, moment)
             found[joint.name] = reaction
             needed[joint.parent].append(reaction.opposite(joint.parent))
-        for joint in m.joints:
-            yield found[joint.name]
-            yield found[joint.name].opposite(joint.parent)
-        yield from closing
+        return found
+
+    def _press(self, contact: Contact) -> tuple[Action, Action]:
+        """What a contact does to its two bodies, at the hub or the edge of the body that rolls."""
+        loops = self._dynamics.loops
+        first = len(loops.names) - len(loops.demands)
+        point = contact.center if isinstance(contact, Rolling) else contact.point
+        at = self._point(contact.body, [self._number(c) for c in point])
+        force, moment = NOTHING, NOTHING
+        for k, demand in enumerate(loops.demands, first):
+            if demand.name.rpartition(": ")[0] == contact.name and demand.place is not None:
+                push = scale(self._dynamics.multipliers[k], demand.direction or NOTHING)
+                arm = [x - y for x, y in zip(demand.place, at, strict=True)]
+                force, moment = add(force, push), add(moment, cross(arm, push))
+        held = Action(contact.name, "reaction", contact.body, at, force, moment)
+        return held, held.opposite(contact.on)
 
     def work(self, action: Action) -> list[Any]:
         """Return the virtual work of a force, F·δx + M·δφ, for each velocity.

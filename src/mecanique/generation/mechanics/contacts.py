@@ -45,6 +45,8 @@ class Demand:
         slip: ψ, which is Φ' where there is a Φ.
         slopes: A, shape (nv,).
         rate: γ.
+        place: where a contact is; None of a velocity constraint.
+        direction: along which its force acts there.
     """
 
     name: str
@@ -53,6 +55,8 @@ class Demand:
     slip: Any
     slopes: list[Any]
     rate: Any
+    place: Triple | None = None
+    direction: Triple | None = None
 
 
 @final
@@ -99,7 +103,8 @@ def demands_of(letters: Letters, recursion: Recursion) -> list[Demand]:
                 rate = rate + dot(touch.turning[i], slip)
             gap = touch.gap if row == "normal" else 0.0
             name, by_v = f"{contact.name}: {row}", recursion.chart.project(slopes)
-            found.append(Demand(name, k, gap, dot(direction, slip), by_v, rate))
+            slipped = dot(direction, slip)
+            found.append(Demand(name, k, gap, slipped, by_v, rate, touch.place, direction))
     for k, constraint in enumerate(mechanism.velocity_constraints):
         found.append(_constrain(letters, constraint, len(mechanism.contacts) + k))
     return found

@@ -8,7 +8,7 @@ from typing import Any, final
 from mecanique.derivation.tree.poses import Matrix, origin, product
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.chart import along
-from mecanique.generation.mechanics.contacts import demands_of
+from mecanique.generation.mechanics.contacts import Demand, demands_of
 from mecanique.generation.mechanics.forces import on_velocities
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
@@ -30,6 +30,7 @@ class Loops:
         rate: Φ', or ψ.
         jacobian: rows of J.
         gamma: γ.
+        demands: the contacts' and constraints' equations, which come last.
     """
 
     names: tuple[str, ...]
@@ -38,6 +39,7 @@ class Loops:
     rate: list[Any]
     jacobian: Rows
     gamma: list[Any]
+    demands: list[Demand]
 
 
 def loops_of(letters: Letters, recursion: Recursion) -> Loops:
@@ -64,6 +66,7 @@ def loops_of(letters: Letters, recursion: Recursion) -> Loops:
         [*rate, *(demand.slip for demand in demands)],
         [*jacobian, *(demand.slopes for demand in demands)],
         [*along(letters, rate), *(demand.rate for demand in demands)],
+        demands,
     )
 
 

@@ -11,6 +11,7 @@ from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
+from mecanique.model.elements import Cord
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
 from mecanique.motion.record.energies import is_rheonomic
@@ -69,8 +70,8 @@ class Columns:
             else:
                 found += [*action.origin, *(action.force if unit == "N" else action.moment)]
         found += self._points(scene)
-        reactions = self.reactions()
-        found += [reactions.get(each.name, self._series(each.name)) for each in scene.series]
+        known = self.reactions() | self._actions.guide_sizes
+        found += [known.get(each.name, self._series(each.name)) for each in scene.series]
         found += self._ledger(scene)
         return found
 
@@ -87,7 +88,7 @@ class Columns:
 
     def closure(self) -> list[Any]:
         """Return what the loops miss, its rate, and the rows of the Jacobian; nothing without."""
-        if not self._mechanism.loops:
+        if not self._mechanism.constrained:
             return []
         loops = self._dynamics.loops
         return [*loops.residual, *loops.rate, *(entry for row in loops.jacobian for entry in row)]
@@ -122,8 +123,13 @@ class Columns:
 
     def _points(self, scene: Scene) -> Iterator[Any]:
         spans = {span.name: span for span in spans_of(self._mechanism)}
+        cords = [each for each in self._mechanism.elements if isinstance(each, Cord)]
+        tensions = {name for cord in cords for name in cord.forces}
+        touches = iter(each.origin for each in self._actions.guiding if each.name in tensions)
         for line in scene.lines:
-            if line.name in spans:
+            if line.name.startswith("stretch "):
+                yield from (*next(touches), *next(touches))
+            elif line.name in spans:
                 for end in spans[line.name].ends:
                     yield from self._locate(end)
             else:

@@ -111,13 +111,13 @@ class Maker:
             self._answer("row", known),
             self._answer("shapes", shapes),
         ]
-        if mechanism.loops:
+        if mechanism.constrained:
             answers.append(self._answer("closure", self._columns.closure()))
         text = "\n".join(functions(self._program(answers)))
         if len(text) > MOST_LETTERS:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
         names = ", ".join(answer.quantity.name for answer in answers)
-        closing = self._dynamics.loops.residual if mechanism.loops else []
+        closing = self._dynamics.loops.residual if mechanism.constrained else []
         return Engine(
             script=f'"use strict";\n{text}\nglobalThis.mecaniqueProgram = {{ {names} }};\n',
             coordinates=tuple(mechanism.coordinates),
@@ -127,9 +127,10 @@ class Maker:
             start=tuple(map(float, (*motion.q[0], *motion.v[0]))),
             first=float(motion.t[0]),
             duration=float(motion.t[-1] - motion.t[0]),
-            rtol=LOOPS_RTOL if mechanism.loops else RTOL,
+            rtol=LOOPS_RTOL if mechanism.constrained else RTOL,
             quaternions=tuple(_quaternions(mechanism)),
             loops=len(closing),
+            restrained=tuple(k for k, gap in enumerate(closing) if gap == 0.0),
             unknown=unknown,
             resized=tuple(shape for shape, _ in resized),
             python=python,
@@ -138,7 +139,7 @@ class Maker:
     def proof(self) -> Program:
         """Return the part of the program that Pinocchio knows the answers of."""
         mechanism = self._mechanism
-        names = ["rhs", "energy", "poses", *(["closure"] if mechanism.loops else [])]
+        names = ["rhs", "energy", "poses", *(["closure"] if mechanism.constrained else [])]
         answers = []
         for name in names:
             values = tuple(self._dynamics.answer(name))
@@ -198,8 +199,6 @@ def refuse(mechanism: Mechanism) -> None:
     Raises:
         DerivationError: saying why.
     """
-    if mechanism.rolls:
-        raise DerivationError("pages do not integrate contacts and velocity constraints")
     if mechanism.nv > MOST_VELOCITIES:
         raise DerivationError(f"a program for {mechanism.nv} velocities would be too long")
     for signal in mechanism.inputs:

@@ -45,7 +45,8 @@ class Engine:
         duration: length of the motion [s].
         rtol: relative tolerance of a step.
         quaternions: where the quaternions stand in the state.
-        loops: number of equations that close loops.
+        loops: number of equations that close loops, hold contacts and restrain velocities.
+        restrained: which of them restrain velocities alone.
         unknown: columns of the scene's table that the program does not know.
         resized: shapes that follow the parameters.
         python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
@@ -62,6 +63,7 @@ class Engine:
     rtol: float
     quaternions: tuple[int, ...] = ()
     loops: int = 0
+    restrained: tuple[int, ...] = ()
     unknown: tuple[int, ...] = ()
     resized: tuple[Resized, ...] = ()
     python: str = ""

@@ -10,12 +10,18 @@ const SAFETY = 0.9;
 const SHRINKAGE = 0.2;
 const GROWTH = 6;
 const SHORTEST = 1e-14;
+// Of the longest of the last steps: what has stalled, what is a good step still, and how far one of
+// these is followed beyond its end at most.
+const RECENT = 60;
+const STALLED = 1e-5;
+const GOOD = 0.1;
+const FARTHEST = 2;
 
 // The states of a motion at any time between its first and its last.
 export class Path {
   constructor(size, t) {
-    Object.assign(this, { size, times: [t], pieces: [], evaluations: 0, refused: 0, worst: 0 });
-    this.stopped = "";
+    Object.assign(this, { size, times: [t], pieces: [], spans: [] });
+    Object.assign(this, { evaluations: 0, refused: 0, worst: 0, stopped: "" });
   }
 
   get first() {
@@ -30,9 +36,21 @@ export class Path {
     return this.pieces.length;
   }
 
-  add(t, piece) {
+  // A piece up to a time; its polynomial runs from 0 to 1 over its span.
+  add(t, piece, span = [this.last, t]) {
     this.times.push(t);
     this.pieces.push(piece);
+    this.spans.push(span);
+  }
+
+  // Forgets all pieces from a number on.
+  cut(k) {
+    this.times.length = k + 1;
+    this.pieces.length = this.spans.length = k;
+  }
+
+  length(k) {
+    return this.times[k + 1] - this.times[k];
   }
 
   // The number of the step in which a time lies.
@@ -47,10 +65,14 @@ export class Path {
   }
 
   at(t, out) {
-    const k = this.find(t);
-    const piece = this.pieces[k];
+    return this.follow(this.find(t), t, out);
+  }
+
+  // The state by one piece, which may be followed beyond its ends.
+  follow(k, t, out) {
+    const [piece, [from, to]] = [this.pieces[k], this.spans[k]];
     const n = this.size;
-    const x = (t - this.times[k]) / (this.times[k + 1] - this.times[k]);
+    const x = (t - from) / (to - from);
     for (let i = 0; i < n; i++) {
       let sum = 0;
       for (let j = 7; j > 0; j--) sum = (sum + piece[j * n + i]) * (j % 2 ? x : 1 - x);
@@ -72,6 +94,7 @@ export class Integrator {
     const n = start.length;
     const path = new Path(n, t);
     Object.assign(this, { n, t, path, y: Float64Array.from(start), before: 1e-4, grows: true });
+    this.crossing = null;
     this.trial = new Float64Array(n);
     this.stages = Array.from({ length: NODES.length }, () => new Float64Array(n));
     this.evaluate(0, t, this.y);
@@ -129,8 +152,36 @@ export class Integrator {
     this.h =
       h * (Number.isFinite(error) ? Math.max(SHRINKAGE, SAFETY / error ** EXPONENT) : SHRINKAGE);
     this.grows = false;
+    if (this.settle && this.hop()) return;
     if (this.h < SHORTEST * Math.max(1, Math.abs(this.t)))
       this.path.stopped = "where no step is short enough";
+  }
+
+  // Where loops lose rank the rates are all rounding though the motion is smooth, so that steps
+  // shrink without end. The last good piece is followed across, to as far behind that place as it
+  // is before it, or farther if the motion stalls there again; says whether that was done.
+  hop() {
+    const { path, t } = this;
+    const longest = Math.max(...path.spans.slice(-RECENT).map(([a, b]) => b - a));
+    if (!(this.h < STALLED * longest)) return false;
+    const { crossing: before } = this;
+    const again = before && t - before.aim < before.reach;
+    const good = (_, k) => path.length(k) > GOOD * longest;
+    const last = again ? before.last : path.spans.findLastIndex(good);
+    const edge = path.times[last + 1];
+    const reach = again ? 2 * before.reach : 2 * (t - edge) + GOOD * path.length(last);
+    if (reach > FARTHEST * longest) return false;
+    const aim = edge + reach;
+    this.crossing = { last, reach, aim };
+    path.follow(last, aim, this.y);
+    const [piece, span] = [path.pieces[last], path.spans[last]];
+    path.cut(last + 1);
+    path.add(aim, piece, span);
+    this.t = aim;
+    this.settle(aim, this.y);
+    this.evaluate(0, aim, this.y);
+    this.h = path.length(last);
+    return true;
   }
 
   // The error of a step in tolerances.

@@ -1,5 +1,5 @@
-// Closes the loops of a mechanism: at the start by Newton's method, and after each step of a motion
-// by projection, which costs no accuracy.
+// Closes the loops of a mechanism and keeps what rolls on its plane: at the start by Newton's
+// method, and after each step of a motion by projection, which costs no accuracy.
 
 const ROUNDS = 60;
 const CLOSED = 1e-13;
@@ -8,8 +8,10 @@ const DEPENDENT = 1e-8;
 const DRIFTED = 1e-15;
 
 export class Loops {
-  constructor(program, { loops, nq, nv }, p) {
+  constructor(program, { loops, restrained = [], nq, nv }, p) {
     Object.assign(this, { program, count: loops, nq, nv, p });
+    // rows that restrain velocities alone have no say in where the coordinates are
+    this.free = Array.from({ length: loops }, (_, r) => restrained.includes(r));
     this.found = new Float64Array(loops * (2 + nv));
     this.moved = new Float64Array(nq + nv + 1);
     this.slopes = new Float64Array(nq + nv + 1);
@@ -25,6 +27,7 @@ export class Loops {
     const { count, nv, found } = this;
     const basis = [];
     for (let r = 0; r < count; r++) {
+      if (first === 0 && this.free[r]) continue;
       const row = Array.from({ length: nv }, (_, k) =>
         held?.[k] ? 0 : found[2 * count + r * nv + k],
       );

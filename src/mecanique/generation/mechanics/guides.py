@@ -1,0 +1,130 @@
+"""The forces of the elements that guide, on a tape: cords, gears, racks and pins of the map.
+
+What crosses joint k in all is T_k, and S_kj balances the unit force j on all that hangs on it. The
+joint transmits nothing along its own directions n, so that n·T_k + Σ f_j n·S_kj = 0 for each that
+the coordinate map moves: more equations than forces, which agree, solved by their squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any, TypeAlias, final
+
+from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
+from mecanique.derivation.tree.poses import times_point
+from mecanique.generation.mechanics.action import Action
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.mechanics.recursion import Recursion
+from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, products, scale
+from mecanique.generation.program.solving import factorize
+from mecanique.model.elements import force_names
+from mecanique.model.expression import Scalar
+
+__all__ = ["Guides"]
+
+Transmit: TypeAlias = Callable[[Sequence[Action]], Mapping[str, Action]]
+"""What joints do to their children if forces act on the bodies."""
+
+
+@final
+class Guides:
+    """The elements of a mechanism.
+
+    Args:
+        letters: its letters.
+        recursion: where its bodies are.
+        transmit: what its joints transmit under forces.
+    """
+
+    def __init__(self, letters: Letters, recursion: Recursion, transmit: Transmit) -> None:
+        self._letters, self._recursion, self._transmit = letters, recursion, transmit
+        self._names = force_names(letters.mechanism.elements)
+
+    def sizes(self, acting: Sequence[Action]) -> list[Any]:
+        """Return the size of each force.
+
+        Args:
+            acting: all that acts on the bodies besides, inertia included.
+        """
+        if not self._names:
+            return []
+        totals = self._along(acting)
+        rows = []
+        for k in range(len(self._names)):
+            unit = [self._act(each) for each, _ in self._pairs if each.index == k]
+            rows.append(self._along(unit))
+        missing = [-dot(row, totals) for row in rows]
+        return factorize(self._letters.tape, products(rows, rows)).solve(missing)
+
+    def actions(self, sizes: Mapping[str, Any]) -> list[Action]:
+        """Return what the elements do to the bodies.
+
+        Args:
+            sizes: of their forces, by name.
+        """
+        found: list[Action] = []
+        for unit, pressing in self._pairs:
+            size = sizes[self._names[unit.index]]
+            action = self._act(unit)
+            force, moment = scale(size, action.force), scale(size, action.moment)
+            if pressing is not None:
+                strength = self._letters.call("Abs", size)
+                force = add(force, scale(strength, pressing.force))
+            found.append(replace(action, force=force, moment=moment))
+        return found
+
+    @cached_property
+    def _pairs(self) -> list[tuple[UnitForce, UnitForce | None]]:
+        """Unit forces, each with what presses at the same point."""
+        units = unit_forces(self._letters.mechanism, self._ground())
+        following = zip(units, [*units[1:], None], strict=True)
+        return [
+            (unit, after if after is not None and after.pressed else None)
+            for unit, after in following
+            if not unit.pressed
+        ]
+
+    def _act(self, unit: UnitForce) -> Action:
+        name = self._names[unit.index]
+        return Action(name, "reaction", unit.body, unit.point, unit.force, unit.moment)
+
+    def _along(self, acting: Sequence[Action]) -> list[Any]:
+        """What crosses the joints along those directions in which the map moves them."""
+        recursion, found = self._recursion, list[Any]()
+        crossing = self._transmit(acting)
+        for joint in self._letters.mechanism.tree:
+            if not joint.velocities:
+                continue
+            place = recursion.seats[joint.child].place
+            link, turn = recursion.links[place], [row[:3] for row in recursion.poses[place]]
+            for k in link.columns:
+                if all(isinstance(entry, float) and not entry for entry in recursion.chart.G[k]):
+                    continue
+                parts = (link.linear.get(k), link.angular.get(k))
+                vectors = (crossing[joint.name].force, crossing[joint.name].moment)
+                pairs = zip(parts, vectors, strict=True)
+                found.append(sum((dot(apply(turn, n), x) for n, x in pairs if n), 0.0))
+        return found
+
+    def _ground(self) -> Ground:
+        letters, recursion = self._letters, self._recursion
+
+        def number(scalar: Scalar) -> Any:
+            return letters.arithmetic(scalar, recursion.chart.r)
+
+        def point(body: str, xyz: Sequence[Scalar]) -> Triple:
+            return times_point(recursion.pose(body), [number(c) for c in xyz])
+
+        def turn(body: str) -> Sequence[Sequence[Any]]:
+            return [row[:3] for row in recursion.pose(body)]
+
+        def wave(angle: Scalar) -> tuple[Any, Any]:
+            size = number(angle)
+            return letters.call("cos", size), letters.call("sin", size)
+
+        def root(square: Any) -> Any:
+            return letters.call("sqrt", square)
+
+        return Ground(point, turn, number, root, wave, lambda a, b: a / b)
