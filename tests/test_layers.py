@@ -132,7 +132,7 @@ ORDER: dict[str, list[str]] = {
         "action chart closed_form sampling",
         "recursion",
         "world",
-        "contacts",
+        "contacts guides",
         "forces",
         "loops",
         "constrained",
