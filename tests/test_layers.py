@@ -119,8 +119,9 @@ ORDER: dict[str, list[str]] = {
         "build targets",
         "compiled verdict",
         "code",
-        "languages written",
+        "languages writing",
     ],
+    "generation.writing": ["formulas names", "written", "recursion"],
     "generation.program": [
         "tape",
         "counts evaluation half_angles listing lowering sweeps traced",

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         UnknownNameError,
         UrdfError,
     )
-    from mecanique.generation import Code, generate
+    from mecanique.generation import Code, generate, write_recursion
     from mecanique.model import (
         AnyForce,
         Blade,
@@ -256,6 +256,7 @@ __all__ = [
     "velocity",
     "verify",
     "view",
+    "write_recursion",
     "write_urdf",
 ]
 
@@ -381,6 +382,7 @@ _HOMES = {
     "velocity": "mecanique.model",
     "verify": "mecanique.verification",
     "view": "mecanique.viewing.show",
+    "write_recursion": "mecanique.generation",
     "write_urdf": "mecanique.urdf",
 }
 """The homes of the public names, each imported on first use."""

@@ -17,10 +17,9 @@ def derivation(
 ) -> str:
     """Return the equations of motion by one method, with what each symbol means."""
     equations = mq.derive(mechanism, method=method)
-    if form == "text" and not equations.symbolic and not mechanism.constrained:
-        from mecanique.generation.written import write_recursion
-
-        return str(write_recursion(equations))
+    if not equations.symbolic:
+        written = mq.write_recursion(equations)
+        return {"text": written.text, "latex": written.latex, "mathml": written.mathml}[form]()
     if units and equations.symbolic:
         from mecanique.model.units import add_unit
 

@@ -218,7 +218,10 @@ class Equations(Dynamics):
 
     def _explain_absence(self) -> str:
         name = self.mechanism.name
-        return f"The equations of {name!r} are computed, not written out: {self.why_not}."
+        return (
+            f"The equations of {name!r} are computed, not written out: {self.why_not}. "
+            "write_recursion lists them as named results."
+        )
 
     def _compute(self, quantity: Quantity, states: States) -> np.ndarray:
         itself = self.mechanism.rolls and self.numeric.rolls

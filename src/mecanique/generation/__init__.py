@@ -4,5 +4,6 @@ from __future__ import annotations
 
 from mecanique.generation.code import Code
 from mecanique.generation.languages import generate
+from mecanique.generation.writing.recursion import write_recursion
 
-__all__ = ["Code", "generate"]
+__all__ = ["Code", "generate", "write_recursion"]

@@ -32,7 +32,7 @@ from mecanique.generation.mechanics.vectors import (
     scale,
 )
 
-__all__ = ["Inertia", "Moving", "Recursion", "Seat"]
+__all__ = ["Inertia", "Moving", "Recursion", "Seat", "Wrench"]
 
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
 _STILL: Triple = [0.0, 0.0, 0.0]
@@ -53,6 +53,22 @@ class Seat:
 
     place: int
     pose: Matrix
+
+
+@final
+@dataclass(frozen=True)
+class Wrench:
+    """A force on a moving link.
+
+    Args:
+        place: of the link.
+        force: in the link's axes.
+        moment: about the link's origin, in its axes.
+    """
+
+    place: int
+    force: Triple
+    moment: Triple
 
 
 @final
@@ -202,13 +218,15 @@ class Recursion:
                 self.inertias[place] = body - moved
                 self.inertias[link.parent] = self.inertias[link.parent] + carried
 
-    def inverse_dynamics(self, a: Sequence[Any]) -> list[Any]:
-        """Return M a + bias.
+    def inverse_dynamics(self, a: Sequence[Any], outside: Sequence[Wrench] = ()) -> list[Any]:
+        """Return M a + bias, less what forces from outside do.
 
         Args:
             a: accelerations, shape (nv,).
+            outside: forces on links.
         """
-        return self.chart.project(self._forces(self.chart.u, self.chart.spread(a), self.gravity))
+        rates = self.chart.spread(a)
+        return self.chart.project(self._forces(self.chart.u, rates, self.gravity, outside))
 
     def bias(self) -> list[Any]:
         """Return Coriolis, centrifugal and rheonomic inertia terms and gravity."""
@@ -275,7 +293,13 @@ class Recursion:
             V = V - body.m * here[1] - dot(here[0], body.h)
         return T, V
 
-    def _forces(self, u: Sequence[Any], ud: Sequence[Any], gravity: Triple) -> list[Any]:
+    def _forces(
+        self,
+        u: Sequence[Any],
+        ud: Sequence[Any],
+        gravity: Triple,
+        outside: Sequence[Wrench] = (),
+    ) -> list[Any]:
         """Return what the joint velocities' rates and gravity ask of the joints, shape (nu,)."""
         spins: list[Triple] = []
         fields: list[tuple[Rows, Triple, Triple]] = []  # U, α and a of each link
@@ -301,6 +325,10 @@ class Recursion:
             UE = products(U, body.E)  # E is symmetric
             turned = [UE[2][1] - UE[1][2], UE[0][2] - UE[2][0], UE[1][0] - UE[0][1]]
             loads.append((add(scale(body.m, a), apply(U, body.h)), add(turned, cross(body.h, a))))
+        for wrench in outside:
+            F, T = loads[wrench.place]
+            less = scale(-1.0, wrench.force), scale(-1.0, wrench.moment)
+            loads[wrench.place] = add(F, less[0]), add(T, less[1])
         tau: list[Any] = [0.0] * len(u)
         self.found = {"w": spins, "alpha": [field[1] for field in fields]}
         self.found |= {"a": [field[2] for field in fields]}

@@ -56,6 +56,7 @@ def list_program(
     inputs: Mapping[str, str],
     notation: Notation,
     names: Mapping[int, str] | None = None,
+    fresh: str = "x",
 ) -> Listing:
     """Return a program as text; what is used once is written where it is used.
 
@@ -65,6 +66,7 @@ def list_program(
         inputs: how each input is written, by its name on the tape.
         notation: of the language.
         names: of results that are known by one, by their place on the tape.
+        fresh: what the names of other results begin with.
 
     Raises:
         DerivationError: if the language does not have a function.
@@ -105,7 +107,7 @@ def list_program(
             raise DerivationError(f"there is no {kind!r} in this language")
         own_name = (names or {}).get(place)
         if uses[place] > 1 or len(text) > _LONGEST or own_name is not None:
-            symbol = own_name or f"x{len(lines)}"
+            symbol = own_name or f"{fresh}{len(lines)}"
             lines.append(notation.assignment.format(symbol, text))
             text, own = symbol, _ATOM
         written[place] = text, own

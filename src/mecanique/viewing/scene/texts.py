@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.errors import MecaniqueError
 from mecanique.figure.draw import figure_text
 from mecanique.model.mechanism import Mechanism
@@ -61,11 +60,12 @@ def document_of(
     # other methods have reactions among their symbols, which the equations of motion have not
     symbolic = [each.document for each in equations if each.symbolic]
     lists = [each.symbols() for each in symbolic]
+    own = mechanism.about.splitlines()
     known = entry(mechanism.name) if mechanism.name in names() else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
         subtitle=known.title if known else method,
-        about=symbolic[0].sections()[0].explanation if symbolic else "",
+        about=symbolic[0].sections()[0].explanation if symbolic else " ".join(own),
         source=known.source if known else "",
         figure=_figure(motion),
         symbols=min(lists, key=len, default=()),
@@ -105,16 +105,8 @@ def letter(name: str) -> str:
 
 def derivation_of(equations: Equations) -> Derivation:
     """Return the steps of a derivation."""
-    if not equations.symbolic:
-        return Derivation(
-            equations.title, (Block("Equations of motion", equations.text(), final=True),)
-        )
     if not equations.legible:
-        said = (
-            f"The equations of {equations.mechanism.name!r} have {equations.terms:,} terms, more "
-            f"than {MOST_TERMS:,}; they are computed, not written out."
-        )
-        return Derivation(equations.title, (Block("Equations of motion", said, final=True),))
+        return _named_results(equations)
     blocks = []
     _, *parts = equations.document.sections()
     for number, part in enumerate(parts, 1):
@@ -124,6 +116,23 @@ def derivation_of(equations: Equations) -> Derivation:
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(Block(heading, formula, final=last, lead=lead))
     return Derivation(equations.document.title, tuple(blocks), equations.latex())
+
+
+def _named_results(equations: Equations) -> Derivation:
+    """Equations that are too long for a closed form, as a list of results."""
+    from mecanique.generation.writing.recursion import write_recursion
+
+    try:
+        written = write_recursion(equations)
+    except MecaniqueError:
+        block = Block("Equations of motion", equations.text(), final=True)
+        return Derivation(equations.title, (block,))
+    blocks = []
+    for place, (heading, said, formulas) in enumerate(written.sections()):
+        for k, formula in enumerate(formulas):
+            head, lead = (heading, said) if k == 0 else ("", "")
+            blocks.append(Block(head, formula, final=place > 0, lead=lead))
+    return Derivation(equations.title, tuple(blocks), written.latex())
 
 
 def table_of(verdict: Verdict) -> VerdictTable:

@@ -1,0 +1,1 @@
+"""Equations of any size, written as named results."""
