@@ -117,6 +117,27 @@ def test_what_is_copied_is_latex(pendulum: Scene, show: Callable[..., Visit]) ->
     seen.clean()
 
 
+def test_long_equations_are_broken_where_the_panel_ends_and_copied_whole(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum)
+    equation = "document.querySelector('.equation.result')"
+    broken = f"{equation}.querySelectorAll('mtable.broken mtr').length"
+    whole = "math.querySelector('mtable') === null && math.querySelectorAll('mo').length"
+    seen.js("document.getElementById('splitter').parentElement.style.setProperty('--panel', '34%')")
+    seen.settle()
+    assert seen.js(f"{broken} > 1 && {equation}.scrollWidth <= {equation}.clientWidth")
+    seen.js("document.addEventListener('copy', () => window.copied = document.activeElement.value)")
+    seen.page.click("[data-copy-mathml]")
+    assert "mtable" not in seen.js("window.copied")
+    assert seen.js("window.copied").count("<math") == 2
+    seen.js("document.getElementById('splitter').parentElement.style.setProperty('--panel', '80%')")
+    seen.settle()
+    assert seen.js(f"{broken} === 0")
+    assert seen.js(f"(math => {whole})({equation}.querySelector('math'))") > 4
+    seen.clean()
+
+
 def test_a_derivation_unfolds_step_by_step(pendulum: Scene, show: Callable[..., Visit]) -> None:
     seen = show(pendulum)
     seen.page.click(".derivation summary")

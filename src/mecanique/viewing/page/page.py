@@ -46,6 +46,7 @@ MODULES = (
     "panels/tables",
     "clock/history",
     "panels/place",
+    "panels/breaking",
     "panels/copies",
     "panels/sliders",
     "engine/tableau",

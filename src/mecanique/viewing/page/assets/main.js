@@ -16,6 +16,7 @@ import { LiveClock } from "./clock/live.js";
 import { Loop } from "./clock/loop.js";
 import { Hand } from "./picture/hand.js";
 import { Picture } from "./picture/picture.js";
+import { wireBreaking } from "./panels/breaking.js";
 import { wireCopies, wireSplitter } from "./panels/copies.js";
 import { findPlace, wireEmbedding } from "./panels/place.js";
 import { listenToKeys, Player, Transport } from "./clock/player.js";
@@ -72,6 +73,7 @@ async function start() {
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
   wireCopies(document.getElementById("panel"));
+  wireBreaking(document.getElementById("panel-equations"));
   wireSplitter(document.getElementById("splitter"));
 
   const source = live

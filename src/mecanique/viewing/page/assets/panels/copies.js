@@ -1,5 +1,7 @@
 // What a click copies, derivations that unfold step by step, and the bar between picture and panel.
 
+import { wholeOf } from "./breaking.js";
+
 // Puts a text on the clipboard, by the old way where the new one is not allowed, as in a file.
 export async function copyText(button, text) {
   const words = button.textContent;
@@ -32,7 +34,7 @@ export function wireCopies(panel) {
 
 function mathmlOf(button) {
   const found = button.closest(".equations").querySelectorAll("math");
-  return [...found].map((math) => new XMLSerializer().serializeToString(math)).join("\n");
+  return [...found].map((math) => new XMLSerializer().serializeToString(wholeOf(math))).join("\n");
 }
 
 // The first click hides all but the first step; each further one shows the next.
