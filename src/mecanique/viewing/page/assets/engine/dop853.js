@@ -12,10 +12,10 @@ const GROWTH = 6;
 const SHORTEST = 1e-14;
 // Of the longest of the last steps: what has stalled, what is a good step still, and how far one of
 // these is followed beyond its end at most.
-const RECENT = 60;
+const LATELY = 60;
 const STALLED = 1e-5;
 const GOOD = 0.1;
-const FARTHEST = 2;
+const LONGEST_HOP = 2;
 
 // The states of a motion at any time between its first and its last.
 export class Path {
@@ -162,7 +162,7 @@ export class Integrator {
   // is before it, or farther if the motion stalls there again; says whether that was done.
   hop() {
     const { path, t } = this;
-    const longest = Math.max(...path.spans.slice(-RECENT).map(([a, b]) => b - a));
+    const longest = Math.max(...path.spans.slice(-LATELY).map(([a, b]) => b - a));
     if (!(this.h < STALLED * longest)) return false;
     const { crossing: before } = this;
     const again = before && t - before.aim < before.reach;
@@ -170,7 +170,7 @@ export class Integrator {
     const last = again ? before.last : path.spans.findLastIndex(good);
     const edge = path.times[last + 1];
     const reach = again ? 2 * before.reach : 2 * (t - edge) + GOOD * path.length(last);
-    if (reach > FARTHEST * longest) return false;
+    if (reach > LONGEST_HOP * longest) return false;
     const aim = edge + reach;
     this.crossing = { last, reach, aim };
     path.follow(last, aim, this.y);
