@@ -75,7 +75,7 @@ ORDER: dict[str, list[str]] = {
         "document",
         "equations",
         "methods",
-        "agreement small_motions",
+        "agreement reduction small_motions",
     ],
     "reference": [
         "standin",

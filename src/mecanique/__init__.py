@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from mecanique import textbook
     from mecanique.checking.check import check
     from mecanique.checking.verdict import Check
-    from mecanique.derivation import derive
+    from mecanique.derivation import Reduction, derive, routh
     from mecanique.derivation.equations import Equations
     from mecanique.errors import (
         ClosureError,
@@ -183,6 +183,7 @@ __all__ = [
     "Pulley",
     "Rack",
     "Record",
+    "Reduction",
     "Reference",
     "Revolute",
     "Rolling",
@@ -242,6 +243,7 @@ __all__ = [
     "robot",
     "robots",
     "rod",
+    "routh",
     "shell",
     "sign",
     "simulate",
@@ -310,6 +312,7 @@ _HOMES = {
     "Pulley": "mecanique.model",
     "Rack": "mecanique.model",
     "Record": "mecanique.model",
+    "Reduction": "mecanique.derivation",
     "Reference": "mecanique.reference",
     "Revolute": "mecanique.model",
     "Rolling": "mecanique.model",
@@ -369,6 +372,7 @@ _HOMES = {
     "robot": "mecanique.urdf.robots",
     "robots": "mecanique.urdf.robots",
     "rod": "mecanique.model",
+    "routh": "mecanique.derivation",
     "shell": "mecanique.model",
     "sign": "mecanique.model",
     "simulate": "mecanique.motion",

@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 import mecanique as mq
 
-__all__ = ["Form", "as_document", "derivation", "derivations"]
+__all__ = ["Form", "as_document", "derivation", "derivations", "reduction"]
 
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
@@ -44,6 +44,12 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
     shown = {"text": said, "mathml": f"<p>{said}</p>", "latex": to_latex(said, ())}
     parts.append(shown[form])
     return ("\n\n\n" if form == "text" else "\n\n").join(parts)
+
+
+def reduction(mechanism: mq.Mechanism, form: Form, steps: bool) -> str:
+    """Return the equations reduced by the momenta of the cyclic coordinates."""
+    found = mq.routh(mechanism)
+    return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
 
 
 def as_document(fragments: Sequence[str]) -> str:

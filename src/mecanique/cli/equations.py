@@ -10,7 +10,7 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
-from mecanique.cli.derivations import as_document, derivation, derivations
+from mecanique.cli.derivations import as_document, derivation, derivations, reduction
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
@@ -74,6 +74,14 @@ def derive(
     document: Annotated[
         bool, typer.Option("--document", help="Print a complete LaTeX file, with every step.")
     ] = False,
+    routh: Annotated[
+        bool,
+        typer.Option(
+            "--routh",
+            help="Reduce the equations by the momenta of the cyclic coordinates (Routh), and "
+            "compare them with the full ones.",
+        ),
+    ] = False,
     parameters: Parameters = None,
     *,
     reading: Reading,
@@ -81,14 +89,17 @@ def derive(
     """Print what a system is, what its letters mean, and its equations of motion."""
     if units and (form != "text" or steps or document or method == "all"):
         raise typer.BadParameter("expected --units without --steps, --format and --method all")
+    if routh and (units or method != "lagrange"):
+        raise typer.BadParameter("expected --routh without --units and --method")
     chosen = choose(system, parameters, reading)
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
-        text = (
-            derivations(chosen.mechanism, form)
-            if method == "all"
-            else derivation(chosen.mechanism, method, form, steps, units=units)
-        )
+        if routh:
+            text = reduction(chosen.mechanism, form, steps)
+        elif method == "all":
+            text = derivations(chosen.mechanism, form)
+        else:
+            text = derivation(chosen.mechanism, method, form, steps, units=units)
     say(as_document([text]) if document else text)
 
 

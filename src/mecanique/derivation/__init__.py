@@ -3,5 +3,6 @@
 from __future__ import annotations
 
 from mecanique.derivation.methods import METHODS, derive, readable
+from mecanique.derivation.reduction import Reduction, routh
 
-__all__ = ["METHODS", "derive", "readable"]
+__all__ = ["METHODS", "Reduction", "derive", "readable", "routh"]

@@ -25,6 +25,7 @@ _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>
 _DIVIDED = "Each line is divided by the numbers and parameters {}all its terms share."
 _LINEAR = " The last line is the same in matrices: the equations are linear."
 _STILL = "Nothing can move: there is no coordinate, and so no equation of motion."
+_NONE_LEFT = "No equation of motion is left to be solved."
 _TAKEN = "Taken for granted: {} is"
 _POSITIVE = "which must stay positive."
 _INLINE = 120.0  # points up to which an equality stands in a line of text
@@ -78,6 +79,8 @@ class Document:
     @cached_property
     def equations(self) -> tuple[Equation, ...]:
         """The equations of motion, one for each velocity, then those of the loops."""
+        if self.derivation.written is not None:
+            return self.derivation.written
         rows = [*self.derivation.rows, *(tie.demand for tie in self.derivation.ties)]
         own = () if self.derivation.quasi else self.derivation.algebra.accelerations
         return equations([without_common_divisor(row) for row in rows], own=own)
@@ -85,7 +88,7 @@ class Document:
     @cached_property
     def linear(self) -> Linear | None:
         """The matrices of M q'' + C q' + K q = f if the equations are linear, else None."""
-        return linear(self.derivation)
+        return None if self.derivation.written is not None else linear(self.derivation)
 
     def text(self, steps: bool, symbols: bool = False) -> str:
         """Return it as text.
@@ -94,7 +97,7 @@ class Document:
             steps: whether to show more than the equations of motion.
             symbols: whether to say above the equations what they are of and what letters mean.
         """
-        lines = [equation.text() for equation in self.equations] or [_STILL]
+        lines = [equation.text() for equation in self.equations] or [self._nothing]
         if not steps:
             above = [*self._introduction(Text(), steps=False), ""] if symbols else []
             return "\n".join([*above, *lines])
@@ -123,7 +126,7 @@ class Document:
         rows = [equation.latex() for equation in self.equations]
         if not (steps or symbols):
             if not rows:
-                return f"\\text{{{_STILL}}}"
+                return f"\\text{{{self._nothing}}}"
             return f"\\begin{{aligned}}\n{align(rows)}\n\\end{{aligned}}"
         writer = Latex()
         out = [_FRAGMENT, f"\\section*{{{self._prose(self._heading)}}}"]
@@ -147,7 +150,7 @@ class Document:
             if stage.results:
                 out.append(display([result.write(writer) for result in stage.results]))
         closing = self._prose(self._closing if steps else _DIVIDED.format("that "))
-        out += ["\\subsection*{Equations of motion}", closing if rows else _STILL]
+        out += ["\\subsection*{Equations of motion}", closing if rows else self._nothing]
         if rows:
             out.append(display(rows))
         if rows and steps and self.linear is not None:
@@ -165,7 +168,7 @@ class Document:
             steps: whether to show more than the equations of motion.
             symbols: whether to say above the equations what they are of and what letters mean.
         """
-        lines = [equation.mathml() for equation in self.equations] or [f"<p>{_STILL}</p>"]
+        lines = [equation.mathml() for equation in self.equations] or [f"<p>{self._nothing}</p>"]
         if not (steps or symbols):
             return "\n".join(lines)
         writer = MathML()
@@ -212,7 +215,7 @@ class Document:
         formulas = tuple(equation.mathml() for equation in self.equations)
         closing = " ".join([self._closing, *self._assumptions(Text())])
         if not formulas:
-            closing = _STILL
+            closing = self._nothing
         elif self.linear is not None:
             formulas += (self.linear.mathml(),)
             closing += _LINEAR
@@ -261,7 +264,15 @@ class Document:
         return f"{name[:1].upper()}{name[1:]}: {self.title}"
 
     @property
+    def _nothing(self) -> str:
+        """What is said in place of equations where there are none."""
+        written = self.derivation.written
+        return _STILL if written is None else f"{self.derivation.closing} {_NONE_LEFT}"
+
+    @property
     def _closing(self) -> str:
+        if self.derivation.written is not None:
+            return self.derivation.closing
         if not self.equations:
             return ""
         if self.derivation.stages and self.derivation.closing:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import Protocol, TypeAlias, final
 
-from mecanique.derivation.printing.equations import Expression, expression
+from mecanique.derivation.printing.equations import Equation, Expression, expression
 from mecanique.derivation.printing.writers import MathML, Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series
@@ -149,6 +149,7 @@ class Derivation:
             multipliers.
         quasi: independent displacements that contacts and velocity constraints allow, each by all
             velocities; if there are some, the equations of motion are those along them.
+        written: the equations of motion as they are printed, if not in the usual form.
     """
 
     algebra: Algebra
@@ -163,6 +164,7 @@ class Derivation:
     reactions: Mapping[str, Series] = field(default_factory=dict)
     ties: tuple[Tie, ...] = ()
     quasi: Matrix = ()
+    written: tuple[Equation, ...] | None = None
 
     @property
     def rows(self) -> tuple[Series, ...]:

@@ -97,7 +97,7 @@ class Lagrange:
                     turning,
                     ring.along(self.V),
                     ring.partials(self.D),
-                    self._find_free(),
+                    self.find_free(),
                 ),
                 *energy_integral(self.T, self.V, self.D, self.works, self.ties),
                 *multiplier_stages(
@@ -163,7 +163,7 @@ class Lagrange:
         ]
         return tidy(self.algebra.ring.sum(scalars))
 
-    def _find_free(self) -> list[bool]:
+    def find_free(self) -> list[bool]:
         """Whether no drive, load or constraint acts along each velocity."""
         drives = [work for work in self.works if work.kind == "work"]
         acting = [work.forces for work in drives]

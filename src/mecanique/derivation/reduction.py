@@ -1,0 +1,186 @@
+"""Routh's reduction of a mechanism as a result: to read, and compared with the full equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.document import Document
+from mecanique.derivation.methods import derive
+from mecanique.derivation.printing.equations import Equation
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.symbolic.routh import Routh, reduce_by_momenta
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import draw_positions
+
+__all__ = ["Reduction", "routh"]
+
+_AT = 0.3
+"""Time at which the two sets of equations are compared [s]."""
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class Reduction:
+    """Equations of motion without the cyclic coordinates, by their conserved momenta.
+
+    Args:
+        mechanism: what they describe.
+        found: the reduction in closed form.
+    """
+
+    mechanism: Mechanism
+    found: Routh
+
+    @property
+    def cyclic(self) -> tuple[str, ...]:
+        """The cyclic coordinates, in the order of the mechanism's."""
+        names = {one.name for one in self.found.ignored}
+        return tuple(name for name in self.mechanism.coordinates if name in names)
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """The letter of the momentum of each cyclic coordinate, in the same order."""
+        letters = {one.name: one.momentum.generators()[0].name for one in self.found.ignored}
+        return tuple(letters[name] for name in self.cyclic)
+
+    @cached_property
+    def document(self) -> Document:
+        """The reduction written out."""
+        return Document(self.found.derivation, "Routh's reduction")
+
+    @property
+    def equations(self) -> tuple[Equation, ...]:
+        """The equations of the other coordinates; none if every coordinate is cyclic."""
+        return self.document.equations
+
+    def compare(self, samples: int = 50, seed: int = 0) -> float:
+        """Return how far they are from the full equations, at random states.
+
+        Momenta and accelerations of the full equations, computed from the poses by automatic
+        differentiation, are put into the reduced ones.
+
+        Args:
+            samples: number of states.
+            seed: of the random numbers.
+
+        Returns:
+            The largest rest of an equation, and of a cyclic velocity, relative to its largest part.
+
+        Example:
+            >>> import mecanique as mq
+            >>> mq.routh(mq.textbook.load("spherical_pendulum")).compare() < 1e-9
+            True
+        """
+        values = self._states(samples, np.random.default_rng(seed))
+        evaluate = Evaluation(self.found.derivation.algebra.ring, values)
+        worst = 0.0
+        for parts in self.found.parts:
+            worst = max(worst, _rest([evaluate(part) for part in parts]))
+        for one in self.found.ignored:
+            worst = max(worst, _rest([evaluate(one.rate), -values[f"{one.name}'"]]))
+        return worst
+
+    def _states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
+        """Motions of the full equations at random states, and their momenta, by name."""
+        mechanism, full = self.mechanism, derive(self.mechanism)
+        q = draw_positions(mechanism, samples, random, 1.0)
+        v = random.normal(size=(samples, mechanism.nv))
+        a = full.acceleration(q, v, _AT)
+        values: dict[str, Any] = {**mechanism.values, "t": _AT}
+        for signal in mechanism.inputs:
+            values[signal.symbol] = signal.function(mechanism.values)(_AT)
+        for names, columns in (
+            (mechanism.coordinates, q),
+            (mechanism.velocities, v),
+            ([f"{name}'" for name in mechanism.velocities], a),
+        ):
+            values |= dict(zip(names, columns.T, strict=True))
+        M = full.mass_matrix(q, _AT)
+        for name, letter in zip(self.cyclic, self.momenta, strict=True):
+            k = mechanism.velocities.index(f"{name}'")
+            step = np.tile(np.eye(mechanism.nv)[k], (samples, 1))
+            # T is quadratic in the velocities; what is linear in them comes from given motions
+            ahead, behind = (full.energy(q, s * step, _AT)[0] for s in (1, -1))
+            values[letter] = np.einsum("ni,ni->n", M[:, k], v) + (ahead - behind) / 2
+        return values
+
+    def text(self, steps: bool = True) -> str:
+        """Return it as text, with what its letters mean.
+
+        Args:
+            steps: whether to show how it comes about.
+        """
+        return f"{self.document.text(steps, symbols=True)}\n\n{self._said}"
+
+    def latex(self, steps: bool = True) -> str:
+        """Return it as a fragment of a LaTeX document.
+
+        Args:
+            steps: whether to show how it comes about.
+        """
+        return f"{self.document.latex(steps, symbols=True)}\n\n{_write_latex(self._said)}"
+
+    def mathml(self, steps: bool = True) -> str:
+        """Return it as a fragment of HTML with MathML.
+
+        Args:
+            steps: whether to show how it comes about.
+        """
+        return f"{self.document.mathml(steps, symbols=True)}\n<p>{self._said}</p>"
+
+    def __str__(self) -> str:
+        return self.text(steps=False)
+
+    def _repr_html_(self) -> str:
+        return self.mathml(steps=False)
+
+    @cached_property
+    def _said(self) -> str:
+        """How well they agree with the full equations, in a sentence."""
+        return (
+            "Motions of the full equations at 50 random states satisfy the reduced ones, with the "
+            f"momenta they have there, to a relative difference of {self.compare():.0e}."
+        )
+
+
+def routh(mechanism: Mechanism) -> Reduction:
+    """Reduce the equations of motion by the momenta of the cyclic coordinates.
+
+    Routh's function R = L − Σ p q' is Lagrange's function for the other coordinates (E. J. Routh,
+    Stability of a Given State of Motion, 1877, ch. IV; Goldstein, Classical Mechanics, sect. 8-3).
+
+    Args:
+        mechanism: one with a coordinate that neither T nor V depends on, and along which no other
+            force acts.
+
+    Returns:
+        The reduced equations, with the conserved momenta as letters.
+
+    Raises:
+        DerivationError: if no coordinate is cyclic, constraints tie the velocities, or there is no
+            closed form of reasonable length.
+
+    Example:
+        >>> import mecanique as mq
+        >>> print(mq.routh(mq.textbook.load("kepler_orbit")).equations[0])
+        m r'' - p_phi^2/(m r^3) = -m mu/r^2
+    """
+    return Reduction(mechanism, reduce_by_momenta(Lagrange(mechanism)))
+
+
+def _rest(parts: list[Any]) -> float:
+    """The sum of parts, by the largest of them."""
+    sizes = np.max([np.broadcast_to(np.abs(part), np.shape(sum(parts))) for part in parts], axis=0)
+    rest = np.abs(sum(parts))
+    return float(np.max(np.where(sizes > 0, rest / np.where(sizes > 0, sizes, 1.0), 0.0)))
+
+
+def _write_latex(sentence: str) -> str:
+    from mecanique.derivation.printing.prose import to_latex
+
+    return to_latex(sentence, ())

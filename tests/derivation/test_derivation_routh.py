@@ -1,0 +1,114 @@
+"""Routh's reduction: closed forms, the full equations, and the refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from derivation_reading import residual
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique import textbook
+from mecanique.cli import app
+
+WITH_CYCLIC = {
+    "dumbbell": ("x", "y", "phi"),
+    "free_particle": ("x", "y"),
+    "free_planar_body": ("x", "theta"),
+    "gyroscope": ("phi", "psi"),
+    "heavy_top": ("phi", "psi"),
+    "kepler_orbit": ("phi",),
+    "particle_on_circle": ("theta",),
+    "spherical_pendulum": ("phi",),
+}
+
+PRINTED = {
+    "spherical_pendulum": (
+        "m l^2 theta'' - p_phi^2 cos(theta)/(m l^2 sin(theta)^3) + m g l sin(theta) = 0"
+    ),
+    "kepler_orbit": "m r'' - p_phi^2/(m r^3) = -m mu/r^2",
+    "heavy_top": (
+        "3 m (r^2 + 4 h^2) theta''/20 + 20 (p_phi - p_psi cos(theta)) (p_psi - p_phi cos(theta))"
+        "/(3 m (r^2 + 4 h^2) sin(theta)^3) - 3 m g h sin(theta)/4 = 0"
+    ),
+}
+"""As in Landau and Lifshitz, Mechanics, sects. 14 (problem 1) and 35 (problem 1)."""
+
+
+@pytest.mark.parametrize("name", WITH_CYCLIC)
+def test_reduced_equations_hold_along_motions_of_the_full_ones(name: str) -> None:
+    reduced = mq.routh(textbook.load(name))
+    assert reduced.cyclic == WITH_CYCLIC[name]
+    assert reduced.momenta == tuple(f"p_{q}" for q in WITH_CYCLIC[name])
+    assert len(reduced.equations) == reduced.mechanism.nv - len(reduced.cyclic)
+    assert reduced.compare() < 1e-9
+
+
+@pytest.mark.parametrize("name", PRINTED)
+def test_printed_as_in_the_books(name: str) -> None:
+    (equation,) = mq.routh(textbook.load(name)).equations
+    assert str(equation) == PRINTED[name]
+
+
+def test_what_is_printed_reads_back() -> None:
+    mechanism = textbook.load("gyroscope")
+    reduced = mq.routh(mechanism)
+    values = reduced._states(5, np.random.default_rng(3))
+    (equation,) = map(str, reduced.equations)
+    assert np.abs(residual(equation, values)).max() < 1e-10
+    wrong = {**values, "p_phi": 1.001 * values["p_phi"]}
+    assert np.abs(residual(equation, wrong)).max() > 1e-6
+
+
+def coupled(P: mq.Parameter, damped: bool = True) -> mq.Mechanism:
+    """A cart that nothing pushes, with a pendulum whose hinge is damped, and a turning disk."""
+    m, M, l, c, g = (
+        mq.Parameter("m", 0.7, "kg"),
+        mq.Parameter("M", 2.0, "kg"),
+        mq.Parameter("l", 1.2, "m"),
+        mq.Parameter("c", 0.3, "N·m·s/rad"),
+        mq.Parameter("g", 9.81, "m/s²"),
+    )
+    return mq.Mechanism(
+        "coupled",
+        (
+            mq.Body("ground"),
+            mq.Body("cart", mq.particle(M)),
+            mq.Body("bob", mq.particle(m, (0, 0, -l))),
+        ),
+        (
+            mq.Prismatic("rail", "ground", "cart", axis=(1, 0, 0), coordinate="x"),
+            mq.Revolute("pin", "cart", "bob", axis=(0, -1, 0), coordinate="q"),
+        ),
+        forces=(mq.JointDamper("damper", "pin" if damped else "rail", c),),
+        parameters=(m, M, l, c, g, P),
+        gravity=(0, 0, -g),
+    )
+
+
+def test_coupled_velocities_and_a_damper_on_another_coordinate() -> None:
+    reduced = mq.routh(coupled(mq.Parameter("p_x", 1.0)))
+    assert (reduced.cyclic, reduced.momenta) == (("x",), ("P_x",))
+    assert reduced.compare() < 1e-9
+    assert "∂D/∂q'" in reduced.text()
+
+
+def test_no_cyclic_coordinate_is_said() -> None:
+    with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of q1, q2 T"):
+        mq.routh(textbook.load("double_pendulum"))
+    with pytest.raises(mq.DerivationError, match="constraints that tie them"):
+        mq.routh(textbook.load("slider_crank"))
+
+
+def test_the_command_prints_steps_and_a_document() -> None:
+    text = CliRunner().invoke(app, ["derive", "particle_on_circle", "--routh", "--steps"]).output
+    assert "p_theta = m R^2 theta'" in text
+    assert "momentum of theta, constant [kg·m²/s]" in text
+    assert "No equation of motion is left to be solved." in text
+    assert "Beware: R stands for" in text
+    found = CliRunner().invoke(app, ["derive", "heavy_top", "--routh", "--document"])
+    assert found.output.startswith("\\documentclass")
+    assert "relative difference of" in found.output
+    none = CliRunner().invoke(app, ["derive", "double_pendulum", "--routh"])
+    assert none.exit_code == 2
+    assert "no cyclic coordinate" in none.output
