@@ -205,8 +205,8 @@ def _momenta(lagrange: Lagrange, names: Sequence[str]) -> list[Series]:
     """A letter for the momentum of each coordinate, adjoined as constants of the motion."""
     ring = lagrange.algebra.ring
     taken = {generator.name for generator in ring.generators}
-    free = [one for one in _LETTERS if not {f"{one}_{name}" for name in names} & taken]
-    letter = free[0] if free else "momentum"
+    clashing = {one for one in _LETTERS for name in names if f"{one}_{name}" in taken}
+    letter = next((one for one in _LETTERS if one not in clashing), "momentum")
     return [ring.parameter(f"{letter}_{name}") for name in names]
 
 
