@@ -3,7 +3,7 @@ import { test } from "node:test";
 
 import { assets } from "./pages.js";
 
-const { fillLines } = await import(new URL("panels/breaking.js", assets));
+const { fillLines } = await import(new URL("equations/breaking.js", assets));
 
 test("terms stand in one line where there is room", () => {
   assert.deepEqual(fillLines([3, 4, 3], 10, 1), [3]);

@@ -2,7 +2,7 @@
 
 import { readFragment, writeFragment, writePython } from "../engine/bench.js";
 import { measure } from "../data/numbers.js";
-import { copyText } from "./copies.js";
+import { copyText } from "../equations/copies.js";
 import { round } from "./sliders.js";
 
 export class Setup {
