@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from typing import Any, final
 
-from mecanique.errors import MechanismError
+from mecanique.errors import MecaniqueError, MechanismError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
 from mecanique.model.mechanism.state_space import StateSpace
+from mecanique.model.mechanism.ties import laws_of_elements
 from mecanique.model.mechanism.validation import faults
 from mecanique.model.mechanism.variants import Variants
 from mecanique.model.placement import vector
@@ -37,7 +39,8 @@ class Mechanism(StateSpace, Variants):
         velocity_constraints: linear constraints on velocities in general.
         contacts: wheels, disks and balls that roll, and blades.
         elements: cords and other elements that hold bodies on the coordinate map, with their
-            forces; a `Loop` among them is one that the map closes.
+            forces; a `Loop` among them is one that the map closes. Where the map leaves open what
+            gears, racks and cords along slides tie, they add it.
         origin: the text it was read from, if it was; equality does not depend on it.
         about: what it is and where it comes from, in lines of text; stands above its equations.
 
@@ -88,6 +91,9 @@ class Mechanism(StateSpace, Variants):
                         ],
                     )
                 driven[name] = law
+        # what is not sound has no laws; its faults are told
+        with suppress(MecaniqueError, ArithmeticError, LookupError, TypeError):
+            driven |= laws_of_elements(self, driven) if self.elements else {}
         return driven
 
     def __repr__(self) -> str:

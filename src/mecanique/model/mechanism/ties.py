@@ -1,0 +1,220 @@
+"""The coordinate map that gears, racks, belts and cords make, where it is not given.
+
+Where two wheels, or a pinion and its rack, touch, both move alike: seen from the body K that holds
+both their axes, r₁ ω₁ (n₁ × u₁) = r₂ ω₂ (n₂ × u₂). No part of a cord between two pulleys that turn
+with it changes its length, Σ e·(v_end − v_start) = 0 over its stretches. Rows that are linear in
+joint coordinates with constant factors are solved for one of them; others have to be given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, TypeAlias, final
+
+import numpy as np
+
+from mecanique.model.elements import Cord, Element, Gear, Rack, Stop
+from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
+from mecanique.model.joints import Joint, Prismatic, Revolute, Single
+from mecanique.model.mechanism.description import Description
+
+__all__ = ["laws_of_elements"]
+
+_NEAR = 1e-9
+
+Row: TypeAlias = "dict[str, Any]"
+"""Joint coordinate -> its factor in a sum that stays as it is, the one to be solved for last."""
+
+
+def laws_of_elements(m: Description, driven: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """Return the laws that the elements of a mechanism add to its coordinate map.
+
+    Args:
+        m: the mechanism, not yet known to be sound.
+        driven: the map as given.
+    """
+    found = dict(driven)
+    for element in m.elements:
+        for row in _rows(m, element):
+            _solve(row, found, m.coordinates.names)
+    return {name: law for name, law in found.items() if name not in driven}
+
+
+def _solve(row: Row, found: dict[str, Scalar], chosen: tuple[str, ...]) -> None:
+    """Add the law that keeps a row as it is, if the laws so far do not."""
+    laws = {coordinate(name): law for name, law in found.items()}
+    terms = {name: factor * coordinate(name) for name, factor in row.items()}
+    total = plain(sum(terms.values())).subs(laws).expand()
+    moving = {*row, *(str(symbol) for law in found.values() for symbol in symbols_in(law))}
+    if not any(total.diff(coordinate(name)) != 0 for name in moving):
+        return
+    for name in reversed(row):
+        if name in found or name in chosen:
+            continue
+        others = plain(sum([term for other, term in terms.items() if other != name]))
+        law = plain((-others / row[name]).subs(laws).expand())
+        if name in symbols_in(law):
+            continue
+        found[name] = law
+        # what was solved for before may follow this one
+        for other, before in found.items():
+            if other != name and name in symbols_in(before):
+                found[other] = plain(before.subs({coordinate(name): law}).expand())
+        return
+
+
+def _rows(m: Description, element: Element) -> Iterator[Row]:
+    here = _Still(m)
+    match element:
+        case Gear() | Rack():
+            yield from _of_teeth(here, element)
+        case Cord():
+            yield from _of_cord(here, element)
+
+
+def _of_teeth(here: _Still, mesh: Gear | Rack) -> Iterator[Row]:
+    a, b = (here.joints.get(name) for name in mesh.joints)
+    slides = isinstance(mesh, Rack)
+    if not isinstance(a, Revolute) or not isinstance(b, Prismatic if slides else Revolute):
+        return
+    holder = here.find_holder(a, b)
+    if holder is None:
+        return
+    n, line = here.axis(a), here.axis(b)
+    if isinstance(mesh, Rack):
+        d = here.place(b.child, mesh.point) - here.place(a.child)
+        u = _unit(d - (d @ line) * line - (d @ n) * n)
+        along, size = float(np.cross(n, u) @ line), 1
+    else:
+        along, size = (1 if mesh.internal else -1) * float(n @ line), mesh.other_radius
+    if abs(abs(along) - 1) > _NEAR:
+        return
+    turns = here.turns(a, holder)
+    moved = here.turns(b, holder) if not slides else here.slides(b, holder)
+    if turns is None or moved is None:
+        return
+    row = {name: mesh.radius * sign for name, sign in turns.items()}
+    for name, sign in moved.items():
+        row[name] = row.get(name, 0) - round(along) * size * sign
+    last = row.pop(b.coordinate)
+    yield {**row, b.coordinate: last}
+
+
+def _of_cord(here: _Still, cord: Cord) -> Iterator[Row]:
+    if cord.axes != "world" or not all(stop.body in here.carried for stop in cord.stops):
+        return
+    rows: list[Row] = [{} for _ in cord.forces]
+    n = np.array(cord.normal)
+    stops = cord.stops
+    for k, part in enumerate(cord.parts):
+        e = here.find_direction(stops[k], stops[k + 1], n)
+        if e is None:
+            return
+        moved = [here.move(stop, e, n) for stop in (stops[k], stops[k + 1])]
+        if None in moved:
+            return
+        start, end = moved
+        for name in {**(start or {}), **(end or {})}:
+            factor = plain((end or {}).get(name, 0) - (start or {}).get(name, 0))
+            slides = name in here.sliding
+            if slides and min(abs(float(factor) - whole) for whole in (-1, 0, 1)) > _NEAR:
+                return  # the stretch turns as the slide moves
+            rows[part][name] = rows[part].get(name, 0) + (
+                round(float(factor)) if slides else factor
+            )
+    for row in rows:
+        yield {name: factor for name, factor in row.items() if factor != 0}
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    length = float(np.linalg.norm(vector))
+    return vector / length if length > _NEAR else vector
+
+
+@final
+class _Still:
+    """Where the bodies of a mechanism are with all joint coordinates at zero.
+
+    Args:
+        m: the mechanism.
+    """
+
+    def __init__(self, m: Description) -> None:
+        self._m = m
+        self.joints = {joint.name: joint for joint in m.joints}
+        self.carried: dict[str, tuple[Joint, ...]] = {m.ground: ()}
+        """The joints from the ground to each body."""
+        self._poses: dict[str, np.ndarray] = {m.ground: np.eye(4)}
+        self._frames: dict[str, np.ndarray] = {}
+        self.sliding = {j.coordinate for j in m.joints if isinstance(j, Prismatic)}
+        for joint in m.tree:
+            if joint.parent in self._poses:
+                pose = self._poses[joint.parent] @ m.matrix(joint.origin)
+                self._poses[joint.child] = self._frames[joint.name] = pose
+                self.carried[joint.child] = (*self.carried[joint.parent], joint)
+
+    def axis(self, joint: Single) -> np.ndarray:
+        """Return the axis of a joint."""
+        found: np.ndarray = self._frames[joint.name][:3, :3] @ np.array(joint.axis)
+        return found
+
+    def place(self, body: str, point: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
+        """Return a point of a body."""
+        pose = self._poses[body]
+        found: np.ndarray = pose[:3, 3] + pose[:3, :3] @ np.array(self._m.evaluate_all(point))
+        return found
+
+    def find_holder(self, a: Single, b: Single) -> str | None:
+        """Return the body in which the axes of two joints rest, if one carries the other."""
+        for inner, outer in ((a, b), (b, a)):
+            path = [self._m.ground, *(joint.child for joint in self.carried[outer.parent])]
+            if inner.parent in path:
+                return outer.parent
+        return None
+
+    def turns(self, joint: Single, holder: str) -> dict[str, int] | None:
+        """Return how hinges turn what a joint carries against a body, about the joint's axis."""
+        found = dict[str, int]()
+        for hinge, sign in self._between(joint.child, holder):
+            along = float(self.axis(hinge) @ self.axis(joint)) if isinstance(hinge, Single) else 0
+            if not isinstance(hinge, Revolute) or abs(abs(along) - 1) > _NEAR:
+                return None
+            found[hinge.coordinate] = sign * round(along)
+        return found
+
+    def slides(self, joint: Single, holder: str) -> dict[str, int] | None:
+        """Return the same of a slide on that body."""
+        path = [each for each, _ in self._between(joint.child, holder)]
+        return {joint.coordinate: 1} if path == [joint] else None
+
+    def find_direction(self, start: Stop, end: Stop, normal: np.ndarray) -> np.ndarray | None:
+        """Return the direction of a stretch of cord; None if there is no room for it."""
+        d = self.place(end.body, end.center) - self.place(start.body, start.center)
+        reach = [self._m.evaluate(stop.radius) * stop.sense for stop in (start, end)]
+        h, square = reach[1] - reach[0], float(d @ d)
+        if not square > h * h or abs(d @ normal) > _NEAR * (1 + square):
+            return None
+        e: np.ndarray = (np.sqrt(square - h * h) * d + h * np.cross(d, normal)) / square
+        return e
+
+    def move(self, stop: Stop, e: np.ndarray, normal: np.ndarray) -> dict[str, Scalar] | None:
+        """Return how joints move the end of a stretch along it; None if one also turns it."""
+        found = dict[str, Scalar]()
+        for joint in self.carried[stop.body]:
+            if isinstance(joint, Prismatic):
+                found[joint.coordinate] = float(e @ self.axis(joint))
+            elif isinstance(joint, Revolute):
+                along = float(self.axis(joint) @ normal)
+                off = self.place(stop.body, stop.center) - self._frames[joint.name][:3, 3]
+                if abs(abs(along) - 1) > _NEAR or abs(np.cross(off, normal)).max() > _NEAR:
+                    return None
+                found[joint.coordinate] = stop.radius * stop.sense * round(along)
+            elif joint.coordinates:
+                return None
+        return found
+
+    def _between(self, body: str, holder: str) -> list[tuple[Joint, int]]:
+        """The joints that move a body against another, with the sign of each."""
+        inner, outer = self.carried[body], self.carried[holder]
+        mine = [(joint, 1) for joint in inner if joint not in outer and joint.coordinates]
+        return mine + [(joint, -1) for joint in outer if joint not in inner and joint.coordinates]

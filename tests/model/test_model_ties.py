@@ -1,0 +1,99 @@
+"""Gears, racks and cords along slides add to the coordinate map what it leaves open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique import textbook
+from mecanique.model import Coordinates
+from mecanique.model.expression import plain
+
+HERE = (0.0, 0.0, 0.0)
+UP = (0.0, 0.0, 1.0)
+
+
+@pytest.mark.parametrize("name", ["planetary_gear", "atwood_machine", "double_atwood_machine"])
+def test_textbook_maps_follow_from_their_elements(name: str) -> None:
+    mechanism = textbook.load(name)
+    free = replace(mechanism, coordinates=Coordinates(mechanism.coordinates.names))
+    assert free.coordinates.names == mechanism.coordinates.names
+    assert free.coordinates.driven.keys() == mechanism.coordinates.driven.keys()
+    for joint, law in mechanism.coordinates.driven.items():
+        assert plain(law - free.coordinates.driven[joint]).simplify() == 0, joint
+    assert mq.verify(free, samples=5).agrees
+
+
+def train(**more: object) -> mq.Mechanism:
+    """Three wheels on parallel axles, the middle one double."""
+    r, s = mq.Parameter("r", 0.1, "m"), mq.Parameter("s", 0.3, "m")
+    wheel = mq.Shape(1.0, HERE, (0.01, 0.01, 0.02, 0, 0, 0))
+    places = {"first": 0.0, "second": r + s, "third": r + s + r + s}
+    return mq.Mechanism(
+        "train",
+        (mq.Body("ground"), *(mq.Body(name, wheel) for name in places)),
+        tuple(
+            mq.Revolute(name, "ground", name, axis=UP, origin=mq.Placement((x, 0, 0)))
+            for name, x in places.items()
+        ),
+        elements=(
+            mq.Gear("a", "first", "second", r, other_radius=s),
+            mq.Gear("b", "second", "third", r, other_radius=s),
+        ),
+        parameters=(r, s),
+        **more,  # type: ignore[arg-type]
+    )
+
+
+def test_wheels_in_series_leave_one_coordinate() -> None:
+    mechanism = train()
+    assert tuple(mechanism.coordinates) == ("first",)
+    r, s = (mq.Parameter(name, 1.0, "m") for name in "rs")
+    first = mq.coordinate("first")
+    assert plain(mechanism.coordinates.driven["third"] - first * r**2 / s**2) == 0
+    # reflected inertia: J (1 + (r/s)² + (r/s)⁴)
+    (found,) = np.ravel(mq.Reference(mechanism).mass_matrix([0.3]))
+    assert found == pytest.approx(0.02 * (1 + 1 / 9 + 1 / 81), rel=1e-14)
+
+
+def test_a_map_that_is_given_stays() -> None:
+    third = mq.coordinate("third")
+    mechanism = train(coordinates=Coordinates(("third",), {"second": -3 * third}))
+    assert tuple(mechanism.coordinates) == ("third",)
+    assert plain(mechanism.coordinates.driven["first"] - 9 * third).subs({"r": 1, "s": 3}) == 0
+
+
+def test_a_changed_radius_changes_the_ratio() -> None:
+    mechanism = train().replace(s=0.2)
+    (found,) = np.ravel(mq.Reference(mechanism).mass_matrix([0.3]))
+    assert found == pytest.approx(0.02 * (1 + 1 / 4 + 1 / 16), rel=1e-14)
+
+
+def test_a_wrong_map_is_still_refused() -> None:
+    second = mq.coordinate("first")
+    wrong = train(coordinates=Coordinates(("first",), {"second": second, "third": second}))
+    with pytest.raises(mq.EngineError, match="gear 'a' does not fit the coordinate map"):
+        mq.Reference(wrong).reactions([0.1], [0.0])
+
+
+def test_a_rack_adds_the_map() -> None:
+    mechanism = textbook.load("rack_and_pinion")
+    free = replace(mechanism, coordinates=Coordinates(("x",)))
+    assert plain(free.coordinates.driven["turn"] - mechanism.coordinates.driven["turn"]) == 0
+
+
+def test_the_map_is_written_and_read_back() -> None:
+    text = mq.write_urdf(train())
+    again = mq.read_urdf(text)
+    assert tuple(again.coordinates) == ("first",)
+    bare = "\n".join(line for line in text.splitlines() if "<mimic" not in line)
+    assert tuple(mq.read_urdf(bare).coordinates) == ("first",)
+
+
+def test_a_cord_whose_stretch_turns_leaves_the_map_open() -> None:
+    mechanism = textbook.load("swinging_atwood_machine")
+    free = replace(mechanism, coordinates=Coordinates(()))
+    assert not free.coordinates.driven
