@@ -66,6 +66,27 @@ def test_what_is_singular_hardly_depends_on_the_tree(count: int, angle: float) -
 
 
 @pytest.mark.parametrize(("length", "mass"), SIZES)
+def test_a_small_loop_beside_a_large_one_is_closed_as_if_alone(length: float, mass: float) -> None:
+    small, large = four_bars((length, mass)), four_bars((1.0, 10.0))
+    both = four_bars((length, mass), (1.0, 10.0))
+    guesses = {"A": 1.0, "B": -0.3, "C": 1.8}
+    for given in ({}, {"A0": 0.8}, {name: guesses[name[0]] for name in both.coordinates}):
+        alone = [
+            mq.assemble(part, {name: given[other] for name, other in names if other in given})
+            for part, names in (
+                (small, [(name, name) for name in small.coordinates]),
+                (large, [(name, f"{name[0]}1") for name in large.coordinates]),
+            )
+        ]
+        q = mq.assemble(both, given)
+        np.testing.assert_allclose(q, np.concatenate(alone), rtol=0, atol=1e-12)
+    open_by = np.zeros(len(q))
+    open_by[0] = 1e-5
+    with pytest.raises(mq.EngineError, match="the loops are open"):
+        mq.Reference(both).acceleration(q + open_by)
+
+
+@pytest.mark.parametrize(("length", "mass"), SIZES)
 def test_a_small_loop_beside_a_large_one_accelerates_as_if_alone(
     length: float, mass: float
 ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -42,16 +42,27 @@ def units(mechanism: Mechanism) -> dict[str, str]:
     return found
 
 
-def characteristic_length(mechanism: Mechanism) -> float:
+def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = None) -> float:
     """Return the median of the lengths that a description states, or 1 if it states none [m].
 
     Of a closed mechanism they are those from joint to joint, of joints and loops; of a tree, whose
     joints may state none, also the centers of mass and the ends and free lengths of forces.
+
+    Args:
+        mechanism: the description.
+        among: names of the joints, loops and contacts that count; all by default.
     """
-    vectors: list[tuple[Scalar, ...]] = [joint.origin.xyz for joint in mechanism.joints]
+
+    def counts(name: str) -> bool:
+        return among is None or name in among
+
+    vectors: list[tuple[Scalar, ...]] = [j.origin.xyz for j in mechanism.joints if counts(j.name)]
     for loop in mechanism.loops:
-        vectors += [loop.frame_a.xyz, loop.frame_b.xyz, (loop.length,)]
-    vectors += [(contact.radius,) for contact in mechanism.contacts if isinstance(contact, Rolling)]
+        if counts(loop.name):
+            vectors += [loop.frame_a.xyz, loop.frame_b.xyz, (loop.length,)]
+    for contact in mechanism.contacts:
+        if isinstance(contact, Rolling) and counts(contact.name):
+            vectors.append((contact.radius,))
     if not mechanism.loops:
         vectors += [body.center for body in mechanism.bodies]
         for force in mechanism.forces:
@@ -62,11 +73,16 @@ def characteristic_length(mechanism: Mechanism) -> float:
     return float(np.median(lengths)) if len(lengths) else 1.0
 
 
-def velocity_scales(mechanism: Mechanism) -> np.ndarray:
-    """Return the unit of each velocity, shape (nv,): the characteristic length, or one radian."""
-    length = characteristic_length(mechanism)
+def velocity_scales(mechanism: Mechanism, lengths: np.ndarray | None = None) -> np.ndarray:
+    """Return the unit of each velocity, shape (nv,): a length, or one radian.
+
+    Args:
+        mechanism: the description.
+        lengths: shape (nv,) [m]; the characteristic length by default.
+    """
     linear = {name for joint in mechanism.joints for name in joint.linear_velocities}
-    return np.array([length if name in linear else 1.0 for name in mechanism.velocities])
+    is_linear = [name in linear for name in mechanism.velocities]
+    return np.where(is_linear, characteristic_length(mechanism) if lengths is None else lengths, 1)
 
 
 def per_second(unit: str) -> str:

@@ -221,7 +221,8 @@ class _Bench:
         closed = self.reference.closed if self.mechanism.constrained else None
         if closed is None:
             return q, v
-        from mecanique.reference.loops.assembly import close_position, project
+        from mecanique.reference.loops.assembly import project
+        from mecanique.reference.loops.closing import close_position
 
         return project(closed, close_position(closed, q, 0.0), v, 0.0)
 

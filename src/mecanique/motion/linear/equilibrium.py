@@ -105,13 +105,13 @@ def _on_loops(
     reference: Reference, closed: Closed, start: np.ndarray, t: float
 ) -> np.ndarray | None:
     """Do the same in the deviations that the loops leave free."""
-    from mecanique.reference.loops.assembly import close_position
+    from mecanique.reference.loops.closing import close_position
     from mecanique.reference.loops.independent import Independent
 
     rates = Rates.of(reference.mechanism)
     still = np.zeros(reference.mechanism.nv)
     q = close_position(closed, rates.normalize(np.array(start, dtype=float)), t)
-    scale, size = 1.0, np.inf
+    balanced = False
     for _ in range(STEPS):
         free = Independent(closed, q, t)
         count = len(free.chosen)
@@ -126,13 +126,19 @@ def _on_loops(
             np.array(along[count + 1 :]),
         )
         slope = ((ahead - behind) / (2 * H)).T
-        size = _size(value)
-        scale = _size(slope) + _size(reference.inverse_dynamics(q, still, still, t))
-        step = _step(slope, value, longest=0.5)
+        # row by row and by the masses that move, so that a small part counts beside a large one
+        tangent = free.tangent
+        weight = np.abs(reference.inverse_dynamics(q, still, still, t))
+        least = 1e-9 * (np.abs(slope).max(axis=1) + np.abs(tangent).T @ weight) + 1e-14
+        balanced = bool((np.abs(value) <= least).all())
+        mass = np.diag(tangent.T @ reference.mass_matrix(q, t) @ tangent)
+        unit = np.sqrt(np.where(mass > 0, mass, 1.0))
+        step = _step(slope / np.outer(unit, unit), value / unit, longest=np.inf) / unit
+        step *= min(1.0, 0.5 / max(_size(step), 1e-300))
         if _size(step) < 1e-12:
             break
-        q = close_position(closed, rates.displace(q, free.tangent @ step), t)
-    return q if size <= 1e-9 * scale + 1e-14 else None
+        q = close_position(closed, rates.displace(q, tangent @ step), t)
+    return q if balanced else None
 
 
 def _step(slope: np.ndarray, value: np.ndarray, longest: float) -> np.ndarray:

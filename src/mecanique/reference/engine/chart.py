@@ -11,6 +11,7 @@ from math import cos, sin, sqrt
 from typing import Any, NamedTuple, final
 
 import numpy as np
+import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
@@ -117,6 +118,17 @@ class Chart:
         self.rows[f"{name}'"] = seat.at_v
         kind = self._circles if seat.kind == "continuous" else self._positions
         kind.append((seat.at_q, at))
+
+    def reach(self, meets: Array) -> npt.NDArray[np.bool_]:
+        """Return which generalized velocities what some of the engine's do depends on, (m, nv).
+
+        Args:
+            meets: what depends on which of the engine's velocities, other than zero, shape (m, n).
+        """
+        spread = self._G != 0
+        spread[self._rows] = True
+        found: npt.NDArray[np.bool_] = (meets != 0) @ spread
+        return found
 
     @property
     def G(self) -> Array:

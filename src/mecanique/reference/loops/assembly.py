@@ -1,9 +1,4 @@
-"""Close the loops of a mechanism: positions by Gauss–Newton with damping, velocities by projection.
-
-The step is that of Levenberg and Marquardt in scaled units (Marquardt, J. SIAM 11 (1963) 431); near
-the solution the damping vanishes and the pseudo-inverse of a Jacobian that may lack rank takes over
-(Ben-Israel, J. Math. Anal. Appl. 15 (1966) 243).
-"""
+"""Close the loops of a mechanism: positions near a guess or anywhere, velocities by projection."""
 
 from __future__ import annotations
 
@@ -14,20 +9,18 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, InputError, UnknownNameError
-from mecanique.model.contacts import Rolling
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.closing import close_position, is_open, refuse_open, settle
 from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace, newton
 from mecanique.reference.loops.tolerances import (
     ASSEMBLED,
     DEPENDENT,
-    EXACT,
     LEAST,
     PIVOT,
-    RANK_ASSEMBLED,
     TINY,
     WEAK,
 )
@@ -35,16 +28,12 @@ from mecanique.reference.loops.tolerances import (
 __all__ = [
     "assemble",
     "assembly_branches",
-    "close_position",
     "close_velocity",
     "free_columns",
     "held_columns",
     "position_near",
     "project",
 ]
-
-_NEAR = 1e-4
-"""Gap, in characteristic lengths or radians, below which steps are not damped."""
 
 _WITHIN = 0.1
 """Part of the distance to a singular position that a drifted state may be moved.
@@ -53,15 +42,8 @@ The singular value, relative to the largest, is a measure of that distance.
 """
 
 _SWEEPS = 6
-_STEPS = 200
-_PATIENCE = 12
-"""How many steps in a row may gain less than a thousandth."""
-
 _STARTS = 30
 """From how many random positions to start where no guess is given."""
-
-_LONGEST = 0.5
-"""Longest step, in characteristic lengths or radians."""
 
 
 def assemble(
@@ -74,8 +56,8 @@ def assemble(
 
     Args:
         mechanism: what to assemble.
-        guess: shape (nq,), or by coordinate name; zero where left out. Without any guess, random
-            positions are tried where zero does not lead to a closed one.
+        guess: shape (nq,), or by coordinate name; zero where left out. Loops of whose coordinates
+            none is named are tried from random positions where zero does not close them.
         keep: names of coordinates that must stay as guessed.
         t: time [s], for prescribed motions.
 
@@ -114,31 +96,34 @@ def position_near(closed: Closed, guess: Given, q: Array, t: float, held: Array)
     Raises:
         ClosureError: naming the loop that cannot be closed, and by how much.
     """
-    if isinstance(guess, Mapping) and guess and not held.any():
-        try:
-            return close_position(closed, q, t, held_columns(closed.mechanism, tuple(guess)))
-        except ClosureError:
-            pass
-    nothing_given = guess is None or (isinstance(guess, Mapping) and not guess)
-    if nothing_given and not held.any():
-        return _position_anywhere(closed, q, t, held)
-    return close_position(closed, q, t, held)
-
-
-def _position_anywhere(closed: Closed, q: Array, t: float, held: Array) -> Array:
-    """Positions near q if they can be closed, else near one of a few random ones."""
-    try:
+    if held.any() or not (guess is None or isinstance(guess, Mapping)):
         return close_position(closed, q, t, held)
-    except ClosureError as error:
-        first = error
-    random = np.random.default_rng(0)
+    named = held_columns(closed.mechanism, tuple(guess or ()))
+    for part in range(closed.closures.parts.count):
+        q = _close_part(closed, q, t, part, named)
+    return q
+
+
+def _close_part(closed: Closed, q: Array, t: float, part: int, named: Array) -> Array:
+    """Return positions that close one part: near q, or anywhere if none of it is named."""
+    closures = closed.closures
+    rows, own = closures.parts.rows == part, closures.parts.columns == part
+    if (named & own).any():
+        found, gaps = settle(closed, q, t, ~own | named)
+        if is_open(gaps[rows]).any():
+            found, gaps = settle(closed, q, t, ~own)
+        refuse_open(closed, np.where(rows, gaps, 0.0))
+        return found
+    found, first = settle(closed, q, t, ~own)
+    gaps, random, away = first, np.random.default_rng(0), np.zeros(len(own))
     for _ in range(_STARTS):
-        away = random.uniform(-1, 1, closed.mechanism.nv) * closed.closures.columns * np.pi
-        try:
-            return close_position(closed, displace(closed, q, away), t, held)
-        except ClosureError:
-            continue
-    raise first
+        if not is_open(gaps[rows]).any():
+            return found
+        away[own] = random.uniform(-1, 1, own.sum()) * closures.columns[own] * np.pi
+        found, gaps = settle(closed, displace(closed, q, away), t, ~own)
+    if is_open(gaps[rows]).any():
+        refuse_open(closed, np.where(rows, first, 0.0))
+    return found
 
 
 def assembly_branches(
@@ -196,89 +181,6 @@ def assembly_branches(
         if all(_distance(closed, q, other, t) > 1e-6 for other in found):
             found.append(q)
     return tuple(found)
-
-
-def close_position(closed: Closed, q: Array, t: float, held: Array | None = None) -> Array:
-    """Return positions near q at which every loop is closed, shape (nq,).
-
-    Args:
-        closed: the mechanism.
-        q: shape (nq,), the guess.
-        t: time [s].
-        held: shape (nv,), which velocities' coordinates stay; none by default.
-
-    Raises:
-        ClosureError: naming the loop that cannot be closed, and by how much.
-    """
-    closures = closed.closures
-    still, rows = np.zeros(closed.mechanism.nv), closures.positional
-    free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
-    damping, gaps, stuck = 1e-3, _gaps(closed, q, t), 0
-    for _ in range(_STEPS):
-        widest = float(np.abs(gaps).max(initial=0.0))
-        if widest <= EXACT or not np.isfinite(gaps).all():
-            break
-        near = widest < _NEAR
-        J = closures.scale(q, still, t).jacobian[rows] * free
-        step = free * _damped_step(J, gaps[rows], None if near else damping)
-        trial = displace(closed, q, closures.columns * step)
-        gaps_after = _gaps(closed, trial, t)
-        before, after = float(np.linalg.norm(gaps)), float(np.linalg.norm(gaps_after))
-        stuck = stuck + 1 if after > 0.999 * before else 0
-        if stuck > _PATIENCE:
-            break
-        if after < before:
-            q, gaps, damping = trial, gaps_after, max(damping / 5, 1e-12)
-        elif near or damping > 1e6:
-            break
-        else:
-            damping *= 4
-    _refuse_open(closed, np.abs(gaps))
-    return q
-
-
-def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
-    """Return the scaled step of Levenberg and Marquardt, of limited length.
-
-    Without damping, near the end, directions that are not held are left alone.
-    """
-    left, singular, right = np.linalg.svd(J, full_matrices=False)
-    top = max(float(singular[0]), TINY) if singular.size else 1.0
-    least, added = (
-        (max(RANK_ASSEMBLED * top, LEAST), 0.0) if damping is None else (0.0, damping * top**2)
-    )
-    gain = np.zeros_like(singular)
-    strong = singular > least
-    gain[strong] = singular[strong] / (singular[strong] ** 2 + added)
-    step: Array = -right.T @ (gain * (left.T @ gaps))
-    longest = float(np.abs(step).max(initial=0.0))
-    if longest > _LONGEST:
-        step *= _LONGEST / longest
-    return step
-
-
-def _refuse_open(closed: Closed, gaps: Array) -> None:
-    """Raise if a loop is left open."""
-    closures = closed.closures
-    if np.isfinite(gaps).all() and float(gaps.max(initial=0.0)) <= ASSEMBLED:
-        return
-    worst = int(np.nanargmax(np.where(np.isfinite(gaps), gaps, np.inf)))
-    name = closures.names[worst]
-    unit = "rad" if name.split(": ")[-1] in ("rx", "ry", "rz") else "m"
-    mechanism = closed.mechanism
-    owner = (*mechanism.loops, *mechanism.contacts)[int(closures.owner[worst])]
-    if isinstance(owner, Rolling):
-        raise ClosureError(
-            f"mechanism {mechanism.name!r}: {owner.name!r} cannot be put on the plane of "
-            f"{owner.on!r} from there; the nearest position found leaves it off by "
-            f"{gaps[worst] / closures.rows[worst]:.3g} m; leave free a coordinate that lifts it"
-        )
-    raise ClosureError(
-        f"mechanism {mechanism.name!r}: loop {owner.name!r} cannot be closed from there; "
-        "the nearest position found leaves it open by "
-        f"{gaps[worst] / closures.rows[worst]:.3g} {unit} ({name}); try another guess, or check "
-        "its lengths"
-    )
 
 
 def close_velocity(
@@ -365,10 +267,6 @@ def free_columns(closed: Closed, q: Array, t: float) -> Array:
     free: Array = np.ones(closed.mechanism.nv, dtype=bool)
     free[order[:rank]] = False
     return free
-
-
-def _gaps(closed: Closed, q: Array, t: float) -> Array:
-    return closed.closures.rows * closed.closures.residual(q, t)
 
 
 def held_columns(mechanism: Mechanism, names: Sequence[str]) -> Array:

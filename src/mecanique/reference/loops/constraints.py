@@ -19,12 +19,13 @@ from mecanique.arrays import Array
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
-from mecanique.model.units import characteristic_length, velocity_scales
+from mecanique.model.units import velocity_scales
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.loops.contacts import HAT, ContactRows, VelocityRows
 from mecanique.reference.loops.metric import Units
+from mecanique.reference.loops.parts import Parts
 from mecanique.reference.loops.tolerances import ROUNDING
 
 __all__ = ["Closure", "Closures", "ScaledClosure"]
@@ -138,17 +139,21 @@ class Closures:
         ]
         self._hinges = [k for k, loop in enumerate(self._loops) if loop.kind == "hinge"]
         self._welds = [k for k, loop in enumerate(self._loops) if loop.kind == "weld"]
-        self.length = characteristic_length(mechanism)
-        """What lengths are compared with [m]."""
-        self.rows: Array = np.concatenate(
-            [
-                np.where(self._component < 3, 1 / self.length, 1.0),
-                np.full(len(self._contacts.names), 1 / self.length),
-                np.ones(many),
-            ]
+        meets = np.concatenate(
+            [self._between[self._owner], self._contacts.meets, np.ones((many, engine.model.nv))]
         )
+        self.parts = Parts(mechanism, chart.reach(meets), self.owner)
+        """Constraints that share no motion."""
+        self.length = self.parts.length
+        """What lengths are compared with [m]."""
+        lengths = self.parts.lengths
+        is_length = np.concatenate(
+            [self._component < 3, np.ones(len(self._contacts.names), bool), np.zeros(many, bool)]
+        )
+        self.rows: Array = np.where(is_length, 1 / lengths[self.parts.rows], 1.0)
         """Factors that make the rows plain numbers: 1/length for lengths, 1 for angles."""
-        self.columns: Array = velocity_scales(mechanism)
+        around = np.append(lengths, self.length)  # the last, at −1, where no loop is
+        self.columns: Array = velocity_scales(mechanism, around[self.parts.columns])
         """Units of the velocities, shape (nv,): the characteristic length, or one radian."""
         self._u: Array = np.zeros(engine.model.nv)
         self._state: tuple[Array, Array, float] = (
@@ -173,7 +178,7 @@ class Closures:
         """Return the gap that rounding makes of closed loops in the last state, in plain units."""
         data = self._engine.data
         extent = max(float(np.abs(pose.translation).max()) for pose in data.oMi)
-        return ROUNDING * (1 + extent / self.length)
+        return ROUNDING * (1 + extent / float(self.parts.lengths.min(initial=self.length)))
 
     def scale(self, q: Array, v: Array, t: float) -> ScaledClosure:
         """Return the constraints in a state, scaled by `rows` and `columns`."""

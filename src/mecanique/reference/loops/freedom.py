@@ -19,8 +19,9 @@ from mecanique.model.expression import finite
 from mecanique.model.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
-from mecanique.reference.loops.assembly import close_position, position_near
+from mecanique.reference.loops.assembly import position_near
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.closing import close_position
 from mecanique.reference.loops.loading import load_loops
 from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split

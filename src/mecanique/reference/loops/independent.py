@@ -11,8 +11,8 @@ from typing import final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.reference.loops.assembly import close_position
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.closing import close_position
 from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import DEPENDENT

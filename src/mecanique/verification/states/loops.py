@@ -53,7 +53,8 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
         t: times, shape (n,) [s].
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import close_position, project
+    from mecanique.reference.loops.assembly import project
+    from mecanique.reference.loops.closing import close_position
 
     closed = Reference.of(mechanism).closed
     if closed is None:

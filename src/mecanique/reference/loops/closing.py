@@ -1,0 +1,189 @@
+"""Positions at which the loops are closed, from far away: Gauss–Newton with damping.
+
+The step is that of Levenberg and Marquardt in scaled units (Marquardt, J. SIAM 11 (1963) 431); near
+the solution the damping vanishes and the pseudo-inverse of a Jacobian that may lack rank takes over
+(Ben-Israel, J. Math. Anal. Appl. 15 (1966) 243). Parts that share no motion are closed at once, but
+each with its own damping and to its own end, so that each ends where it would alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from mecanique.arrays import Array
+from mecanique.errors import ClosureError
+from mecanique.model.contacts import Rolling
+from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.newton import displace
+from mecanique.reference.loops.tolerances import ASSEMBLED, EXACT, LEAST, RANK_ASSEMBLED, TINY
+
+__all__ = ["close_position", "is_open", "refuse_open", "settle"]
+
+_NEAR = 1e-4
+"""Gap, in characteristic lengths or radians, below which steps are not damped."""
+
+_STEPS = 200
+_PATIENCE = 12
+"""How many steps in a row may gain less than a thousandth."""
+
+_LONGEST = 0.5
+"""Longest step, in characteristic lengths or radians."""
+
+
+def close_position(closed: Closed, q: Array, t: float, held: Array | None = None) -> Array:
+    """Return positions near q at which every loop is closed, shape (nq,).
+
+    Args:
+        closed: the mechanism.
+        q: shape (nq,), the guess.
+        t: time [s].
+        held: shape (nv,), which velocities' coordinates stay; none by default.
+
+    Raises:
+        ClosureError: naming the loop that cannot be closed, and by how much.
+    """
+    found, gaps = settle(closed, q, t, held)
+    refuse_open(closed, gaps)
+    return found
+
+
+@dataclass
+class _Search:
+    """How the search for a position that closes one part goes.
+
+    Args:
+        rows: of the constraints, indices.
+        at: of the velocities, indices.
+        damping: of the next step, as a part of the largest singular value.
+        stuck: how many steps in a row gained next to nothing.
+        over: whether no further step is worth it.
+    """
+
+    rows: npt.NDArray[np.intp]
+    at: npt.NDArray[np.intp]
+    damping: float = 1e-3
+    stuck: int = 0
+    over: bool = False
+
+    def is_over(self, gaps: Array) -> bool:
+        """Return whether the part is closed, or no step is left to try."""
+        own = gaps[self.rows]
+        return self.over or self._widest(gaps) <= EXACT or not np.isfinite(own).all()
+
+    def step(self, J: Array, gaps: Array) -> Array:
+        """Return the next step, scaled."""
+        damping = None if self._widest(gaps) < _NEAR else self.damping
+        return _damped_step(J[np.ix_(self.rows, self.at)], gaps[self.rows], damping)
+
+    def accept(self, gaps: Array, trial: Array) -> bool:
+        """Return whether a step is worth taking, and set the damping of the next.
+
+        Args:
+            gaps: before it.
+            trial: after it.
+        """
+        before, after = (float(np.linalg.norm(all_of[self.rows])) for all_of in (gaps, trial))
+        self.stuck = self.stuck + 1 if after > 0.999 * before else 0
+        if self.stuck > _PATIENCE:
+            self.over = True
+            return False
+        if after < before:
+            self.damping = max(self.damping / 5, 1e-12)
+            return True
+        self.over = self._widest(gaps) < _NEAR or self.damping > 1e6
+        self.damping *= 4
+        return False
+
+    def _widest(self, gaps: Array) -> float:
+        return float(np.abs(gaps[self.rows]).max(initial=0.0))
+
+
+def settle(closed: Closed, q: Array, t: float, held: Array | None = None) -> tuple[Array, Array]:
+    """Return the nearest positions found, and the gaps that they leave, shape (m,).
+
+    Parts that share no motion are closed at once, but each with its own damping and to its own end.
+    """
+    closures, parts = closed.closures, closed.closures.parts
+    still, positional = np.zeros(closed.mechanism.nv), closures.positional
+    free = np.ones(len(still)) if held is None else np.where(held, 0.0, 1.0)
+    searches = []
+    for k in range(parts.count):
+        own = np.flatnonzero(parts.columns == k)
+        if free[own].any():
+            searches.append(_Search(np.flatnonzero((parts.rows == k) & positional), own))
+    gaps = _gaps(closed, q, t)
+    for _ in range(_STEPS):
+        searches = [search for search in searches if not search.is_over(gaps)]
+        if not searches:
+            break
+        J = closures.scale(q, still, t).jacobian * free
+        step = np.zeros(len(still))
+        for search in searches:
+            step[search.at] = free[search.at] * search.step(J, gaps)
+        moved = displace(closed, q, closures.columns * step)
+        trial = _gaps(closed, moved, t)
+        back = [search for search in searches if not search.accept(gaps, trial)]
+        if len(back) == len(searches):
+            continue
+        if back:
+            step[np.concatenate([search.at for search in back])] = 0.0
+            moved = displace(closed, q, closures.columns * step)
+            trial = _gaps(closed, moved, t)
+        q, gaps = moved, trial
+    return q, np.abs(gaps)
+
+
+def is_open(gaps: Array) -> npt.NDArray[np.bool_]:
+    """Return which gaps are wider than an assembly may leave, or not finite."""
+    return ~(gaps <= ASSEMBLED)
+
+
+def _damped_step(J: Array, gaps: Array, damping: float | None) -> Array:
+    """Return the scaled step of Levenberg and Marquardt, of limited length.
+
+    Without damping, near the end, directions that are not held are left alone.
+    """
+    left, singular, right = np.linalg.svd(J, full_matrices=False)
+    top = max(float(singular[0]), TINY) if singular.size else 1.0
+    least, added = (
+        (max(RANK_ASSEMBLED * top, LEAST), 0.0) if damping is None else (0.0, damping * top**2)
+    )
+    gain = np.zeros_like(singular)
+    strong = singular > least
+    gain[strong] = singular[strong] / (singular[strong] ** 2 + added)
+    step: Array = -right.T @ (gain * (left.T @ gaps))
+    longest = float(np.abs(step).max(initial=0.0))
+    if longest > _LONGEST:
+        step *= _LONGEST / longest
+    return step
+
+
+def refuse_open(closed: Closed, gaps: Array) -> None:
+    """Raise if a loop is left open."""
+    closures = closed.closures
+    if not is_open(gaps).any():
+        return
+    worst = int(np.nanargmax(np.where(np.isfinite(gaps), gaps, np.inf)))
+    name = closures.names[worst]
+    unit = "rad" if name.split(": ")[-1] in ("rx", "ry", "rz") else "m"
+    mechanism = closed.mechanism
+    owner = (*mechanism.loops, *mechanism.contacts)[int(closures.owner[worst])]
+    if isinstance(owner, Rolling):
+        raise ClosureError(
+            f"mechanism {mechanism.name!r}: {owner.name!r} cannot be put on the plane of "
+            f"{owner.on!r} from there; the nearest position found leaves it off by "
+            f"{gaps[worst] / closures.rows[worst]:.3g} m; leave free a coordinate that lifts it"
+        )
+    raise ClosureError(
+        f"mechanism {mechanism.name!r}: loop {owner.name!r} cannot be closed from there; "
+        "the nearest position found leaves it open by "
+        f"{gaps[worst] / closures.rows[worst]:.3g} {unit} ({name}); try another guess, or check "
+        "its lengths"
+    )
+
+
+def _gaps(closed: Closed, q: Array, t: float) -> Array:
+    return closed.closures.rows * closed.closures.residual(q, t)
