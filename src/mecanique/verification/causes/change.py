@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Protocol, TypeVar, final
@@ -12,8 +13,9 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.verification.causes.evidence import Evidence
 
-__all__ = ["Change", "Guess", "fit", "promising"]
+__all__ = ["Change", "Guess", "count_digits", "fit", "promising"]
 
+_NUMBER = re.compile(r"([0-9]+(?:\.[0-9]+)?)(?:e[-+]?[0-9]+)?")
 _MOST = 4000
 """Experiments evaluated at once."""
 
@@ -51,6 +53,7 @@ class Change:
         text: what the other source seems to do, in a sentence.
         answers: what the changed mechanism predicts, shape (n, nv).
         free: how many numbers were chosen so that it fits.
+        digits: how many decimal digits the first of these has.
     """
 
     kind: str
@@ -58,6 +61,7 @@ class Change:
     text: str
     answers: Array
     free: int = 0
+    digits: int = 0
 
 
 def promising(
@@ -85,6 +89,17 @@ def promising(
     if kept:
         for guess, found in zip(kept, answers(kept, np.arange(len(evidence.inputs))), strict=True):
             yield Change(guess.kind, guess.where, guess.text, found)
+
+
+def count_digits(text: str, where: str = "") -> int:
+    """Return how many digits the first number of a sentence has; hands choose round numbers.
+
+    Args:
+        text: the sentence.
+        where: what is no number in it.
+    """
+    found = _NUMBER.search(text.replace(where, ""))
+    return len(found[1].replace(".", "").strip("0")) if found else 0
 
 
 def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:

@@ -164,15 +164,35 @@ class Evidence:
             tau = tau - recursion.forces(states) * inputs.loads[:, None]
         return tau
 
+    @property
+    def is_measured(self) -> bool:
+        """Whether it consists of samples of inverse dynamics, which may be noisy."""
+        return bool((self.kind == "inverse dynamics").all())
+
     @cached_property
     def gravity(self) -> Array:
         """Acceleration of free fall, shape (3,) [m/s²]."""
         return np.array(self.mechanism.evaluate_all(self.mechanism.gravity))
 
     @cached_property
+    def regressor(self) -> Array:
+        """What the mass moments of each link add, shape (n, nv, links, 4, 4)."""
+        inputs = self.inputs
+        states = States(self.mechanism, inputs.q, inputs.v, inputs.t, inputs.a)
+        pulled = self.recursion.vary(gravity=self.gravity * inputs.heavy[:, None])
+        Y: Array = pulled.regressor(states, inputs.a)
+        return Y * inputs.inertia[:, None, None, None, None]
+
+    @cached_property
     def weights(self) -> Array:
         """What makes all entries alike in unit and size, shape (n, nv)."""
         inputs = self.inputs
+        if self.is_measured:
+            # noise is mostly a part of what each joint bears
+            rms = np.sqrt(np.mean(self.tau**2, axis=0))
+            each = 1 / np.where(rms > 1e-9 * rms.max(initial=0.0), rms, rms.max(initial=0.0) or 1.0)
+            whole: Array = np.broadcast_to(each / np.sqrt(self.tau.size), self.tau.shape)
+            return whole
         rest = np.zeros_like(inputs.v[:8])
         states = States(self.mechanism, inputs.q[:8], rest, inputs.t[:8], rest)
         diagonal = np.diagonal(self.recursion.mass_matrix(states), axis1=1, axis2=2).mean(axis=0)

@@ -9,8 +9,9 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.forces import loads_in
 from mecanique.model.joints import Single
-from mecanique.verification.causes.change import Change, fit
+from mecanique.verification.causes.change import Change, count_digits, fit
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.inertias import deviations, give
 
 __all__ = ["gravity_changes", "joint_changes"]
 
@@ -53,18 +54,23 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 own[k] = sum(mechanism.evaluate(damper.coefficient) for damper in dampers)
             amounts, answers = fit(evidence, columns[k : k + 1])
             where, unit = f"joint {joint.name!r}", _UNITS[kind, joint.turns]
-            # less than nothing of it is no likely mistake
-            chosen = 1 if own[k] + amounts[0] > -1e-9 * abs(amounts[0]) else 2
-            yield Change(kind, where, _text(kind, where, amounts[0], own[k], unit), answers, chosen)
+            # there is no less than nothing of it
+            if own[k] + amounts[0] > -1e-9 * abs(amounts[0]):
+                slope = (columns[k] * evidence.weights).reshape(1, -1)
+                left = float(evidence.residual(answers))
+                sigma = deviations(slope, left, evidence.tau.size) if evidence.is_measured else [0]
+                text = _text(kind, where, amounts[0], own[k], unit, float(sigma[0]))
+                yield Change(kind, where, text, answers, 1, count_digits(text, where))
         if len(free) > 1:
             amounts, answers = fit(evidence, columns.sum(axis=0)[None])
-            yield Change(
-                kind,
-                "",
-                f"{kind} in every joint: {amounts[0]:+.6g} more in each (SI units)",
-                answers,
-                1,
-            )
+            if amounts[0] + own.min() > -1e-9 * abs(amounts[0]):
+                yield Change(
+                    kind,
+                    "",
+                    f"{kind} in every joint: {amounts[0]:+.6g} more in each (SI units)",
+                    answers,
+                    1,
+                )
             if np.count_nonzero(own) > 1:
                 without = evidence.base - np.einsum("k,knv->nv", own, columns)
                 yield Change(kind, "", f"the {kind} of every joint is left out", without)
@@ -105,7 +111,7 @@ def gravity_changes(evidence: Evidence) -> Iterator[Change]:
     yield Change("gravity direction", "", f"gravity is ({listed}) m/s²", predicted, 3)
 
 
-def _text(kind: str, where: str, amount: float, own: float, unit: str) -> str:
+def _text(kind: str, where: str, amount: float, own: float, unit: str, sigma: float) -> str:
     if own and abs(amount + own) <= 1e-6 * abs(own):
         return f"the {kind} of {where} ({own:.6g} {unit}) is left out"
-    return f"{kind} of {where}: {own + amount:.6g} {unit} instead of {own:.6g}"
+    return f"{kind} of {where}: {give(own + amount, sigma)} {unit} instead of {own:.6g}"

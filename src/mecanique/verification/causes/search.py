@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,13 +15,18 @@ from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.coordinates import map_changes, state_changes
 from mecanique.verification.causes.evidence import Evidence
 from mecanique.verification.causes.frames import frame_changes
+from mecanique.verification.causes.inertias import fit_inertias
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
+from mecanique.verification.causes.placements import placement_changes
 
 __all__ = ["causes_of"]
 
 _SAME = 1.2
 """Changes whose differences are within this factor of the least one explain equally well."""
+
+_REMOVED = 1e-4
+"""A change that leaves less than this part of the difference explains it."""
 
 _WORTH = 0.5
 """Changes that leave more than this part of the difference are not reported."""
@@ -29,6 +34,13 @@ _WORTH = 0.5
 _MOST = 5
 _MOST_VALUES = 30_000
 """About how many forces are predicted for each change."""
+
+
+_MOST_MOMENTS = 1_000_000
+"""About how many effects of links on forces are looked at together."""
+
+_EVIDENCE = 10.0
+"""Changes whose Bayesian information is this much worse than the best are no rivals."""
 
 
 def causes_of(
@@ -43,8 +55,10 @@ def causes_of(
     """
     most = int(np.clip(_MOST_VALUES // (4 * max(mechanism.nv, 1) ** 2), 4, 12))
     if "inverse dynamics" in theirs and len(theirs) == 1:
-        most = 40
-    at = np.arange(min(most, len(states)))
+        # samples may be noisy: all count that can be held in memory
+        places = mechanism.nv * len(mechanism.bodies)
+        most = max(40, _MOST_MOMENTS // max(places, 1))
+    at = np.unique(np.linspace(0, len(states) - 1, min(most, len(states))).astype(int))
     evidence = Evidence.of(
         mechanism, states.at(at), {name: values[at] for name, values in theirs.items()}
     )
@@ -54,7 +68,7 @@ def causes_of(
 
 
 def _changes(evidence: Evidence) -> list[Change]:
-    makers = (
+    known = (
         gravity_changes,
         state_changes,
         map_changes,
@@ -63,18 +77,33 @@ def _changes(evidence: Evidence) -> list[Change]:
         frame_changes,
     )
     with np.errstate(all="ignore"):
-        return [change for maker in makers for change in maker(evidence)]
+        found = [change for maker in known for change in maker(evidence)]
+        plain = [change.answers for change in found if not change.free]
+        # beside a known mistake that explains everything, no fitted number is worth its time
+        if not plain or evidence.residual(np.array(plain)).min() > _limit(evidence.before, 0.0):
+            found += [*fit_inertias(evidence), *placement_changes(evidence)]
+        return found
+
+
+def _limit(before: float, least: float) -> float:
+    """The difference up to which changes explain as well as the one that leaves least."""
+    return max(min(REMOVED, _REMOVED * before), _SAME * least)
 
 
 def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
     before = evidence.before
     after = np.array([float(evidence.residual(change.answers)) for change in changes])
-    worth = np.flatnonzero(after <= _WORTH * before)
-    if not len(worth):
+    if evidence.is_measured:
+        return _rank_samples(evidence, changes, after)
+    worth = np.flatnonzero(after <= _WORTH * before).tolist()
+    if not worth:
         return ()
-    bound = max(REMOVED, _SAME * float(after[worth].min()))
+    bound = _limit(before, float(after[worth].min()))
     # what explains equally well is ordered by how few numbers had to be chosen, then as listed
-    equal = sorted((k for k in worth if after[k] <= bound), key=lambda k: (changes[k].free, k))
+    # and of one mistake in one place, only what chooses fewest
+    good = (k for k in worth if after[k] <= bound)
+    order = sorted(good, key=lambda k: (changes[k].free, changes[k].digits, k))
+    equal = list(_first_of_each(changes, order))
     rest = sorted((k for k in worth if after[k] > bound), key=lambda k: float(after[k]))
     found = {
         changes[k].text: Cause(
@@ -89,5 +118,42 @@ def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
         causes = [causes[0], *others]
     twins = [
         cause for cause in causes[1:] if cause.after <= bound and cause.kind != "other inertia"
+    ]
+    return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
+
+
+def _first_of_each(changes: list[Change], order: list[int]) -> Iterator[int]:
+    """The first change of each kind and place, in some order."""
+    seen = set()
+    for k in order:
+        key = changes[k].kind, changes[k].where
+        if key not in seen:
+            seen.add(key)
+            yield k
+
+
+def _rank_samples(evidence: Evidence, changes: list[Change], after: Array) -> tuple[Cause, ...]:
+    """Causes by the Bayesian information criterion (G. Schwarz, Annals of Statistics 6 (1978) 461).
+
+    Samples have noise, so that no change removes the difference.
+    """
+    before, count = evidence.before, evidence.tau.size
+    floor = _limit(before, 0.0)
+    sizes = np.array([change.free for change in changes])
+    score = count * np.log(after**2 + floor**2) + sizes * np.log(count)
+    without = count * np.log(before**2 + floor**2)
+    worth: list[int] = np.flatnonzero(score < without - _EVIDENCE).tolist()
+    order = sorted(worth, key=lambda k: (score[k], sizes[k], k))
+    order = list(_first_of_each(changes, order))
+    causes = [
+        Cause(changes[k].kind, changes[k].where, changes[k].text, before, float(after[k]))
+        for k in order
+    ]
+    if not causes:
+        return ()
+    twins = [
+        cause
+        for k, cause in zip(order[1:], causes[1:], strict=True)
+        if score[k] <= score[order[0]] + _EVIDENCE and cause.kind != "other inertia"
     ]
     return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])

@@ -1,0 +1,226 @@
+"""Where joints stand and along what they move, with a few numbers fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.model.placement import rotation
+from mecanique.verification.causes.change import Change, count_digits
+from mecanique.verification.causes.descent import descend
+from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.frames import Frames, answers_of, with_axis
+from mecanique.verification.causes.inertias import give_all, say_turn, turn_about
+
+__all__ = ["placement_changes"]
+
+_CLOSER = 3
+"""Joints that get a closer look, of each way to change one."""
+
+_MOST = 12
+"""Ways to change a joint that are followed to the end."""
+
+_SMALL = 1e-5
+_PART = 64
+"""Joints evaluated at once."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class _Family:
+    """Ways to place a joint that differ in a few numbers.
+
+    Args:
+        name: of the way, alike for all joints.
+        numbers: how many.
+        make: the frames of some numbers, with their text.
+    """
+
+    name: str
+    numbers: int
+    make: Callable[[Array], Frames]
+
+
+def placement_changes(evidence: Evidence) -> Iterator[Change]:
+    """Joints moved, turned and with tilted axes by amounts that fit."""
+    rows = np.arange(len(evidence.inputs))
+    weighted = ((evidence.base - evidence.tau) * evidence.weights).ravel()
+
+    def residuals(trials: list[Frames]) -> Array:
+        parts = [
+            answers_of(evidence, trials[k : k + _PART], rows) for k in range(0, len(trials), _PART)
+        ]
+        off = (np.concatenate(parts) - evidence.tau) * evidence.weights
+        flat: Array = np.nan_to_num(off.reshape(len(trials), -1), nan=1e9, posinf=1e9, neginf=-1e9)
+        return flat
+
+    families = [one for k in range(len(evidence.recursion.tree)) for one in _families(evidence, k)]
+    if not families:
+        return
+    kept = _choose(evidence, families, residuals, weighted)
+    unknowns, costs = descend(
+        lambda trials: residuals([kept[k].make(x) for k, x in trials]),
+        [np.zeros(family.numbers) for family in kept],
+        _MOST,
+    )
+    found = [family.make(x) for family, x in zip(kept, unknowns, strict=True)]
+    good = [k for k in range(len(kept)) if costs[k] < evidence.before]
+    for k in good:
+        answers = answers_of(evidence, [found[k]], rows)[0]
+        where, text = found[k].where, found[k].text
+        digits = count_digits(text, where)
+        yield Change(found[k].kind, where, text, answers, kept[k].numbers, digits)
+
+
+def _choose(
+    evidence: Evidence,
+    families: list[_Family],
+    residuals: Callable[[list[Frames]], Array],
+    off: Array,
+) -> list[_Family]:
+    """The joints, of each way, whose small changes explain most."""
+    units = [family.make(_SMALL * unit) for family in families for unit in np.eye(family.numbers)]
+    slopes = iter(_slopes(evidence, units, residuals, off))
+    gains = []
+    for family in families:
+        columns = np.array([next(slopes) for _ in range(family.numbers)])
+        used = columns[np.linalg.norm(columns, axis=1) > 1e-9]
+        left = off
+        if len(used):
+            left = off - used.T @ np.linalg.lstsq(used.T, off, rcond=1e-9)[0]
+        gains.append(float(np.linalg.norm(left)) if len(used) else np.inf)
+    kept = []
+    for name in dict.fromkeys(family.name for family in families):
+        places = [k for k, family in enumerate(families) if family.name == name]
+        places = [k for k in places if gains[k] < np.inf]
+        kept += sorted(places, key=lambda k: gains[k])[:_CLOSER]
+    return [families[k] for k in sorted(kept)]
+
+
+def _slopes(
+    evidence: Evidence, units: list[Frames], residuals: Callable[[list[Frames]], Array], off: Array
+) -> Array:
+    """Derivatives of the residuals by small changes, shape (changes, N).
+
+    A change of one frame is the sum of its shifts and turns, which are evaluated once.
+    """
+    origins = evidence.recursion.origins
+    trials: list[Frames] = []
+    places: dict[int, int] = {}
+    for unit in units:
+        if len(unit.origins) == 1 and not unit.moments:
+            (k,) = unit.origins
+            if k not in places:
+                places[k] = len(trials)
+                trials += [
+                    _both(k, origins[k], "", _SMALL * both[:3], _SMALL * both[3:])
+                    for both in np.eye(6)
+                ]
+    tilts = [unit for unit in units if unit.moments]
+    slopes = (residuals(trials + tilts) - off) / _SMALL
+    of_tilts = iter(slopes[len(trials) :])
+    found = []
+    for unit in units:
+        if unit.moments:
+            found.append(next(of_tilts))
+            continue
+        ((k, other),) = unit.origins.items()
+        shift = (other - origins[k])[:3, 3]
+        spin = origins[k][:3, :3].T @ other[:3, :3]
+        turn = np.array([spin[2, 1], spin[0, 2], spin[1, 0]])
+        at = places[k]
+        found.append(np.concatenate([shift, turn]) @ slopes[at : at + 6] / _SMALL)
+    return np.array(found)
+
+
+def _families(evidence: Evidence, k: int) -> Iterator[_Family]:
+    recursion = evidence.recursion
+    link, X = recursion.tree[k], recursion.origins[k]
+    where, size = f"joint {link.joint!r}", _size(evidence)
+    if link.kind == "free":
+        return
+
+    def place_at(p: Array, text: str) -> Frames:
+        other = X.copy()
+        other[:3, 3] = p
+        return Frames("joint origin", where, text, {k: other})
+
+    def face(R: Array, text: str) -> Frames:
+        other = X.copy()
+        other[:3, :3] = R
+        return Frames("joint turn", where, text, {k: other})
+
+    def shift_along(axis: Array, name: str) -> _Family:
+        return _Family(
+            f"shift {name}",
+            1,
+            lambda x: place_at(
+                p + size * x[0] * axis,
+                f"origin of {where} moved by {size * x[0]:.6g} m along {name}",
+            ),
+        )
+
+    def change_angle(at: int, name: str) -> _Family:
+        def make(x: Array) -> Frames:
+            roll, pitch, yaw = angles = rpy + x[0] * np.eye(3)[at]
+            said = f"{angles[at]:.6g} rad instead of {rpy[at]:.6g} rad"
+            R = np.array(rotation((roll, pitch, yaw)), dtype=float)
+            return face(R, f"{name} of {where}: {said}")
+
+        return _Family(name, 1, make)
+
+    def spin_about(at: int) -> _Family:
+        return _Family(
+            f"turn {'xyz'[at]}",
+            1,
+            lambda x: face(
+                R @ turn_about(x[0] * np.eye(3)[at]),
+                f"{where} turned by {np.degrees(x[0]):.6g}° about its {'xyz'[at]}",
+            ),
+        )
+
+    p, R = X[:3, 3], X[:3, :3]
+    rpy = np.array(evidence.mechanism.evaluate_all(link.origin.rpy))
+    yield from (shift_along(axis, name) for axis, name in zip(np.eye(3), "xyz", strict=True))
+    if np.count_nonzero(p) > 1:
+        yield _Family(
+            "longer",
+            1,
+            lambda x: place_at(p * (1 + x[0]), f"position of {where} times {1 + x[0]:.6g}"),
+        )
+    yield _Family(
+        "shift",
+        3,
+        lambda x: place_at(p + size * x, f"origin of {where} moved by ({give_all(size * x)}) m"),
+    )
+    yield from (change_angle(at, name) for at, name in enumerate(("roll", "pitch", "yaw")))
+    yield from map(spin_about, range(3))
+    yield _Family("turn", 3, lambda x: face(R @ turn_about(x), f"{where} turned by {say_turn(x)}"))
+    if link.kind in ("turn", "slide"):
+        own = np.array(link.axis)
+        aside = np.linalg.svd(own[None])[2][1:]
+
+        def tilt(x: Array) -> Frames:
+            axis = turn_about(x @ aside) @ own
+            return with_axis(evidence, k, axis, f"axis of {where} along ({give_all(axis)})")
+
+        yield _Family("tilt", 2, tilt)
+    yield _Family("place", 6, lambda x: _both(k, X, where, size * x[:3], x[3:]))
+
+
+def _both(k: int, X: Array, where: str, shift: Array, turn: Array) -> Frames:
+    other = X.copy()
+    other[:3, 3] += shift
+    other[:3, :3] = X[:3, :3] @ turn_about(turn)
+    text = f"origin of {where} moved by ({give_all(shift)}) m and turned by {say_turn(turn)}"
+    return Frames("joint origin", where, text, {k: other})
+
+
+def _size(evidence: Evidence) -> float:
+    """A length of the mechanism's order [m]."""
+    lengths = [float(np.linalg.norm(X[:3, 3])) for X in evidence.recursion.origins]
+    return max(lengths, default=1.0) or 1.0

@@ -1,0 +1,458 @@
+"""How often the search for causes names a slip put into the text of a robot's URDF. Run by hand.
+
+    python tests/benchmarks/bench_slips.py [one|two|noise] [--seed 0] [--robots panda,a1]
+
+Each slip is made in the XML of a public robot, without this package, and what Pinocchio answers for
+the changed text is given to `verify` as functions, so that only numbers are left of it. "first"
+counts slips whose kind and place are ranked first; "alike" those named among what cannot be told
+apart from the first. For two slips, the first cause must name both. "noise" adds 5 % rms to the
+torques of 300 samples with a mass that some joint feels by 3 %, and asks for link and mass.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import tempfile
+import xml.etree.ElementTree as ET
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+import mecanique as mq
+from mecanique.verification.causes.cause import Cause
+
+ROBOTS = (
+    "panda",
+    "ur5_robot",
+    "kinova",
+    "z1",
+    "xarm7",
+    "so100",
+    "a1",
+    "solo12",
+    "hyq_no_sensors",
+    "tiago_pro",
+    "talos_reduced",
+)
+LINK = ("link mass", "root mass", "mass unit")
+TURN = ("wrong axes", "product sign", "inertia turn")
+ORIGIN = ("joint origin",)
+RPY = ("joint turn", "frame", "degree")
+Tree = ET.Element
+Rng = np.random.Generator
+
+
+@dataclass(frozen=True)
+class Slip:
+    """A slip made in a tree of XML.
+
+    Args:
+        kinds: what a right answer may call it.
+        where: link or joint, as a cause says it.
+        armature: joint and its rotor's inertia, which URDF has no tag for.
+    """
+
+    kinds: tuple[str, ...]
+    where: str
+    armature: tuple[str, float] | None = None
+
+
+def triple(element: Tree | None, key: str) -> np.ndarray:
+    """Three numbers of an attribute; zeros by default."""
+    text = None if element is None else element.get(key)
+    return np.array([float(word) for word in (text or "0 0 0").split()])
+
+
+def put(element: Tree, key: str, values: Any) -> None:
+    """Write three numbers into an attribute."""
+    element.set(key, " ".join(repr(float(x)) for x in values))
+
+
+def under(element: Tree, tag: str) -> Tree:
+    """The child of a tag, made where it is missing."""
+    found = element.find(tag)
+    return ET.SubElement(element, tag) if found is None else found
+
+
+def matrix(rpy: Any) -> np.ndarray:
+    """Rz(yaw) Ry(pitch) Rx(roll)."""
+    x, y, z = (about(axis, angle) for axis, angle in zip(np.eye(3), rpy, strict=True))
+    return np.asarray(z @ y @ x)
+
+
+def about(axis: Any, angle: float) -> np.ndarray:
+    """Turn about a unit axis."""
+    x, y, z = axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
+
+
+def angles(R: np.ndarray) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a turn."""
+    pitch = -np.arcsin(np.clip(R[2, 0], -1, 1))
+    if abs(R[2, 0]) > 1 - 1e-12:
+        return 0.0, float(pitch), float(np.arctan2(-R[0, 1], R[1, 1]))
+    return (
+        float(np.arctan2(R[2, 1], R[2, 2])),
+        float(pitch),
+        float(np.arctan2(R[1, 0], R[0, 0])),
+    )
+
+
+def some_joint(tree: Tree, rng: Rng) -> Tree:
+    """A joint that moves."""
+    found = [j for j in tree.findall("joint") if j.get("type") not in ("fixed", None)]
+    return found[rng.integers(len(found))]
+
+
+def some_link(tree: Tree, rng: Rng) -> Tree:
+    """A link with mass beyond a joint that moves."""
+    moved = {
+        child.get("link")
+        for j in tree.findall("joint")
+        if j.get("type") != "fixed" and (child := j.find("child")) is not None
+    }
+    found = [
+        link
+        for link in tree.findall("link")
+        if link.get("name") in moved and link.find("inertial/mass") is not None
+    ]
+    return found[rng.integers(len(found))]
+
+
+def joint_where(joint: Tree) -> str:
+    """How a cause names it."""
+    return f"joint {joint.get('name')!r}"
+
+
+def link_where(link: Tree) -> str:
+    """How a cause names it."""
+    return f"link {link.get('name')!r}"
+
+
+def origin_centimeter(tree: Tree, rng: Rng) -> Slip:
+    """The origin of a joint is 1 cm off along an axis."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    put(origin, "xyz", triple(origin, "xyz") + 0.01 * np.eye(3)[rng.integers(3)])
+    return Slip(ORIGIN, joint_where(joint))
+
+
+def origin_mirrored(tree: Tree, rng: Rng) -> Slip:
+    """A coordinate of a joint's origin has the other sign."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    xyz = triple(origin, "xyz")
+    xyz[rng.integers(3)] *= -1
+    put(origin, "xyz", xyz)
+    return Slip(ORIGIN, joint_where(joint))
+
+
+def rpy_order(tree: Tree, rng: Rng) -> Slip:
+    """Roll, pitch and yaw of a joint are applied in the other order."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    x, y, z = (about(*pair) for pair in zip(np.eye(3), triple(origin, "rpy"), strict=True))
+    put(origin, "rpy", angles(x @ y @ z))
+    return Slip(RPY, joint_where(joint))
+
+
+def rpy_exchanged(tree: Tree, rng: Rng) -> Slip:
+    """Two of roll, pitch and yaw of a joint are exchanged."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    put(origin, "rpy", triple(origin, "rpy")[[(1, 0, 2), (2, 1, 0), (0, 2, 1)][rng.integers(3)],])
+    return Slip(RPY, joint_where(joint))
+
+
+def joint_turned(tree: Tree, rng: Rng) -> Slip:
+    """A joint stands turned by some degrees."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    axis, angle = np.eye(3)[rng.integers(3)], np.deg2rad(rng.uniform(2, 20))
+    put(origin, "rpy", angles(matrix(triple(origin, "rpy")) @ about(axis, angle)))
+    return Slip(RPY, joint_where(joint))
+
+
+def inertial_turned(tree: Tree, rng: Rng) -> Slip:
+    """The axes of an inertia are turned by any rotation."""
+    link = some_link(tree, rng)
+    origin = under(under(link, "inertial"), "origin")
+    axis = rng.normal(size=3)
+    turn = about(axis / np.linalg.norm(axis), rng.uniform(0.2, 3.0))
+    put(origin, "rpy", angles(matrix(triple(origin, "rpy")) @ turn))
+    return Slip(TURN, link_where(link))
+
+
+def center_off(tree: Tree, rng: Rng) -> Slip:
+    """A center of mass is 1 cm off along an axis."""
+    link = some_link(tree, rng)
+    origin = under(under(link, "inertial"), "origin")
+    put(origin, "xyz", triple(origin, "xyz") + 0.01 * np.eye(3)[rng.integers(3)])
+    return Slip(("center of mass",), link_where(link))
+
+
+def armature(tree: Tree, rng: Rng) -> Slip:
+    """A rotor that the other side does not count."""
+    joint = some_joint(tree, rng)
+    name = str(joint.get("name"))
+    return Slip(("armature",), joint_where(joint), (name, float(10 ** rng.uniform(-2, 0))))
+
+
+def mass(tree: Tree, rng: Rng) -> Slip:
+    """A mass is wrong by some percent, its inertia is not."""
+    link = some_link(tree, rng)
+    found = under(under(link, "inertial"), "mass")
+    found.set("value", repr(float(str(found.get("value"))) * rng.uniform(1.05, 1.5)))
+    return Slip(LINK, link_where(link))
+
+
+def mass_left_out(tree: Tree, rng: Rng) -> Slip:
+    """A link has lost its inertial."""
+    link = some_link(tree, rng)
+    link.remove(under(link, "inertial"))
+    return Slip(LINK, link_where(link))
+
+
+def inertia_factor(tree: Tree, rng: Rng) -> Slip:
+    """All entries of an inertia are ten times too large."""
+    link = some_link(tree, rng)
+    inertia = under(under(link, "inertial"), "inertia")
+    for key, text in inertia.attrib.items():
+        inertia.set(key, repr(10 * float(text)))
+    return Slip(("inertia", "mass unit"), link_where(link))
+
+
+def inertia_entry(tree: Tree, rng: Rng) -> Slip:
+    """One moment of inertia is wrong by a third."""
+    link = some_link(tree, rng)
+    inertia = under(under(link, "inertial"), "inertia")
+    key = ("ixx", "iyy", "izz")[rng.integers(3)]
+    inertia.set(key, repr(1.3 * float(str(inertia.get(key)))))
+    return Slip(("inertia",), link_where(link))
+
+
+def length(tree: Tree, rng: Rng) -> Slip:
+    """The way to a joint is some percent longer."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    put(origin, "xyz", triple(origin, "xyz") * rng.uniform(1.03, 1.3))
+    return Slip(ORIGIN, joint_where(joint))
+
+
+def millimeters(tree: Tree, rng: Rng) -> Slip:
+    """The way to a joint is given in millimeters."""
+    joint = some_joint(tree, rng)
+    origin = under(joint, "origin")
+    put(origin, "xyz", triple(origin, "xyz") * 1000)
+    return Slip(("length unit",), joint_where(joint))
+
+
+def axis_reversed(tree: Tree, rng: Rng) -> Slip:
+    """An axis points the other way."""
+    joint = some_joint(tree, rng)
+    axis = under(joint, "axis")
+    put(axis, "xyz", -triple(axis, "xyz") if axis.get("xyz") else (-1, 0, 0))
+    return Slip(("axis sign",), joint_where(joint))
+
+
+def axis_exchanged(tree: Tree, rng: Rng) -> Slip:
+    """An axis is another one of the three."""
+    joint = some_joint(tree, rng)
+    axis = under(joint, "axis")
+    xyz = triple(axis, "xyz") if axis.get("xyz") else np.array([1.0, 0, 0])
+    put(axis, "xyz", np.roll(xyz, 1 + rng.integers(2)))
+    return Slip(("joint axis", "axis sign"), joint_where(joint))
+
+
+def axis_tilted(tree: Tree, rng: Rng) -> Slip:
+    """An axis is some degrees off."""
+    joint = some_joint(tree, rng)
+    axis = under(joint, "axis")
+    xyz = triple(axis, "xyz") if axis.get("xyz") else np.array([1.0, 0, 0])
+    off = np.cross(xyz, rng.normal(size=3))
+    put(axis, "xyz", xyz + np.tan(np.deg2rad(rng.uniform(2, 10))) * off / np.linalg.norm(off))
+    return Slip(("joint axis",), joint_where(joint))
+
+
+SLIPS: dict[str, Callable[[Tree, Rng], Slip]] = {
+    "joint origin 1 cm off": origin_centimeter,
+    "joint origin mirrored": origin_mirrored,
+    "way to a joint longer": length,
+    "way in millimeters": millimeters,
+    "rpy in the other order": rpy_order,
+    "rpy exchanged": rpy_exchanged,
+    "joint turned": joint_turned,
+    "axis reversed": axis_reversed,
+    "axis exchanged": axis_exchanged,
+    "axis tilted": axis_tilted,
+    "inertial turned": inertial_turned,
+    "center 1 cm off": center_off,
+    "mass": mass,
+    "inertial left out": mass_left_out,
+    "inertia times ten": inertia_factor,
+    "one moment of inertia": inertia_entry,
+    "armature": armature,
+}
+
+
+def change(text: str, makers: list[Callable[[Tree, Rng], Slip]], rng: Rng) -> tuple[Any, Any]:
+    """Make slips in a text; return them and the mechanism that Pinocchio answers for."""
+    tree = ET.fromstring(re.sub(r"<\?xml[^>]*\?>", "", text))
+    slips = [make(tree, rng) for make in makers]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "changed.urdf")
+        ET.ElementTree(tree).write(path)
+        mechanism = mq.read_urdf(path)
+    for name, amount in (slip.armature for slip in slips if slip.armature):
+        joints: list[Any] = list(mechanism.joints)
+        joints = [replace(j, armature=amount) if j.name == name else j for j in joints]
+        mechanism = replace(mechanism, joints=tuple(joints))
+    return slips, mechanism
+
+
+def functions(mechanism: Any) -> dict[str, Callable[..., Any]]:
+    """What Pinocchio says of a mechanism."""
+    reference = mq.Reference(mechanism)
+    return {"M": reference.mass_matrix, "bias": reference.bias}
+
+
+def feels(ours: Any, theirs: Any) -> float:
+    """The largest part of a joint's torques that a slip changes."""
+    rng = np.random.default_rng(7)
+    one, other = mq.Reference(ours), mq.Reference(theirs)
+    states = rng.normal(size=(10, 3, ours.nv))
+    mine, yours = (
+        np.array([side.inverse_dynamics(*state) for state in states]) for side in (one, other)
+    )
+    sizes = np.sqrt((mine**2).mean(axis=0))
+    return float((np.abs(mine - yours).max(axis=0) / np.maximum(sizes, 1e-9 * sizes.max())).max())
+
+
+def is_named(cause: Cause, slip: Slip) -> bool:
+    """Whether a cause is the slip."""
+    return cause.kind in slip.kinds and cause.where == slip.where
+
+
+def judge(causes: tuple[Cause, ...], slips: list[Slip]) -> str:
+    """ "first", "alike" or "missed"."""
+    if not causes:
+        return "missed"
+    first = causes[0]
+    if len(slips) == 2:
+        parts = getattr(first, "parts", ())
+        hit = all(any(is_named(part, slip) for part in parts) for slip in slips)
+        if hit:
+            return "first"
+        found = all(
+            any(is_named(one, slip) for part in parts for one in (part, *part.alike))
+            for slip in slips
+        )
+        return "alike" if found else "missed"
+    if is_named(first, slips[0]):
+        return "first"
+    return "alike" if any(is_named(one, slips[0]) for one in first.alike) else "missed"
+
+
+def main() -> None:
+    """Make the slips and print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("what", nargs="?", default="one", choices=("one", "two", "noise"))
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--robots", default=",".join(ROBOTS))
+    parser.add_argument("--kinds", default=None, help="a part of the names of the slips")
+    arguments = parser.parse_args()
+    names = arguments.robots.split(",")
+    if arguments.what == "noise":
+        noise(names, arguments.seed)
+        return
+    table: Counter[tuple[str, str]] = Counter()
+    times = []
+    kinds = [name for name in SLIPS if not arguments.kinds or arguments.kinds in name]
+    for number, robot in enumerate(names):
+        text = mq.robot(robot).read_text(encoding="utf-8-sig")
+        ours = mq.read_urdf(mq.robot(robot))
+        for kind in kinds:
+            rng = np.random.default_rng([arguments.seed, number, list(SLIPS).index(kind)])
+            for _ in range(20):
+                second = [] if arguments.what == "one" else [list(SLIPS)[rng.integers(len(SLIPS))]]
+                makers = [SLIPS[name] for name in (kind, *second)]
+                slips, theirs = change(text, makers, rng)
+                apart = len({slip.where.partition(" ")[2] for slip in slips}) == len(slips)
+                known = all(is_known(ours, slip) for slip in slips)
+                if apart and known and feels(ours, theirs) > 1e-6:
+                    break
+            else:
+                continue
+            start = perf_counter()
+            causes = mq.verify(ours, against=functions(theirs), samples=12).causes
+            times.append(perf_counter() - start)
+            result = judge(causes, slips)
+            table[kind, result] += 1
+            if result != "first":
+                said = "; ".join(str(cause) for cause in causes[:2]) or "nothing"
+                wanted = " and ".join(f"{slip.kinds[0]} of {slip.where}" for slip in slips)
+                print(f"{result}: {robot}: {kind}: {wanted}: {said[:400]}", flush=True)
+    print(f"\n{'slip':26}{'tried':>6}{'first':>6}{'alike':>6}")
+    for kind in (*kinds, "all"):
+        rows = {
+            result: sum(n for (k, r), n in table.items() if r == result and kind in (k, "all"))
+            for result in ("first", "alike", "missed")
+        }
+        print(f"{kind:26}{sum(rows.values()):>6}{rows['first']:>6}{rows['alike']:>6}")
+    print(f"time of a verdict: median {np.median(times):.1f} s, most {max(times):.1f} s")
+
+
+def is_known(ours: Any, slip: Slip) -> bool:
+    """Whether a slip names something that the mechanism has."""
+    names = {f"joint {j.name!r}" for j in ours.joints} | {f"link {b.name!r}" for b in ours.bodies}
+    return slip.where in names
+
+
+def noise(names: list[str], seed: int) -> None:
+    """Wrong masses from noisy torques."""
+    right = within = tried = 0
+    for number, robot in enumerate(names):
+        text = mq.robot(robot).read_text(encoding="utf-8-sig")
+        ours = mq.read_urdf(mq.robot(robot))
+        rng = np.random.default_rng([seed, number])
+        while True:
+            slips, theirs = change(text, [mass], rng)
+            if feels(ours, theirs) > 0.03:
+                break
+        link = slips[0].where.split("'")[1]
+        true = theirs.evaluate(next(b for b in theirs.bodies if b.name == link).mass)
+        q, v, a = (rng.uniform(-1.5, 1.5, size=(300, ours.nv)) for _ in range(3))
+        reference = mq.Reference(theirs)
+        tau = np.array([reference.inverse_dynamics(*row) for row in zip(q, v, a, strict=True)])
+        tau += 0.05 * np.sqrt((tau**2).mean(axis=0)) * rng.normal(size=tau.shape)
+        velocities = ours.velocities
+        heads = [*ours.coordinates, *velocities, *(f"{name}'" for name in velocities)]
+        heads += [f"tau_{name.removesuffix(chr(39))}" for name in velocities]
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder, "samples.csv")
+            table = np.hstack([q, v, a, tau])
+            np.savetxt(path, table, delimiter=",", header=",".join(heads), comments="")
+            start = perf_counter()
+            causes = mq.verify(ours, against=path).causes
+        took = perf_counter() - start
+        tried += 1
+        first = causes[0] if causes else None
+        hit = first is not None and is_named(first, slips[0])
+        found = re.search(r"([\d.]+) ± ([\d.e-]+) kg", first.text if first else "")
+        near = False
+        if hit and found:
+            near = abs(float(found[1]) - true) <= 3 * float(found[2])
+        right, within = right + hit, within + bool(near)
+        print(f"{robot}: {link} {true:.5g} kg: {first} [{took:.1f} s]", flush=True)
+    print(f"right link {right} of {tried}, mass within 3 σ {within}")
+
+
+if __name__ == "__main__":
+    main()
