@@ -75,7 +75,7 @@ ORDER: dict[str, list[str]] = {
         "document",
         "equations",
         "methods",
-        "agreement reduction small_motions",
+        "agreement reduction single_equation small_motions",
     ],
     "reference": [
         "standin",

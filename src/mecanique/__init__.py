@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from mecanique import textbook
     from mecanique.checking.check import check
     from mecanique.checking.verdict import Check
-    from mecanique.derivation import Reduction, derive, routh
+    from mecanique.derivation import Reduction, SingleEquation, derive, reduce_loops, routh
     from mecanique.derivation.equations import Equations
     from mecanique.errors import (
         ClosureError,
@@ -189,6 +189,7 @@ __all__ = [
     "Rolling",
     "Runs",
     "Shape",
+    "SingleEquation",
     "SpeedRange",
     "Sphere",
     "Spherical",
@@ -239,6 +240,7 @@ __all__ = [
     "picture",
     "plate",
     "read_urdf",
+    "reduce_loops",
     "ring",
     "robot",
     "robots",
@@ -318,6 +320,7 @@ _HOMES = {
     "Rolling": "mecanique.model",
     "Runs": "mecanique.motion",
     "Shape": "mecanique.model",
+    "SingleEquation": "mecanique.derivation",
     "SpeedRange": "mecanique.motion",
     "Sphere": "mecanique.model",
     "Spherical": "mecanique.model",
@@ -368,6 +371,7 @@ _HOMES = {
     "picture": "mecanique.figure.draw",
     "plate": "mecanique.model",
     "read_urdf": "mecanique.urdf",
+    "reduce_loops": "mecanique.derivation",
     "ring": "mecanique.model",
     "robot": "mecanique.urdf.robots",
     "robots": "mecanique.urdf.robots",

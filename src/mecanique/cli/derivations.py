@@ -7,7 +7,7 @@ from typing import Literal, TypeAlias
 
 import mecanique as mq
 
-__all__ = ["Form", "as_document", "derivation", "derivations", "reduction"]
+__all__ = ["Form", "as_document", "derivation", "derivations", "in_one_coordinate", "reduction"]
 
 Form: TypeAlias = Literal["text", "latex", "mathml"]
 
@@ -49,6 +49,12 @@ def derivations(mechanism: mq.Mechanism, form: Form) -> str:
 def reduction(mechanism: mq.Mechanism, form: Form, steps: bool) -> str:
     """Return the equations reduced by the momenta of the cyclic coordinates."""
     found = mq.routh(mechanism)
+    return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
+
+
+def in_one_coordinate(mechanism: mq.Mechanism, coordinate: str, form: Form, steps: bool) -> str:
+    """Return the equation of a mechanism with loops in one coordinate alone."""
+    found = mq.reduce_loops(mechanism, coordinate)
     return {"text": found.text, "latex": found.latex, "mathml": found.mathml}[form](steps=steps)
 
 

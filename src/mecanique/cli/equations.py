@@ -10,7 +10,13 @@ import typer
 
 import mecanique as mq
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
-from mecanique.cli.derivations import as_document, derivation, derivations, reduction
+from mecanique.cli.derivations import (
+    as_document,
+    derivation,
+    derivations,
+    in_one_coordinate,
+    reduction,
+)
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
@@ -82,6 +88,15 @@ def derive(
             "compare them with the full ones.",
         ),
     ] = False,
+    alone: Annotated[
+        str | None,
+        typer.Option(
+            "--in",
+            metavar="COORDINATE",
+            help="Reduce a mechanism whose loops leave one motion free to one equation in this "
+            "coordinate, by kinematic coefficients.",
+        ),
+    ] = None,
     parameters: Parameters = None,
     *,
     reading: Reading,
@@ -89,13 +104,16 @@ def derive(
     """Print what a system is, what its letters mean, and its equations of motion."""
     if units and (form != "text" or steps or document or method == "all"):
         raise typer.BadParameter("expected --units without --steps, --format and --method all")
-    if routh and (units or method != "lagrange"):
-        raise typer.BadParameter("expected --routh without --units and --method")
+    reduced = routh or alone is not None
+    if reduced and (units or method != "lagrange" or (routh and alone is not None)):
+        raise typer.BadParameter("expected one of --routh, --in, --units, --method")
     chosen = choose(system, parameters, reading)
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
         if routh:
             text = reduction(chosen.mechanism, form, steps)
+        elif alone is not None:
+            text = in_one_coordinate(chosen.mechanism, alone, form, steps)
         elif method == "all":
             text = derivations(chosen.mechanism, form)
         else:

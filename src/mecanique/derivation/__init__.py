@@ -4,5 +4,14 @@ from __future__ import annotations
 
 from mecanique.derivation.methods import METHODS, derive, readable
 from mecanique.derivation.reduction import Reduction, routh
+from mecanique.derivation.single_equation import SingleEquation, reduce_loops
 
-__all__ = ["METHODS", "Reduction", "derive", "readable", "routh"]
+__all__ = [
+    "METHODS",
+    "Reduction",
+    "SingleEquation",
+    "derive",
+    "readable",
+    "reduce_loops",
+    "routh",
+]

@@ -1,0 +1,225 @@
+"""A mechanism whose loops leave one motion free as one equation: to read, and compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, final
+
+import numpy as np
+
+from mecanique.derivation.document import Document
+from mecanique.derivation.methods import derive
+from mecanique.derivation.printing.equations import Equation
+from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.writers import Text
+from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.derivation.symbolic.single_equation import Single, reduce_to_one
+from mecanique.errors import DerivationError
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import draw_positions
+
+__all__ = ["SingleEquation", "reduce_loops"]
+
+_STEPS, _CLOSED, _FIRM = 30, 1e-13, 1e-2
+"""Steps of Newton's method, what counts as closed, and how far from singular states must be."""
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class SingleEquation:
+    """The one equation J θ'' + C θ'² = Q of a mechanism with loops, and its coefficients.
+
+    Args:
+        mechanism: what it describes.
+        found: the reduction in closed form.
+    """
+
+    mechanism: Mechanism
+    found: Single
+
+    @property
+    def coordinate(self) -> str:
+        """The coordinate that is kept."""
+        return self.found.coordinate
+
+    @cached_property
+    def document(self) -> Document:
+        """The reduction written out."""
+        return Document(self.found.derivation, f"the equation in {self.coordinate} alone")
+
+    @property
+    def equation(self) -> Equation:
+        """The equation, by J, C and the kinematic coefficients."""
+        return self.document.equations[0]
+
+    @cached_property
+    def coefficients(self) -> dict[str, str]:
+        """Each letter in the order in which they follow, with what it equals, as text."""
+        stages = self.found.derivation.stages[-3:]
+        lines = [result.write(Text()) for stage in stages for result in stage.results]
+        return dict(line.split(" = ", 1) for line in lines)
+
+    def compare(self, samples: int = 20, seed: int = 0) -> float:
+        """Return how far it is from the full equations with their loops, at random closed states.
+
+        Args:
+            samples: number of positions that are tried; those whose loops close are used.
+            seed: of the random numbers.
+
+        Returns:
+            The largest rest of the equation, and of the velocities and accelerations of the other
+            coordinates, relative to the largest part.
+
+        Raises:
+            DerivationError: if no random position could be closed.
+
+        Example:
+            >>> import mecanique as mq
+            >>> one = mq.reduce_loops(mq.textbook.load("slider_crank"), "theta")
+            >>> print(one.equation, one.compare() < 1e-9)
+            J theta'' + C theta'^2 + m1 g r cos(theta)/2 = 0 True
+        """
+        full, worst, used = derive(self.mechanism), 0.0, 0
+        random = np.random.default_rng(seed)
+        for q in draw_positions(self.mechanism, samples, random, 1.0):
+            values = self._state(q, random.normal())
+            if values is None:
+                continue
+            names = self.mechanism.coordinates
+            closed = np.array([values[name] for name in names])
+            v = np.array([values[f"{name}'"] for name in names])
+            a = full.acceleration(closed, v)
+            values |= {f"{name}''": x for name, x in zip(names, a, strict=True)}
+            evaluate = Evaluation(self.found.derivation.algebra.ring, values)
+            worst = max(worst, _rest([evaluate(part) for part in self.found.parts]))
+            worst = max(worst, self._check_followers(values))
+            used += 1
+        if not used:
+            raise DerivationError(
+                f"mechanism {self.mechanism.name!r}: no random position could be closed"
+            )
+        return worst
+
+    def _check_followers(self, values: Mapping[str, float]) -> float:
+        """How far the accelerations of the others are from K θ'' + L θ'²."""
+        kept, worst = self.coordinate, 0.0
+        v, a = values[f"{kept}'"], values[f"{kept}''"]
+        half = len(self.found.coefficients) // 2
+        changes = {one.coordinate: one.name for one in self.found.coefficients[half:]}
+        for K in self.found.coefficients[:half]:
+            L = values[changes[K.coordinate]]
+            parts = [values[K.name] * a, L * v**2, -values[f"{K.coordinate}''"]]
+            worst = max(worst, _rest(parts))
+        return worst
+
+    def _state(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
+        """A closed position with its coefficients and velocities; None if it does not close."""
+        ties, ring = self.found.derivation.ties, self.found.derivation.algebra.ring
+        names = self.mechanism.coordinates
+        others = [k for k, name in enumerate(names) if name != self.coordinate]
+        values: dict[str, Any] = {}
+        for _ in range(_STEPS):
+            values = {**self.mechanism.values, **dict(zip(names, q.tolist(), strict=True))}
+            evaluate = Evaluation(ring, values)
+            gaps = np.array([evaluate(tie.demand) for tie in ties])
+            J = np.array([[*map(evaluate, tie.slopes(ring))] for tie in ties])[:, others]
+            if np.linalg.svd(J, compute_uv=False)[-1] < _FIRM:
+                return None
+            if np.abs(gaps).max() < _CLOSED:
+                break
+            q = np.array(q)
+            q[others] -= np.linalg.solve(J, gaps)
+        else:
+            return None
+        for one in self.found.coefficients:
+            evaluate = Evaluation(ring, values)
+            factor = evaluate(one.factor)
+            if abs(factor) < _FIRM:
+                return None
+            values[one.name] = evaluate(one.value) / factor
+        values[f"{self.coordinate}'"] = rate
+        half = len(self.found.coefficients) // 2
+        for one in self.found.coefficients[:half]:
+            values[f"{one.coordinate}'"] = values[one.name] * rate
+        return values
+
+    def text(self, steps: bool = True) -> str:
+        """Return it as text, with what its letters mean and stand for.
+
+        Args:
+            steps: whether to show how it comes about.
+        """
+        if steps:
+            return f"{self.document.text(True, symbols=True)}\n\n{self._said}"
+        defined = [f"{letter} = {value}" for letter, value in self.coefficients.items()]
+        return "\n".join([*defined, str(self.equation), "", self._said])
+
+    def latex(self, steps: bool = True) -> str:
+        """Return it as a fragment of a LaTeX document.
+
+        Args:
+            steps: whether to say more than the equation.
+        """
+        if not steps:
+            return self.equation.latex()
+        return f"{self.document.latex(True, symbols=True)}\n\n{to_latex(self._said, ())}"
+
+    def mathml(self, steps: bool = True) -> str:
+        """Return it as a fragment of HTML with MathML.
+
+        Args:
+            steps: whether to say more than the equation.
+        """
+        if not steps:
+            return self.equation.mathml()
+        return f"{self.document.mathml(True, symbols=True)}\n<p>{self._said}</p>"
+
+    def __str__(self) -> str:
+        return self.text(steps=False)
+
+    def _repr_html_(self) -> str:
+        return self.mathml(steps=True)
+
+    @cached_property
+    def _said(self) -> str:
+        """How well it agrees with the full equations, in a sentence."""
+        return (
+            "At random closed states the accelerations of the full equations, with multipliers, "
+            f"satisfy it to a relative difference of {self.compare():.0e}."
+        )
+
+
+def reduce_loops(mechanism: Mechanism, coordinate: str = "") -> SingleEquation:
+    """Reduce a mechanism whose loops leave one motion free to one equation, J θ'' + C θ'² = Q.
+
+    The other coordinates follow by kinematic coefficients K = du/dθ and L = dK/dθ, each named and
+    defined (R. Eksergian, J. Franklin Inst. 209, 1930, 21; B. Paul, Kinematics and Dynamics of
+    Planar Machinery, 1979, ch. 12).
+
+    Args:
+        mechanism: one with loops.
+        coordinate: θ, by default the first coordinate.
+
+    Returns:
+        The equation with its coefficients.
+
+    Raises:
+        UnknownNameError: if there is no such coordinate.
+        DerivationError: if the loops leave not one motion free, or the coefficients are long.
+
+    Example:
+        >>> import mecanique as mq
+        >>> one = mq.reduce_loops(mq.textbook.load("slider_crank"), "theta")
+        >>> print(one.coefficients["J"])
+        m1 r^2/3 + m2 K_x^2
+    """
+    return SingleEquation(mechanism, reduce_to_one(Lagrange(mechanism), coordinate))
+
+
+def _rest(parts: list[float]) -> float:
+    """The sum of parts, by the largest of them."""
+    largest = max(map(abs, parts))
+    return abs(sum(parts)) / largest if largest else 0.0

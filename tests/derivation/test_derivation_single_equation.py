@@ -1,0 +1,92 @@
+"""Loops reduced to one equation: closed forms, the full equations, and the refusals."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from derivation_reading import residual, value_of_text
+from typer.testing import CliRunner
+
+import mecanique as mq
+from mecanique import textbook
+from mecanique.cli import app
+
+
+@pytest.mark.parametrize(
+    ("name", "coordinate"),
+    [
+        ("slider_crank", "theta"),
+        ("slider_crank", "x"),
+        ("four_bar_linkage", "phi"),
+        ("four_bar_linkage", "psi"),
+        ("bars_and_springs_loop", "alpha"),
+    ],
+)
+def test_one_equation_holds_along_motions_with_multipliers(name: str, coordinate: str) -> None:
+    assert mq.reduce_loops(textbook.load(name), coordinate).compare() < 1e-9
+
+
+def test_slider_crank_as_eksergian_writes_it() -> None:
+    one = mq.reduce_loops(textbook.load("slider_crank"))
+    assert one.coordinate == "theta"
+    assert one.coefficients == {
+        "K_beta": "-(r cos(theta) + l cos(theta + beta))/(l cos(theta + beta))",
+        "K_x": "-(r sin(theta) + l (1 + K_beta) sin(theta + beta))",
+        "L_beta": "(r sin(theta) + l (1 + K_beta)^2 sin(theta + beta))/(l cos(theta + beta))",
+        "L_x": "-(r cos(theta) + l L_beta sin(theta + beta) + l (1 + K_beta)^2 cos(theta + beta))",
+        "J": "m1 r^2/3 + m2 K_x^2",
+        "C": "m2 K_x L_x",
+    }
+    assert str(one.equation) == "J theta'' + C theta'^2 + m1 g r cos(theta)/2 = 0"
+
+
+def test_what_is_printed_reads_back_and_agrees_with_x_of_theta() -> None:
+    mechanism = textbook.load("slider_crank")
+    one = mq.reduce_loops(mechanism, "theta")
+    p = mechanism.values
+    theta = np.linspace(0.1, 6.0, 12)
+    rod = np.arcsin(-p["r"] * np.sin(theta) / p["l"])
+    values: dict[str, Any] = {**p, "theta": theta, "beta": rod - theta}
+    for letter, text in one.coefficients.items():
+        values[letter] = value_of_text(text, values)
+    run = np.sqrt(p["l"] ** 2 - (p["r"] * np.sin(theta)) ** 2)
+    slope = -p["r"] * np.sin(theta) - p["r"] ** 2 * np.sin(theta) * np.cos(theta) / run
+    assert np.abs(values["K_x"] - slope).max() < 1e-13
+    # the same in theta alone, with x and beta put in as a coordinate map
+    values |= {"theta'": 1.3 + 0 * theta}
+    tree = _tree(mechanism)
+    values["theta''"] = tree.acceleration(theta[:, None], values["theta'"][:, None])[:, 0]
+    assert np.abs(residual(str(one.equation), values)).max() < 1e-11
+    values["theta''"] = 1.001 * values["theta''"]
+    assert np.abs(residual(str(one.equation), values)).max() > 1e-4
+
+
+def _tree(mechanism: mq.Mechanism) -> mq.Equations:
+    from sympy import asin, cos, sin, sqrt, symbols
+
+    theta, r, l = symbols("theta r l")
+    follow = {
+        "beta": -theta - asin(r * sin(theta) / l),
+        "x": r * cos(theta) + sqrt(l**2 - r**2 * sin(theta) ** 2),
+    }
+    coordinates = mq.Coordinates(("theta",), follow)
+    return mq.derive(replace(mechanism, name="tree", loops=(), coordinates=coordinates))
+
+
+def test_refusals_say_what_is_missing() -> None:
+    with pytest.raises(mq.DerivationError, match="leave one of its 2 velocities free, got 0"):
+        mq.reduce_loops(textbook.load("double_pendulum"))
+    with pytest.raises(mq.UnknownNameError, match="phi"):
+        mq.reduce_loops(textbook.load("slider_crank"), "phi")
+
+
+def test_the_command_prints_the_steps() -> None:
+    found = CliRunner().invoke(app, ["derive", "slider_crank", "--in", "theta"]).output
+    assert "J theta'' + C theta'^2 + m1 g r cos(theta)/2 = 0" in found
+    steps = CliRunner().invoke(app, ["derive", "slider_crank", "--in", "theta", "--document"])
+    assert "kinematic coefficient" in steps.output
+    wrong = CliRunner().invoke(app, ["derive", "slider_crank", "--in", "theta", "--routh"])
+    assert wrong.exit_code == 2
