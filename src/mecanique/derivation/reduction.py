@@ -13,7 +13,7 @@ from mecanique.derivation.methods import derive
 from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.routh import Routh, reduce_by_momenta
+from mecanique.derivation.symbolic.reductions.routh import Routh, reduce_by_momenta
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 

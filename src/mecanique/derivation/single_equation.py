@@ -16,7 +16,7 @@ from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Text
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.single_equation import Single, reduce_to_one
+from mecanique.derivation.symbolic.reductions.single_equation import Single, reduce_to_one
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions

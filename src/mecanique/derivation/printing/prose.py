@@ -14,6 +14,7 @@ _NAMES = {sign: name for name, sign in GREEK.items()}
 _SIGNS = {"+", "-", "=", "×", "−"}
 _WORDS = re.compile(r"(?:[\w']+\([^()\s][^()]*\)\S*|\S+)")
 _CALL = re.compile(r"([\w']+)\(([^()]*)\)")
+_POINT = re.compile(r"[A-Z]'+")
 _NUMBER = re.compile(r"\d+")
 _PARTIAL = re.compile(r"∂([^\W\d]\w*)/∂([^\W\d]\w*'?)")
 _WORD = re.compile(
@@ -57,12 +58,12 @@ def to_latex(sentence: str, names: Collection[str]) -> str:
             out += [_close(formula)] if formula else []
             out.append(escape(word))
         elif core and _is_formula(core, sign, near, names) and not found["before"]:
-            formula.append(sign + _formula(core))
+            formula.append(sign + _formula(core, names))
             if found["after"]:
                 out.append(_close(formula) + found["after"])
         elif core and _is_formula(core, sign, near, names):
             out += [_close(formula)] if formula else []
-            out.append(f"{found['before']}${sign}{_formula(core)}${found['after']}")
+            out.append(f"{found['before']}${sign}{_formula(core, names)}${found['after']}")
         else:
             out += [_close(formula)] if formula else []
             out.append(escape(word))
@@ -102,13 +103,15 @@ def _is_formula(core: str, sign: str, near: set[str], names: Collection[str]) ->
     return bool(_NUMBER.fullmatch(core)) and "=" in near
 
 
-def _formula(core: str) -> str:
+def _formula(core: str, names: Collection[str]) -> str:
     """A part of a formula in LaTeX."""
     writer = Latex()
+    if _POINT.fullmatch(core) and core.rstrip("'") not in names:
+        return core
     called = _CALL.fullmatch(core)
     if called is not None:
-        inner = " ".join(map(_formula, called[2].split()))
-        head = f"\\{called[1]}" if called[1] in ("sin", "cos") else _formula(called[1])
+        inner = " ".join(_formula(part, names) for part in called[2].split())
+        head = f"\\{called[1]}" if called[1] in ("sin", "cos") else _formula(called[1], names)
         return f"{head}({inner})"
     if core in _SIGNS:
         return {"×": "\\times", "−": "-"}.get(core, core)

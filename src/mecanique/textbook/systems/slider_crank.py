@@ -4,9 +4,8 @@ A uniform crank of length r and mass m1 turns about a pin on the ground; a massl
 of length l joins its end to a slider of mass m2 that moves along the horizontal line through the
 pin, under gravity g. The generalized coordinates are the angle theta of the crank from that line,
 positive upwards, the angle beta of the rod against the crank, and the distance x of the slider from
-the pin; the loop at the slider's pin leaves one of them free. For l > r theta alone carries the
-motion, with beta = -theta - asin(r sin(theta) / l) and x = r cos(theta) + sqrt(l² - r²
-sin²(theta)).
+the pin; the loop at the slider's pin leaves one of them free. Where the rod is the longer one,
+theta alone carries the motion.
 """
 
 from numpy import cos, sin

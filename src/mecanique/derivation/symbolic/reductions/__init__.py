@@ -1,0 +1,1 @@
+"""Fewer equations from the same mechanics: by conserved momenta, and by closed loops."""
