@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from mecanique.generation import Code, generate, write_recursion
     from mecanique.model import (
         AnyForce,
+        Belt,
         Blade,
         Body,
         Box,
@@ -136,6 +137,7 @@ if TYPE_CHECKING:
 __all__ = [
     "AnyForce",
     "Audit",
+    "Belt",
     "Blade",
     "Body",
     "Box",
@@ -267,6 +269,7 @@ __all__ = [
 _HOMES = {
     "AnyForce": "mecanique.model",
     "Audit": "mecanique.motion",
+    "Belt": "mecanique.model",
     "Blade": "mecanique.model",
     "Body": "mecanique.model",
     "Box": "mecanique.model",

@@ -23,7 +23,7 @@ from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
 from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.forces import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
@@ -248,7 +248,7 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
         return "-I*alpha" if moment else f"-{letter}*a"
     if action.name == TOGETHER:
         return "C" if moment else "S"
-    cords = [each for each in setting.mechanism.elements if isinstance(each, Cord)]
+    cords = [each for each in setting.mechanism.elements if isinstance(each, (Cord, Belt))]
     if any(action.name in cord.forces for cord in cords):
         return f"T_{action.name}"
     if action.kind == "load":

@@ -17,7 +17,7 @@ from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import outline
 from mecanique.figure.supports import nuts, supports
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 from mecanique.model.loops import Loop
@@ -93,7 +93,7 @@ def _line(a: Point, b: Point) -> Iterator[Mark]:
 def _cords(setting: Setting) -> Iterator[Mark]:
     """The stretches of cords from where they leave one thing to where they touch the next."""
     mechanism, camera = setting.mechanism, setting.camera
-    cords = [element for element in mechanism.elements if isinstance(element, Cord)]
+    cords = [element for element in mechanism.elements if isinstance(element, (Cord, Belt))]
     if not cords:
         return
     names = {name for cord in cords for name in cord.forces}

@@ -20,7 +20,7 @@ from mecanique.model.bodies.shapes import (
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.contacts import Blade, Rolling
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.elements import Cord, Gear, Pulley, Rack
+from mecanique.model.elements import Belt, Cord, Gear, Pulley, Rack
 from mecanique.model.expression import coordinate, time, velocity
 from mecanique.model.expression.functions import (
     acos,
@@ -67,6 +67,7 @@ from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = [
     "AnyForce",
+    "Belt",
     "Blade",
     "Body",
     "Box",

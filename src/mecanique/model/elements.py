@@ -1,4 +1,4 @@
-"""Elements that guide: cords over pulleys, gears, racks and belts, and pins that the map closes.
+"""Elements that guide: cords over pulleys, belts, gears and racks, and pins that the map closes.
 
 An element holds bodies on the coordinate map by forces of its own. Each of its forces is unknown in
 size, and acts along a line that follows from where the bodies are; none does work in a virtual
@@ -16,7 +16,18 @@ from mecanique.model.expression import Scalar, Vector, plain
 from mecanique.model.loops import Loop
 from mecanique.model.placement import vector
 
-__all__ = ["Cord", "Element", "Gear", "Pulley", "Rack", "Stop", "force_names"]
+__all__ = [
+    "Belt",
+    "Cord",
+    "Element",
+    "Gear",
+    "Preload",
+    "Pulley",
+    "Rack",
+    "Stop",
+    "force_names",
+    "preloads",
+]
 
 
 @final
@@ -93,12 +104,7 @@ class Cord:
             body, point = getattr(self, side)
             where = f"{side} of cord {self.name!r}"
             object.__setattr__(self, side, (body, vector(point, where)))
-        x, y, z = map(float, self.normal)
-        if abs(x * x + y * y + z * z - 1) > 1e-9:
-            raise InputError(
-                f"cord {self.name!r}: expected a normal of unit length, got {self.normal}"
-            )
-        object.__setattr__(self, "normal", (x, y, z))
+        object.__setattr__(self, "normal", _unit(self.normal, f"cord {self.name!r}"))
 
     @property
     def stops(self) -> tuple[Stop, ...]:
@@ -130,6 +136,70 @@ class Cord:
     def scalars(self) -> tuple[Scalar, ...]:
         """All expressions in it."""
         return tuple(scalar for stop in self.stops for scalar in (*stop.center, stop.radius))
+
+
+@final
+@dataclass(frozen=True)
+class Belt:
+    """A closed, inextensible belt without mass that turns all its pulleys, without slip.
+
+    Its runs are straight and lie in a plane at right angles to its normal. Around pulleys of one
+    sense it is open, it crosses from one to the next of the other sense. What its pulleys need
+    tells the tensions but for a part that all runs have alike; the preload says that one.
+
+    Args:
+        name: its name.
+        over: the pulleys it runs around, in order; from the last it runs to the first.
+        preload: mean of the tensions of its runs, which a tensioner keeps [N]; None leaves them
+            undetermined.
+        normal: shape (3,), numbers, unit normal of its plane.
+        axes: the body in whose axes the normal is; "world" for fixed axes.
+    """
+
+    name: str
+    over: tuple[Pulley, ...]
+    preload: Scalar | None = None
+    normal: tuple[float, float, float] = (0.0, -1.0, 0.0)
+    axes: str = "world"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "over", tuple(self.over))
+        if self.preload is not None:
+            object.__setattr__(self, "preload", plain(self.preload))
+        if len(self.over) < 2 or not all(wheel.grips for wheel in self.over):
+            raise InputError(
+                f"belt {self.name!r}: expected two pulleys or more that it turns without slip, got "
+                f"{len(self.over)}; leave out those that it slides over, or give grips=True"
+            )
+        object.__setattr__(self, "normal", _unit(self.normal, f"belt {self.name!r}"))
+
+    @property
+    def stops(self) -> tuple[Stop, ...]:
+        """Where it runs, the first pulley once more at the end."""
+        wheels = [Stop(wheel.body, wheel.center, wheel.radius, wheel.sense) for wheel in self.over]
+        return *wheels, wheels[0]
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """Which of its tensions each run has: its own."""
+        return tuple(range(len(self.over)))
+
+    @property
+    def forces(self) -> tuple[str, ...]:
+        """Names of its tensions."""
+        return tuple(f"{self.name}_{k + 1}" for k in self.parts)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """The bodies it touches, and the one in whose axes its normal is."""
+        touched = [wheel.body for wheel in self.over]
+        return tuple(dict.fromkeys(touched + ([self.axes] if self.axes != "world" else [])))
+
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """All expressions in it."""
+        own = [] if self.preload is None else [self.preload]
+        return (*own, *(scalar for stop in self.stops for scalar in (*stop.center, stop.radius)))
 
 
 @dataclass(frozen=True)
@@ -243,7 +313,19 @@ class Rack(_Teeth):
         return self.radius, self.pressure_angle, *self.point
 
 
-Element: TypeAlias = Cord | Gear | Rack | Loop
+Element: TypeAlias = Cord | Belt | Gear | Rack | Loop
+
+
+class Preload(NamedTuple):
+    """What a belt's tensions are together.
+
+    Args:
+        forces: which of the mechanism's unknown forces they are.
+        total: their sum [N].
+    """
+
+    forces: range
+    total: Scalar
 
 
 def force_names(elements: tuple[Element, ...]) -> tuple[str, ...]:
@@ -255,3 +337,25 @@ def force_names(elements: tuple[Element, ...]) -> tuple[str, ...]:
         elements: of a mechanism.
     """
     return tuple(name for element in elements for name in element.forces)
+
+
+def preloads(elements: tuple[Element, ...]) -> list[Preload]:
+    """Return what is stated about the tensions of belts.
+
+    Args:
+        elements: of a mechanism.
+    """
+    found, first = list[Preload](), 0
+    for element in elements:
+        count = len(element.forces)
+        if isinstance(element, Belt) and element.preload is not None:
+            found.append(Preload(range(first, first + count), count * element.preload))
+        first += count
+    return found
+
+
+def _unit(normal: tuple[float, float, float], where: str) -> tuple[float, float, float]:
+    x, y, z = map(float, normal)
+    if abs(x * x + y * y + z * z - 1) > 1e-9:
+        raise InputError(f"{where}: expected a normal of unit length, got {normal}")
+    return x, y, z

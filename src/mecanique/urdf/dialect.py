@@ -14,6 +14,7 @@ __all__ = [
     "ACTUATOR_GEAR",
     "ACTUATOR_INERTIA",
     "BALL_CONSTRAINT",
+    "BELT",
     "BLADE",
     "BUSHING",
     "CORD",
@@ -56,6 +57,9 @@ BLADE = "mecanique:blade"
 
 CORD = "mecanique:cord"
 """Below robot: a cord that does not stretch, with its name and the normal of its plane."""
+
+BELT = "mecanique:belt"
+"""Below robot: a closed belt, with its name, its preload and the normal of its plane."""
 
 GEAR = "mecanique:gear"
 """Below robot: two wheels in mesh, with the joints that carry them and their pitch radii."""

@@ -20,7 +20,7 @@ from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
-from mecanique.model.elements import force_names
+from mecanique.model.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 from mecanique.model.guides.guide import Guide
 from mecanique.model.mechanism import Mechanism
@@ -155,12 +155,18 @@ def size(mechanism: Mechanism, guides: Sequence[Guide], along: Along, demand: np
             "points, radii or senses of its element, or the map"
         )
     count, scale = along.forces.shape[2], _scale(mechanism, along)
+    stated = preloads(mechanism.elements)
+    totals = np.array(mechanism.evaluate_all(one.total for one in stated))
     forces, idle = [], []
     for k, wanted in enumerate(demand):
         bases = [_tie_forces(along, guide, k) for guide in guides if guide.crossed]
         A = scale[:, None] * np.concatenate([_known(along, k), *bases], axis=1)
+        together = np.zeros((len(stated), A.shape[1]))
+        for row, one in zip(together, stated, strict=True):
+            row[one.forces] = 1.0
+        A = np.concatenate([A, together])
         inverse = np.linalg.pinv(A, rcond=_RANK)
-        forces.append((inverse @ (-scale * wanted))[:count])
+        forces.append((inverse @ np.concatenate([-scale * wanted, totals]))[:count])
         idle.append((np.eye(A.shape[1]) - inverse @ A)[:count])
     return Sizes(np.array(forces), np.where(np.abs(idle) > _SHARE, idle, 0.0))
 

@@ -13,7 +13,7 @@ from mecanique.derivation.symbolic.elimination import JointRate, demands
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
-from mecanique.model.elements import Cord, Gear, Rack
+from mecanique.model.elements import Belt, Cord, Gear, Rack, preloads
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 
@@ -133,6 +133,10 @@ class Guiding:
             known = tidy(dot(rate.axis, totals[rate.body].part(rate.kind)) + rate.rotor)
             if any(row):
                 rows.append(([-c for c in row], known))
+        algebra, ring = self._algebra, self._algebra.ring
+        for one in preloads(algebra.mechanism.elements):
+            together = [ring.number(int(k in one.forces)) for k in range(count)]
+            rows.append((together, algebra.series(one.total)))
         if not 0 < count <= _MOST or len(rows) < count:
             return None
         # the shortest equations that will do
@@ -208,7 +212,7 @@ def _names(mechanism: Mechanism) -> list[str]:
     for element in mechanism.elements:
         for name in element.forces:
             row = name.rpartition(": ")[2]
-            if isinstance(element, Cord):
+            if isinstance(element, (Cord, Belt)):
                 found.append(f"T_{name}")
             elif isinstance(element, (Gear, Rack)):
                 found.append(f"F_{name}")
@@ -221,7 +225,7 @@ def _meanings(mechanism: Mechanism) -> list[str]:
     """What they are, with their units."""
     found = []
     for element in mechanism.elements:
-        if isinstance(element, Cord):
+        if isinstance(element, (Cord, Belt)):
             stops = element.stops
             for part in dict.fromkeys(element.parts):
                 places = [k for k, other in enumerate(element.parts) if other == part]

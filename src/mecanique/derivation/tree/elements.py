@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.elements import Cord, Gear, Rack
+from mecanique.model.elements import Belt, Cord, Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Single
 from mecanique.model.loops import CLOSED, Loop
@@ -81,7 +81,7 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
     first = 0
     for element in mechanism.elements:
         match element:
-            case Cord():
+            case Cord() | Belt():
                 each = _of_cord(element, ground)
             case Gear() | Rack():
                 each = _of_teeth(mechanism, element, ground)
@@ -92,7 +92,7 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
     return found
 
 
-def _of_cord(cord: Cord, ground: Ground) -> Iterator[tuple[Any, ...]]:
+def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[tuple[Any, ...]]:
     n: Three = [float(c) for c in cord.normal]
     if cord.axes != "world":
         n = _direction(ground, cord.axes, cord.normal)

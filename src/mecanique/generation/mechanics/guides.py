@@ -19,7 +19,7 @@ from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, products, scale
 from mecanique.generation.program.solving import factorize
-from mecanique.model.elements import force_names
+from mecanique.model.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 
 __all__ = ["Guides"]
@@ -55,6 +55,9 @@ class Guides:
         for k in range(len(self._names)):
             unit = [self._act(each) for each, _ in self._pairs if each.index == k]
             rows.append(self._along(unit))
+        for one in preloads(self._letters.mechanism.elements):
+            totals = [*totals, -1.0 * self._number(one.total)]
+            rows = [[*row, float(k in one.forces)] for k, row in enumerate(rows)]
         missing = [-dot(row, totals) for row in rows]
         return factorize(self._letters.tape, products(rows, rows)).solve(missing)
 
@@ -108,11 +111,11 @@ class Guides:
                 found.append(sum((dot(apply(turn, n), x) for n, x in pairs if n), 0.0))
         return found
 
-    def _ground(self) -> Ground:
-        letters, recursion = self._letters, self._recursion
+    def _number(self, scalar: Scalar) -> Any:
+        return self._letters.arithmetic(scalar, self._recursion.chart.r)
 
-        def number(scalar: Scalar) -> Any:
-            return letters.arithmetic(scalar, recursion.chart.r)
+    def _ground(self) -> Ground:
+        letters, recursion, number = self._letters, self._recursion, self._number
 
         def point(body: str, xyz: Sequence[Scalar]) -> Triple:
             return times_point(recursion.pose(body), [number(c) for c in xyz])

@@ -19,7 +19,7 @@ from mecanique.model.dimensions import (
     read_unit,
     say_unit,
 )
-from mecanique.model.elements import Cord, Gear, Rack
+from mecanique.model.elements import Belt, Cord, Gear, Rack
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.forces import JointLoad
 from mecanique.model.joints import UNITS, Single
@@ -196,7 +196,9 @@ def _of_forces(m: Description) -> Iterator[_Place]:
 def _of_elements(m: Description) -> Iterator[_Place]:
     for element in m.elements:
         where = f"element {element.name!r}"
-        if isinstance(element, Cord):
+        if isinstance(element, Belt) and element.preload is not None:
+            yield _Place(f"{where}: its preload", (element.preload,), "N")
+        if isinstance(element, (Cord, Belt)):
             for stop in element.stops:
                 yield _Place(f"{where}: a point of it", tuple(stop.center), "m")
                 yield _Place(f"{where}: a radius of it", (stop.radius,), "m")

@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, final
 
 import numpy as np
 
-from mecanique.model.elements import Cord, Element, Gear, Rack, Stop
+from mecanique.model.elements import Belt, Cord, Element, Gear, Rack, Stop
 from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
 from mecanique.model.joints import Joint, Prismatic, Revolute, Single
 from mecanique.model.mechanism.description import Description
@@ -68,7 +68,7 @@ def _rows(m: Description, element: Element) -> Iterator[Row]:
     match element:
         case Gear() | Rack():
             yield from _of_teeth(here, element)
-        case Cord():
+        case Cord() | Belt():
             yield from _of_cord(here, element)
 
 
@@ -100,7 +100,7 @@ def _of_teeth(here: _Still, mesh: Gear | Rack) -> Iterator[Row]:
     yield {**row, b.coordinate: last}
 
 
-def _of_cord(here: _Still, cord: Cord) -> Iterator[Row]:
+def _of_cord(here: _Still, cord: Cord | Belt) -> Iterator[Row]:
     if cord.axes != "world" or not all(stop.body in here.carried for stop in cord.stops):
         return
     rows: list[Row] = [{} for _ in cord.forces]

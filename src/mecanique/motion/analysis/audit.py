@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.motion.simulation.validity import Pressing, pressings
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ def _need(motion: Motion, pressed: Pressing) -> FrictionNeed:
 
 def _pulls(motion: Motion) -> Iterator[AuditRow]:
     """How far cords would have to push, where they are slack and the motion is another."""
-    cords = [element for element in motion.mechanism.elements if isinstance(element, Cord)]
+    cords = [element for element in motion.mechanism.elements if isinstance(element, (Cord, Belt))]
     forces = motion.guide_forces() if cords else {}
     for name in (name for cord in cords for name in cord.forces):
         push = np.maximum(-forces[name], 0.0)[:, None]

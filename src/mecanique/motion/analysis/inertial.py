@@ -18,7 +18,7 @@ import numpy as np
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.expression import finite, time
 from mecanique.model.forces import AnyForce, BodyLoad, Force
 from mecanique.model.joints import Fixed, Revolute
@@ -255,7 +255,9 @@ def on_turning_earth(
             )
     forces = tuple(_turn(force, place) for force in mechanism.forces)
     elements = tuple(
-        replace(each, axes=place) if isinstance(each, Cord) and each.axes == "world" else each
+        replace(each, axes=place)
+        if isinstance(each, (Cord, Belt)) and each.axes == "world"
+        else each
         for each in mechanism.elements
     )
     old = mechanism.coordinates

@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.contacts import Rolling
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates
@@ -170,7 +170,7 @@ def break_names(mechanism: Mechanism) -> tuple[str, ...]:
         if isinstance(each, Rolling):
             names.append(f"{each.name} would pull")
             names += [f"{each.name} would slip"] if each.friction is not None else []
-    cords = [each for each in mechanism.elements if isinstance(each, Cord)]
+    cords = [each for each in mechanism.elements if isinstance(each, (Cord, Belt))]
     return *names, *(f"{name} would push" for cord in cords for name in cord.forces)
 
 

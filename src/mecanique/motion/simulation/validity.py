@@ -14,7 +14,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.contacts import Rolling
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Event, Occurrence, break_names
@@ -153,7 +153,7 @@ class _Margins:
             None if each.friction is None else mechanism.evaluate(each.friction)
             for each in self._rolling
         ]
-        cords = [each for each in mechanism.elements if isinstance(each, Cord)]
+        cords = [each for each in mechanism.elements if isinstance(each, (Cord, Belt))]
         self._tensions = [name for cord in cords for name in cord.forces]
         self.names = break_names(mechanism)
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.elements import Cord, Gear, Rack, force_names
+from mecanique.model.elements import Belt, Cord, Gear, Rack, force_names, preloads
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide
 from mecanique.model.joints import Single
@@ -69,12 +69,15 @@ class Columns(NamedTuple):
     """The unknown forces and what they do along the joints.
 
     Args:
-        matrix: shape (nu, forces + own + guides), scaled.
+        matrix: shape (nu + k, forces + own + guides), scaled; the last k rows hold what is stated
+            about forces.
         scale: shape (nu,), of the rows.
+        stated: shape (k,), what those rows are together.
     """
 
     matrix: Array
     scale: Array
+    stated: Array
 
 
 @final
@@ -113,7 +116,7 @@ class Elements:
         first = 0
         for element in self._mechanism.elements:
             match element:
-                case Cord():
+                case Cord() | Belt():
                     each = self._of_cord(element)
                 case Gear() | Rack():
                     each = self._of_teeth(element)
@@ -136,7 +139,13 @@ class Elements:
         self._refuse_work(G.T @ forces)
         known = self._known(forces)
         bases = [scale[:, None] * self._tie_forces(guide) for guide in self.open if guide.crossed]
-        return Columns(np.concatenate([known, *bases], axis=1), scale)
+        matrix = np.concatenate([known, *bases], axis=1)
+        given = preloads(self._mechanism.elements)
+        together = np.zeros((len(given), matrix.shape[1]))
+        for row, one in zip(together, given, strict=True):
+            row[one.forces] = 1.0
+        stated = np.array(self._mechanism.evaluate_all(one.total for one in given))
+        return Columns(np.concatenate([matrix, together]), scale, stated)
 
     def explain(self, forces: Array) -> None:
         """Take the guides that elements describe, where the engine's bodies are now, off `open`.
@@ -199,7 +208,7 @@ class Elements:
         owners = [element for element in self._mechanism.elements for _ in element.forces]
         return owners[force]
 
-    def _of_cord(self, cord: Cord) -> Iterator[Unit]:
+    def _of_cord(self, cord: Cord | Belt) -> Iterator[Unit]:
         stops, n = cord.stops, np.array(cord.normal)
         if cord.axes != "world":
             n = self._turn(cord.axes) @ n
@@ -211,9 +220,17 @@ class Elements:
             if level > 1e-9 * (1 + np.sqrt(square)) or not square > h * h:
                 what = "leaves its plane" if square > h * h else "has no way"
                 raise EngineError(
-                    f"mechanism {self._mechanism.name!r}: cord {cord.name!r} {what} from "
+                    f"mechanism {self._mechanism.name!r}: {type(cord).__name__.lower()} "
+                    f"{cord.name!r} {what} from "
                     f"{stops[k].body!r} to {stops[k + 1].body!r}, {np.sqrt(square):.6g} m apart; "
                     "correct its points, radii, senses or normal, or the position"
+                )
+            if isinstance(cord, Belt) and square < (abs(reach[k]) + abs(reach[k + 1])) ** 2:
+                raise EngineError(
+                    f"mechanism {self._mechanism.name!r}: belt {cord.name!r}: the pulleys on "
+                    f"{stops[k].body!r} and {stops[k + 1].body!r} overlap, they are "
+                    f"{np.sqrt(square):.6g} m apart with radii {abs(reach[k]):.6g} and "
+                    f"{abs(reach[k + 1]):.6g} m; correct the radii, or where the pulleys are"
                 )
             e = (np.sqrt(square - h * h) * d + h * np.cross(d, n)) / square
             side = np.cross(e, n)

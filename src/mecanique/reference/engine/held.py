@@ -51,7 +51,9 @@ def hold(columns: Columns, demand: Array, units: list[Unit], carried: Array, tot
     count = len(carried)
     _, sizes, right = np.linalg.svd(columns.matrix)
     rank = int((sizes > _RANK * sizes.max(initial=_RANK)).sum())
-    found = np.linalg.pinv(columns.matrix, rcond=_RANK) @ (-columns.scale * demand)
+    found = np.linalg.pinv(columns.matrix, rcond=_RANK) @ np.concatenate(
+        [-columns.scale * demand, columns.stated]
+    )
     forces = found[:count]
     idle = right[rank:, :count]
     reactions = totals + np.einsum("k,kjab->jab", forces, carried)

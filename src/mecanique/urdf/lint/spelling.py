@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
+    BELT,
     BLADE,
     CORD,
     CORD_STOPS,
@@ -46,7 +47,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
         {
             *("link", "joint", "drake:joint", "material", "frame"),
             *EXTENSIONS,
-            *(LOOP, ROLLING, BLADE, CORD, GEAR, RACK),
+            *(LOOP, ROLLING, BLADE, CORD, BELT, GEAR, RACK),
         },
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
@@ -80,6 +81,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
     GEAR: ({"name", "wheel", "other", "radius", "other_radius", "internal", "pressure_angle"}, ()),
     RACK: ({"name", "wheel", "other", "radius", "point", "pressure_angle"}, ()),
+    BELT: ({"name", "preload", "normal", "axes"}, {CORD_STOPS[1]}),
     CORD: ({"name", "normal", "axes"}, set(CORD_STOPS)),
     CORD_STOPS[0]: ({"link", "xyz"}, ()),
     CORD_STOPS[1]: ({"link", "xyz", "radius", "sense", "grips"}, ()),

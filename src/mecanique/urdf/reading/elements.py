@@ -6,26 +6,32 @@
       <mecanique:end link="weight2" xyz="0 0 0"/>
     </mecanique:cord>
 
+    <mecanique:belt name="drive" normal="0 -1 0" preload="200">
+      <mecanique:pulley link="motor" xyz="0 0 0" radius="0.05"/>
+      <mecanique:pulley link="drum" xyz="0 0 0" radius="0.15"/>
+    </mecanique:belt>
+
     <mecanique:gear name="mesh" wheel="sun" other="planet" radius="0.2" other_radius="0.1"
                     internal="false" pressure_angle="0.349"/>
     <mecanique:rack name="mesh" wheel="pinion" other="slide" radius="0.1" point="0 0 0.1"
                     pressure_angle="0.349"/>
 
-The joints that a cord or teeth tie mimic one another; the tag says what ties them. A pin that mimic
-joints close already is a `mecanique:loop` with `redundant="true"` (`mecanique.urdf.reading.loops`).
+The joints that a cord, a belt or teeth tie mimic one another; the tag says what ties them. A pin
+that mimic joints close already is a `mecanique:loop` with `redundant="true"` (`mecanique.urdf.reading.loops`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from math import radians
+from typing import TypeAlias
 
 from mecanique.errors import InputError
-from mecanique.model.elements import Cord, Gear, Pulley, Rack
+from mecanique.model.elements import Belt, Cord, Gear, Pulley, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
-from mecanique.urdf.dialect import CORD, CORD_STOPS, GEAR, RACK
+from mecanique.urdf.dialect import BELT, CORD, CORD_STOPS, GEAR, RACK
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
@@ -35,11 +41,14 @@ from mecanique.urdf.xml.markup import Comment, Node, Tag
 from mecanique.urdf.xml.markup import number as written
 from mecanique.urdf.xml.markup import numbers as all_written
 
-__all__ = ["element_nodes", "read_cord", "read_teeth"]
+__all__ = ["element_nodes", "read_belt", "read_cord", "read_teeth"]
 
 _END, _PULLEY = CORD_STOPS
 _SENSES = {"1": 1, "-1": -1}
 _GRIPS = {"true": True, "false": False}
+
+Triple: TypeAlias = "tuple[float, float, float]"
+"""Three components."""
 
 
 def element_nodes(
@@ -60,22 +69,28 @@ def element_nodes(
         if isinstance(element, (Gear, Rack)):
             yield from _teeth_nodes(mechanism, element)
             continue
-        where = f"cord {element.name!r}"
-        yield Comment(f"cord {element.name}, which mecanique reads; others see its mimic joints")
+        belt = isinstance(element, Belt)
+        what = "belt" if belt else "cord"
+        where = f"{what} {element.name!r}"
+        yield Comment(f"{what} {element.name}, which mecanique reads; others see its mimic joints")
         stops = []
-        for k, stop in enumerate(element.stops):
+        every = element.stops[:-1] if belt else element.stops
+        for k, stop in enumerate(every):
             link = anchors.get(stop.body, stop.body)
             xyz = all_written([mechanism.evaluate(c) for c in stop.center], where)
-            if 0 < k <= len(element.over):
+            if belt or 0 < k <= len(element.over):
                 radius = written(mechanism.evaluate(stop.radius), where)
-                grips = str(element.over[k - 1].grips).lower()
+                grips = str(element.over[k if belt else k - 1].grips).lower()
                 about = {"radius": radius, "sense": str(stop.sense), "grips": grips}
                 stops.append(Tag(_PULLEY, link=link, xyz=xyz, **about))
             else:
                 stops.append(Tag(_END, link=link, xyz=xyz))
         turned = {} if element.axes == "world" else {"axes": element.axes}
+        if isinstance(element, Belt) and element.preload is not None:
+            turned["preload"] = written(mechanism.evaluate(element.preload), where)
         normal = all_written(element.normal, where)
-        yield Tag(CORD, *stops, name=element.name, normal=normal, **turned)
+        tag = BELT if belt else CORD
+        yield Tag(tag, *stops, name=element.name, normal=normal, **turned)
 
 
 def _teeth_nodes(mechanism: Mechanism, element: Gear | Rack) -> Iterator[Node]:
@@ -169,35 +184,84 @@ def read_cord(
         expected = f"expected <{_END}>, any number of <{_PULLEY}>, <{_END}>"
         report.add("M602", element, where, expected)
         return None
-    zero, across = (0.0, 0.0, 0.0), (0.0, -1.0, 0.0)
-    stops: list[tuple[str, tuple[float, float, float]]] = []
+    stops, wheels = _read_stops(element, links, report, where)
+    plane = _read_plane(element, links, report, where)
+    known = len(stops) == len(element.children) and len(wheels) == len(over)
+    if name is None or plane is None or not known:
+        return None
+    pulleys = [
+        Pulley(link, wheel[0], wheel[1], center=center, grips=wheel[2])
+        for (link, center), wheel in zip(stops[1:-1], wheels, strict=True)
+    ]
+    try:
+        return Cord(names.free(name), stops[0], tuple(pulleys), stops[-1], *plane)
+    except InputError as error:
+        report.add("M602", element, where, str(error))
+        return None
+
+
+def read_belt(
+    element: Element, links: Collection[str], names: Names, report: Report
+) -> Belt | None:
+    """Return the belt that an element of our own describes; None if faults were reported.
+
+    Args:
+        element: the element.
+        links: names of all links.
+        names: those that loops and forces have taken.
+        report: where faults are noted.
+    """
+    name = name_of(element, report)
+    where = f"belt {name!r}"
+    if any(child.tag != _PULLEY for child in element.children):
+        report.add("M602", element, where, f"expected <{_PULLEY}> only")
+        return None
+    stops, wheels = _read_stops(element, links, report, where)
+    plane = _read_plane(element, links, report, where)
+    preload = number(element, "preload", report, where) if "preload" in element.attributes else None
+    known = len(stops) == len(wheels) == len(element.children)
+    if name is None or plane is None or not known:
+        return None
+    if preload is None and "preload" in element.attributes:
+        return None
+    pulleys = [
+        Pulley(link, wheel[0], wheel[1], center=center, grips=wheel[2])
+        for (link, center), wheel in zip(stops, wheels, strict=True)
+    ]
+    try:
+        return Belt(names.free(name), tuple(pulleys), preload, *plane)
+    except InputError as error:
+        report.add("M602", element, where, str(error))
+        return None
+
+
+def _read_stops(
+    element: Element, links: Collection[str], report: Report, where: str
+) -> tuple[list[tuple[str, Triple]], list[tuple[float, int, bool]]]:
+    """The places of a cord or belt, then radius, sense and grip of its pulleys."""
+    stops: list[tuple[str, Triple]] = []
     for child in element.children:
         link = name_of(child, report, "link", where)
-        xyz = numbers(child, "xyz", 3, report, where, default=zero)
+        xyz = numbers(child, "xyz", 3, report, where, default=(0.0, 0.0, 0.0))
         if link is not None and link not in links:
             report.add("M603", child, where, f"{link!r} is no link")
         elif link is not None and xyz is not None:
             stops.append((link, (xyz[0], xyz[1], xyz[2])))
-    wheels = [_wheel(child, report, where) for child in over]
-    normal = numbers(element, "normal", 3, report, where, default=across)
+    pulleys = [child for child in element.children if child.tag == _PULLEY]
+    wheels = [_wheel(child, report, where) for child in pulleys]
+    return stops, [wheel for wheel in wheels if wheel is not None]
+
+
+def _read_plane(
+    element: Element, links: Collection[str], report: Report, where: str
+) -> tuple[Triple, str] | None:
+    """The normal of a cord or belt, and the body in whose axes it is."""
+    normal = numbers(element, "normal", 3, report, where, default=(0.0, -1.0, 0.0))
     axes = element.attributes.get("axes", "world")
     if "axes" in element.attributes and axes not in links:
         report.add("M603", element, where, f"{axes!r} is no link")
         return None
-    known = len(stops) == len(element.children) and None not in wheels
-    if name is None or normal is None or not known:
-        return None
-    pulleys = [
-        Pulley(link, *wheel[:2], center=center, grips=wheel[2])
-        for (link, center), wheel in zip(stops[1:-1], wheels, strict=True)
-        if wheel is not None
-    ]
-    x, y, z = normal
-    try:
-        return Cord(names.free(name), stops[0], tuple(pulleys), stops[-1], (x, y, z), axes)
-    except InputError as error:
-        report.add("M602", element, where, str(error))
-        return None
+    return None if normal is None else ((normal[0], normal[1], normal[2]), axes)
 
 
 def _wheel(element: Element, report: Report, where: str) -> tuple[float, int, bool] | None:

@@ -15,6 +15,7 @@ from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,
     BALL_CONSTRAINT,
+    BELT,
     BLADE,
     BUSHING,
     CORD,
@@ -32,7 +33,7 @@ from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.bushings import BushingFaultError, Frame, in_joint
 from mecanique.urdf.reading.contacts import read_contact
-from mecanique.urdf.reading.elements import read_cord, read_teeth
+from mecanique.urdf.reading.elements import read_belt, read_cord, read_teeth
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 from mecanique.urdf.reading.loops import is_redundant, read_loop
@@ -88,9 +89,10 @@ def read_extensions(
                 (found.elements if is_redundant(element) else found.loops).append(loop)
             found.own.append(element)
             continue
-        if element.tag == CORD:
-            cord = read_cord(element, links, found.names, report)
-            found.elements += [cord] if cord is not None else []
+        if element.tag in (CORD, BELT):
+            read = read_cord if element.tag == CORD else read_belt
+            strand = read(element, links, found.names, report)
+            found.elements += [strand] if strand is not None else []
             found.own.append(element)
             continue
         if element.tag in (GEAR, RACK):

@@ -11,7 +11,7 @@ from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
 from mecanique.motion.record.energies import is_rheonomic
@@ -123,7 +123,7 @@ class Columns:
 
     def _points(self, scene: Scene) -> Iterator[Any]:
         spans = {span.name: span for span in spans_of(self._mechanism)}
-        cords = [each for each in self._mechanism.elements if isinstance(each, Cord)]
+        cords = [each for each in self._mechanism.elements if isinstance(each, (Cord, Belt))]
         tensions = {name for cord in cords for name in cord.forces}
         touches = iter(each.origin for each in self._actions.guiding if each.name in tensions)
         for line in scene.lines:

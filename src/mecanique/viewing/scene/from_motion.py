@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
-from mecanique.model.elements import Cord
+from mecanique.model.elements import Belt, Cord
 from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
@@ -160,7 +160,7 @@ def _follow(mechanism: Mechanism, poses: Floats, at: dict[str, int], end: Spot) 
 
 def _cords(motion: Motion) -> Iterator[Line]:
     """The stretches of cords, from one touch to the next."""
-    cords = [each for each in motion.mechanism.elements if isinstance(each, Cord)]
+    cords = [each for each in motion.mechanism.elements if isinstance(each, (Cord, Belt))]
     names = {name for cord in cords for name in cord.forces}
     actions = motion.reference.guide_actions(motion.q, motion.v, motion.t) if cords else ()
     points = [each.point for each in actions if each.name in names]
