@@ -17,7 +17,8 @@
                     pressure_angle="0.349"/>
 
 The joints that a cord, a belt or teeth tie mimic one another; the tag says what ties them. A pin
-that mimic joints close already is a `mecanique:loop` with `redundant="true"` (`mecanique.urdf.reading.loops`).
+that mimic joints close already is a `mecanique:loop` with `redundant="true"`
+(`mecanique.urdf.reading.loops`).
 """
 
 from __future__ import annotations
