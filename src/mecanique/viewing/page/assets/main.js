@@ -73,7 +73,8 @@ async function start() {
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
   wireCopies(document.getElementById("panel"));
-  wireBreaking(document.getElementById("panel-equations"));
+  const equations = document.getElementById("panel-equations");
+  if (equations) wireBreaking(equations);
   wireSplitter(document.getElementById("splitter"));
 
   const source = live

@@ -50,17 +50,17 @@ function keepZero(pieces) {
   return pieces;
 }
 
-const wholes = new WeakMap(); // what each <math> held before it was broken
+const unbroken = new WeakMap(); // what each <math> held before it was broken
 
 export function wholeOf(math) {
-  const copy = math.cloneNode(!wholes.has(math));
-  for (const node of wholes.get(math) ?? []) copy.append(node.cloneNode(true));
+  const copy = math.cloneNode(!unbroken.has(math));
+  for (const node of unbroken.get(math) ?? []) copy.append(node.cloneNode(true));
   return copy;
 }
 
 function rejoin(math) {
-  if (wholes.has(math)) math.replaceChildren(...wholes.get(math));
-  wholes.delete(math);
+  if (unbroken.has(math)) math.replaceChildren(...unbroken.get(math));
+  unbroken.delete(math);
 }
 
 function measureTerms(math) {
@@ -83,7 +83,7 @@ const mathElement = (name, ...children) => {
 function breakUp({ math, pieces, widths, room, indent }) {
   const lines = fillLines(widths, room, indent);
   if (lines.length < 2) return;
-  wholes.set(math, [...math.childNodes]);
+  unbroken.set(math, [...math.childNodes]);
   let next = 0;
   const rows = lines.map((count) => {
     const row = mathElement("mrow");
@@ -100,7 +100,7 @@ function breakUp({ math, pieces, widths, room, indent }) {
   math.replaceChildren(table);
 }
 
-function fit(equations) {
+function fitAll(equations) {
   const maths = equations.flatMap((each) => [...each.querySelectorAll(":scope > math")]);
   maths.forEach(rejoin);
   maths.map(measureTerms).forEach(breakUp);
@@ -115,7 +115,7 @@ export function wireBreaking(panel) {
       fitted.set(target, width);
       return width && width !== known;
     });
-    fit(changed.map(({ target }) => target));
+    fitAll(changed.map(({ target }) => target));
   });
   const watch = () => panel.querySelectorAll(".equation").forEach((each) => sizes.observe(each));
   new MutationObserver(watch).observe(panel, { childList: true });
