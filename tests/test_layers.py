@@ -109,7 +109,7 @@ ORDER: dict[str, list[str]] = {
         "scanner",
         "reader",
     ],
-    "checking.judgement": ["truth", "motion quantities", "formula"],
+    "checking.judgement": ["truth", "motion proof quantities", "formula"],
     "teaching": ["sheet", "exercise marks"],
     "serving": ["tools", "agents"],
     "generation": [

@@ -10,12 +10,14 @@ import numpy as np
 
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.reader import Statement, define, read
-from mecanique.checking.judgement.formula import judge_formula
+from mecanique.checking.judgement.formula import Judged, judge_formula
 from mecanique.checking.judgement.motion import Residual, count_missing, residuals
+from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
+from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 
@@ -40,7 +42,8 @@ def check(
         text: plain text, LaTeX, SymPy's text or MathML; one equation a line.
         ask: what it is meant to be: "equation of motion", "kinetic energy", "potential energy",
             "Lagrangian", "energy", "mass matrix", "momentum of q", "conserved quantity",
-            "frequency", "equilibrium" or "reaction".
+            "frequency", "equilibrium", "equilibrium of rod" (the balance of a free body, in the
+            letters of its reactions) or "reaction".
         let: definitions of further letters, e.g. "J = m l^2/3", or a mapping from letter to
             formula.
         seed: of the random states.
@@ -78,6 +81,7 @@ class Checker:
         self.mechanism = mechanism
         self.truth = Truth(mechanism, seed)
         self._asked: dict[str, Quantity] = {}
+        self._proofs: dict[str, Proof] = {}
         self.search = Search(self.truth, Letters.of(mechanism))
 
     def check(
@@ -121,6 +125,7 @@ class Checker:
             if one.holds and one.forms:
                 outcome = "right except for form"
             lines.append(Line(one.statement.text, outcome, one.worst, one.forms, causes))
+        exact = bool(judged) and all(self._is_proven(one, quantity) for one in judged)
         forms = [form for line in lines for form in line.forms]
         wrong = any(line.outcome == "wrong" for line in lines)
         whole: Outcome = "wrong" if wrong else "right"
@@ -138,9 +143,31 @@ class Checker:
             lines=tuple(lines),
             states=self.truth.sample.count,
             varied=self.truth.sample.varied,
+            exact=exact,
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
         )
+
+    def _is_proven(self, one: Judged, quantity: Quantity) -> bool:
+        """Return whether a formula that holds is proven by algebra as well."""
+        proof = self._proof(quantity.derivation)
+        if not one.holds or one.root is None or proof is None:
+            return False
+        if quantity.kind == "conserved":
+            return proof.shows_conserved(one.root, Letters.of(self.mechanism).rate_nodes)
+        if quantity.kind == "up to a constant":
+            return proof.shows_constant(one.root, one.series)
+        return proof.shows_motion(one.root, one.series)
+
+    def _proof(self, derivation: Derivation | None = None) -> Proof | None:
+        """Return what proves formulas by the equations of motion, or by another derivation."""
+        own = derivation or self.truth.derivation
+        if own is None:
+            return None
+        key = "balances" if derivation else "motion"
+        if key not in self._proofs:
+            self._proofs[key] = Proof(own)
+        return self._proofs[key]
 
     def _letters(
         self, let: Sequence[str] | Mapping[str, str], further: Sequence[str] = ()
@@ -182,10 +209,18 @@ class Checker:
             lines=tuple(lines),
             states=truth.sample.count,
             varied=found[0].sample.varied,
+            exact=not numbers and self._shows_all(found),
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             at=_state(max(wrong, key=lambda one: one.worst)) if wrong else None,
         )
+
+    def _shows_all(self, found: Sequence[Residual]) -> bool:
+        """Return whether every equation holds, and is proven to."""
+        proof = self._proof()
+        if proof is None or not all(one.holds for one in found):
+            return False
+        return all(proof.shows_motion(one.root) for one in found)
 
     def _with_numbers(
         self, found: Sequence[Residual], statements: Sequence[Statement], text: str

@@ -37,7 +37,7 @@ def check(
             metavar="WORDS",
             help="What it is meant to be: equation of motion, kinetic energy, potential energy, "
             "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
-            "equilibrium or reaction.",
+            "equilibrium, equilibrium of BODY (cut free) or reaction.",
         ),
     ] = "equation of motion",
     let: Annotated[

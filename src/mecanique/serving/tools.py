@@ -102,7 +102,7 @@ def check(
         formula: equations in plain text or LaTeX, one a line; they are never executed.
         ask: what it is meant to be: equation of motion, kinetic energy, potential energy,
             Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency,
-            equilibrium or reaction.
+            equilibrium, equilibrium of BODY (cut free, in its reactions) or reaction.
         let: definitions of further letters, e.g. ["J = m l^2/3"].
     """
     return check_formula(load(system), formula, ask, let or ()).to_dict()

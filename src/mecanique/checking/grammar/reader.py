@@ -146,6 +146,9 @@ def read(text: str, letters: Letters) -> tuple[Statement, ...]:
 def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
     """Read a definition such as "J = m l^2/3" or "theta = q1 + q2"; return it and more letters.
 
+    A letter of the system may take another meaning, as in "q = pi - q": on the right it has its
+    own meaning, from then on the new one.
+
     Args:
         text: the definition.
         letters: the letters it may use.
@@ -157,12 +160,17 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
     name = key_of(re.sub(r"[\\{}\s]|\(t\)", "", left))
     if not sign or not re.fullmatch(r"[^\W\d]\w*", name):
         raise FormulaError(f"expected LETTER = FORMULA, e.g. J = m l^2/3, got {text!r}")
-    if name in letters.kinds:
-        raise FormulaError(f"{name!r} is a letter of the system already; define another")
+    name = letters.by_key.get(name, name)
+    if letters.kinds.get(name) in ("time", "constant"):
+        raise FormulaError(f"{name!r} has its meaning already; define another letter")
     statements = read(right, letters)
     if len(statements) != 1 or statements[0].is_equation:
         raise FormulaError(f"expected one formula after {name} =, got {right.strip()!r}")
     formula = statements[0].sides[0]
+    if name in letters.kinds and not formula.letters:
+        raise FormulaError(
+            f"{name!r} is a letter of the system already; its value is a parameter's (-p {name}=…)"
+        )
     rates: dict[str, Node] = {}
     moving = letters.rate_nodes
     try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import permutations
 from typing import final
 
@@ -17,6 +17,7 @@ from mecanique.checking.judgement.motion import TOLERANCE, Residual
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.series import Series
 from mecanique.errors import FormulaError
 
 __all__ = ["Judged", "judge_formula"]
@@ -32,12 +33,16 @@ class Judged:
         residual: left minus right, to look for mistakes in; None where there is no such search.
         worst: the largest relative difference.
         forms: what keeps it from the form that was asked for.
+        root: what must be zero, or constant, for a proof.
+        series: what further letters in it are.
     """
 
     statement: Statement
     residual: Residual | None
     worst: float
     forms: tuple[str, ...] = ()
+    root: Node | None = None
+    series: Mapping[str, Series] = field(default_factory=dict)
 
     @property
     def holds(self) -> bool:
@@ -59,6 +64,7 @@ def judge_formula(
         "several": _judge_several,
         "equilibrium": _judge_equilibrium,
         "letters": _judge_letters,
+        "free body": _judge_free_body,
     }.get(quantity.kind, _judge_value)
     return judge(statements, truth, quantity, text)
 
@@ -73,7 +79,7 @@ def _judge_value(
     for statement in statements:
         one = _residual(statement, truth, sample, known, quantity.letters[0], text)
         if quantity.again is None:
-            found.append(Judged(statement, one, one.worst))
+            found.append(Judged(statement, one, one.worst, (), one.root, quantity.series))
             continue
         # two states with the same parameters may differ from the truth by the same constant
         other_values, letters = quantity.again
@@ -83,7 +89,7 @@ def _judge_value(
             difference = np.abs(one.values.whole - moved.whole)
             relative = difference / np.maximum(one.values.size, moved.size)
         worst = float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
-        found.append(Judged(statement, one, worst))
+        found.append(Judged(statement, one, worst, (), one.root, quantity.series))
     return found
 
 
@@ -146,17 +152,19 @@ def _judge_matrix(
         i, j = divmod(k, nv)
         far = _worst(np.abs(M - true)[:, i, j] / size[:, i, j])
         place = replace(statement, sides=(entry,), text=_quote(entry, text, i, j))
-        judged.append(Judged(place, _of_entry(entry, place, truth, true[:, i, j]), far))
+        one = _of_entry(entry, place, truth, true[:, i, j])
+        series = {_ENTRY: quantity.series[str(k)]}
+        judged.append(Judged(place, one, far, (), one.root, series))
     return judged
 
 
 _MOST_ORDERED = 4
+_ENTRY = "#entry"
+_NOTHING = "#nothing"
 
 
 def _of_entry(entry: Node, place: Statement, truth: Truth, true: Array) -> Residual:
-    name = "#entry"
-    sample = truth.sample
-    return _residual(place, truth, sample, {name: true}, name, "")
+    return _residual(place, truth, truth.sample, {_ENTRY: true}, _ENTRY, "")
 
 
 def _quote(entry: Node, text: str, i: int, j: int) -> str:
@@ -209,7 +217,7 @@ def _judge_constant(
         worst = _worst(np.where(size > 0, relative, 0.0))
         constant = not (size > 0).any()
         forms = ("it does not depend on the motion at all",) if constant else ()
-        found.append(Judged(statement, None, worst, forms))
+        found.append(Judged(statement, None, worst, forms, formula))
     return found
 
 
@@ -247,8 +255,52 @@ def _judge_letters(
             names = ", ".join(quantity.letters)
             raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
         one = _residual(statement, truth, truth.sample, known, "", text)
-        found.append(Judged(statement, one, one.worst))
+        found.append(Judged(statement, one, one.worst, (), one.root, quantity.series))
     return found
+
+
+def _judge_free_body(
+    statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
+) -> list[Judged]:
+    """Each equation holds where the forces have their true values, if need be only at rest."""
+    assert quantity.values is not None
+    assert quantity.again is not None
+    count = truth.sample.count
+    nothing = np.zeros(count)
+    known = {_NOTHING: nothing, **dict(zip(quantity.letters, quantity.values, strict=True))}
+    forces, letters = quantity.again
+    still = {**letters, _NOTHING: nothing, **dict(zip(quantity.letters, forces, strict=True))}
+    body = quantity.name.partition(" of ")[2]
+    assert quantity.derivation is not None
+    series = {_NOTHING: quantity.derivation.algebra.ring.number(0), **quantity.series}
+    foreign = _forces_elsewhere(truth, body, quantity.letters)
+    found = []
+    for statement in statements:
+        one = _residual(statement, truth, truth.sample, known, _NOTHING, text)
+        named = sorted(one.root.letters & foreign)
+        forms = [f"{name} does not act on {body}" for name in named]
+        worst = one.worst
+        moving = {*truth.velocities, *truth.accelerations}
+        if worst > TOLERANCE and not one.root.letters & moving:
+            at_rest = one.tape.evaluate(still, count)
+            with np.errstate(all="ignore"):
+                relative = _worst(np.abs(at_rest.whole) / at_rest.size)
+            if relative <= TOLERANCE:
+                worst = relative
+                forms.append("it holds at rest only: the inertia forces are missing")
+        found.append(Judged(statement, one, worst, tuple(forms), one.root, series))
+    return found
+
+
+def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]:
+    """The reactions in joints that do not touch a body."""
+    joints = [j.name for j in truth.mechanism.joints if body not in (j.parent, j.child)]
+    prefixes = [f"{letter}_{joint}" for letter in "RMSC" for joint in joints]
+    return {
+        name
+        for name in names
+        if any(name == prefix or name.startswith(f"{prefix}_") for prefix in prefixes)
+    }
 
 
 def _judge_equilibrium(

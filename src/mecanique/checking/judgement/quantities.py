@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Literal, TypeAlias, final
 
@@ -14,13 +14,21 @@ from mecanique.checking.judgement.truth import Sample, Truth
 from mecanique.derivation import derive
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
 
 __all__ = ["QUESTIONS", "Quantity", "ask_for"]
 
 Kind: TypeAlias = Literal[
-    "value", "up to a constant", "matrix", "conserved", "several", "equilibrium", "letters"
+    "value",
+    "up to a constant",
+    "matrix",
+    "conserved",
+    "several",
+    "equilibrium",
+    "letters",
+    "free body",
 ]
 """How a formula is compared."""
 
@@ -36,6 +44,8 @@ class Quantity:
         letters: the letters that stand for it in equations.
         values: its value at the states, shape (n,); a matrix (n, nv, nv); several (k, n).
         again: the same at other states with the same parameters, and the letters there.
+        series: its value in the ring of the derivation, by letter; a matrix row by row.
+        derivation: whose ring that is, if it is not that of the equations of motion.
     """
 
     name: str
@@ -43,7 +53,11 @@ class Quantity:
     letters: tuple[str, ...] = ()
     values: Array | None = None
     again: tuple[Array, Mapping[str, Array]] | None = None
+    series: Mapping[str, Series] = field(default_factory=dict)
+    derivation: Derivation | None = None
 
+
+_ZERO = np.zeros(())
 
 _LETTERS = {
     "kinetic energy": ("T", "Ek", "Ekin", "KE", "K"),
@@ -58,6 +72,9 @@ _LETTERS = {
     "reaction": (),
 }
 
+_OF = ("momentum", "equilibrium")
+"""Questions that may name a coordinate or a body."""
+
 QUESTIONS = ("equation of motion", *_LETTERS)
 """What may be asked for."""
 
@@ -67,14 +84,15 @@ def ask_for(truth: Truth, question: str) -> Quantity:
 
     Args:
         truth: the mechanism's own equations.
-        question: one of `QUESTIONS`, a momentum with its coordinate: "momentum of q".
+        question: one of `QUESTIONS`; a momentum with its coordinate, "momentum of q", and the
+            equilibrium of a free body with its name, "equilibrium of rod".
 
     Raises:
         UnknownNameError: if there is no such question, or coordinate.
         InputError: if the mechanism has no such quantity in letters.
     """
     name, _, what = question.partition(" of ")
-    if name not in QUESTIONS or (what and name != "momentum"):
+    if name not in QUESTIONS or (what and name not in _OF):
         raise UnknownNameError("question", question, QUESTIONS)
     if truth.derivation is None:
         raise InputError(
@@ -106,14 +124,15 @@ class _Asked:
             "momentum": self._momentum,
             "conserved quantity": lambda name, _: Quantity(name, "conserved", _LETTERS[name]),
             "frequency": self._frequency,
-            "equilibrium": lambda name, _: Quantity(name, "equilibrium"),
+            "equilibrium": self._equilibrium,
             "reaction": self._reactions,
         }
         return find[name](name, what)
 
     @cached_property
     def _lagrange(self) -> Lagrange:
-        return Lagrange(self._truth.mechanism)
+        derivation = self._truth.derivation
+        return Lagrange(self._truth.mechanism, derivation.algebra if derivation else None)
 
     def _energy(self, name: str, _: str) -> Quantity:
         T, V = self._lagrange.T, self._lagrange.V
@@ -125,17 +144,25 @@ class _Asked:
         }[name]
         found = self._value(series, self._sample.values)
         if name == "kinetic energy":
-            return Quantity(name, "value", _LETTERS[name], found)
+            return self._in_letters(Quantity(name, "value", _LETTERS[name], found), series)
         moved = roll(self._truth, self._sample)
         again = self._value(series, moved), moved
-        return Quantity(name, "up to a constant", _LETTERS[name], found, again)
+        whole = Quantity(name, "up to a constant", _LETTERS[name], found, again)
+        return self._in_letters(whole, series)
+
+    def _in_letters(self, quantity: Quantity, series: Series) -> Quantity:
+        return replace(quantity, series=dict.fromkeys(quantity.letters, series))
 
     def _value(self, series: Series, values: Mapping[str, Array]) -> Array:
         evaluated = Evaluation(series.ring, values)
         return np.broadcast_to(np.asarray(evaluated(series), dtype=float), (self._sample.count,))
 
     def _mass(self, name: str, _: str) -> Quantity:
-        return Quantity(name, "matrix", (), self._sample.M)
+        derivation = self._truth.derivation
+        assert derivation is not None
+        entries = [entry for row in derivation.M for entry in row]
+        series = {str(k): entry for k, entry in enumerate(entries)}
+        return Quantity(name, "matrix", (), self._sample.M, series=series)
 
     def _momentum(self, name: str, what: str) -> Quantity:
         coordinates = [v.removesuffix("'") for v in self._truth.velocities]
@@ -147,13 +174,40 @@ class _Asked:
         if chosen not in coordinates:
             raise UnknownNameError("coordinate", chosen, coordinates)
         velocity = self._truth.velocities[coordinates.index(chosen)]
-        found = self._value(self._lagrange.T.diff(velocity), self._sample.values)
-        return Quantity(name, "value", ("p", f"p{chosen}"), found)
+        series = self._lagrange.T.diff(velocity)
+        found = self._value(series, self._sample.values)
+        return self._in_letters(Quantity(name, "value", ("p", f"p{chosen}"), found), series)
 
     def _reactions(self, name: str, _: str) -> Quantity:
-        found = reactions(self._truth, self._sample)
-        values = np.stack(list(found.values())) if found else np.zeros((0, self._sample.count))
-        return Quantity(name, "letters", tuple(found), values)
+        derivation = balances(self._truth)
+        found = [self._value(one, self._sample.values) for one in derivation.reactions.values()]
+        values = np.stack(found) if found else np.zeros((0, self._sample.count))
+        letters = tuple(derivation.reactions)
+        return Quantity(name, "letters", letters, values, None, derivation.reactions, derivation)
+
+    def _equilibrium(self, name: str, what: str) -> Quantity:
+        """The mechanism's own equilibrium, or the balance of forces on one body cut free."""
+        if not what:
+            return Quantity(name, "equilibrium")
+        bodies = [body.name for body in self._truth.mechanism.bodies[1:]]
+        if what not in bodies:
+            raise UnknownNameError("body", what, bodies)
+        derivation = balances(self._truth)
+        series = dict(derivation.reactions)
+        for stage in derivation.stages:
+            for result in stage.results:
+                if isinstance(result.left, Left) and stage.title.startswith(f"Free body {what}:"):
+                    series[result.left.symbol] = result.right
+        still = {**self._sample.values, **dict.fromkeys(self._truth.velocities, _ZERO)}
+        still |= dict.fromkeys(self._truth.accelerations, _ZERO)
+        values, at_rest = (
+            np.stack([self._value(one, letters) for one in series.values()])
+            for letters in (self._sample.values, still)
+        )
+        again = (at_rest, still)
+        return Quantity(
+            f"{name} of {what}", "free body", tuple(series), values, again, series, derivation
+        )
 
     def _frequency(self, name: str, _: str) -> Quantity:
         M, C, K = linear_matrices(self._truth, self._sample)
@@ -220,24 +274,13 @@ def _along(force: Series, velocities: tuple[str, ...]) -> list[Series]:
     ]
 
 
-def reactions(truth: Truth, sample: Sample) -> dict[str, Array]:
-    """Return the reactions by the names that `derive` by Newton and Euler's method shows.
+def balances(truth: Truth) -> Derivation:
+    """Return the balances of every body cut free, by Newton and Euler's method.
 
     Raises:
         InputError: if they have no closed form.
     """
     try:
-        derivation = derive(truth.mechanism, "newton_euler").derivation
+        return derive(truth.mechanism, "newton_euler").derivation
     except DerivationError as error:
         raise InputError(f"the reactions have no closed form: {error}") from None
-    evaluated = Evaluation(derivation.algebra.ring, sample.values)
-    found = {}
-    for name, series in derivation.reactions.items():
-        found[name] = np.broadcast_to(np.asarray(evaluated(series), dtype=float), (sample.count,))
-    return found
-
-
-def at_rest(truth: Truth, sample: Sample) -> Sample:
-    """Return the same states without velocities and accelerations."""
-    still = dict.fromkeys((*truth.velocities, *truth.accelerations), np.zeros(sample.count))
-    return replace(sample, values={**sample.values, **still})

@@ -1,0 +1,282 @@
+"""Equality proven by algebra, in the ring of Poisson series that the derivation uses.
+
+In this ring trigonometric identities hold by construction: two forms are equal exactly when their
+difference has no term. A submitted formula is brought into it as a fraction of two series. What has
+no form there, or too many terms, is left to the comparison at many states.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from threading import Lock
+from typing import final
+
+from mecanique.checking.grammar.tree import Node, rate
+from mecanique.derivation.scalars.arcs import function_without_arcs
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import Derivation
+from mecanique.errors import DerivationError, FormulaError, UnknownNameError
+
+__all__ = ["Proof"]
+
+_MOST_PRODUCTS = 30_000
+"""Products of terms that are formed for one formula: some 50 ms; a longer one is not proven."""
+
+_MOST_UNKNOWNS = 3
+"""Accelerations that are eliminated by Cramer's rule; of more, single rows are compared."""
+
+
+@final
+@dataclass(frozen=True)
+class _Fraction:
+    """A quotient of two series.
+
+    Args:
+        above: the numerator.
+        below: the denominator.
+    """
+
+    above: Series
+    below: Series
+
+
+@final
+class Proof:
+    """Proves formulas on one mechanism.
+
+    Args:
+        derivation: its equations of motion; its ring is used.
+    """
+
+    def __init__(self, derivation: Derivation) -> None:
+        self._derivation = derivation
+        self._ring = derivation.algebra.ring
+        self._one = self._ring.number(1)
+        self._left = 0
+        # formulas adjoin angles to the ring, one at a time
+        self._lock = Lock()
+
+    def shows_motion(self, root: Node, letters: Mapping[str, Series] | None = None) -> bool:
+        """Return whether a formula is proven to be zero whenever the mechanism moves as it does.
+
+        Args:
+            root: an equation, left minus right.
+            letters: what further letters stand for.
+        """
+        with self._lock:
+            try:
+                self._left = _MOST_PRODUCTS
+                return self._follows(self._read(root, letters or {}))
+            except (DerivationError, UnknownNameError, OverflowError):
+                return False
+
+    def shows_constant(self, root: Node, letters: Mapping[str, Series]) -> bool:
+        """Return whether a formula is proven to depend on parameters alone.
+
+        Args:
+            root: the formula.
+            letters: what further letters stand for.
+        """
+        with self._lock:
+            try:
+                self._left = _MOST_PRODUCTS
+                found = self._read(root, letters)
+            except (DerivationError, UnknownNameError, OverflowError):
+                return False
+            kinds = {g.kind for g in (*found.above.generators(), *found.below.generators())}
+            return bool(found.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
+
+    def shows_conserved(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
+        """Return whether the rate of a formula is proven to be zero along every motion.
+
+        Args:
+            root: the formula.
+            rates: the rate of each letter that changes.
+        """
+        try:
+            return self.shows_motion(rate(root, rates))
+        except FormulaError:
+            return False
+
+    def _follows(self, fraction: _Fraction) -> bool:
+        """Whether a fraction is zero by the equations of motion and the ties."""
+        above = fraction.above
+        if _is_zero(fraction.below):
+            return False
+        if _is_zero(above):
+            return True
+        derivation = self._derivation
+        if derivation.ties or derivation.quasi:
+            return self._is_multiple(above)
+        names = derivation.algebra.accelerations
+        slopes, rest = above.linear(names)
+        for row, force in zip(derivation.M, self._forces, strict=True):
+            if self._is_row(slopes, rest, row, force):
+                return True
+        if len(names) > _MOST_UNKNOWNS:
+            return False
+        determinant, solution = self._solution
+        terms = [self._multiply(rest, determinant)]
+        terms += [self._multiply(a, b) for a, b in zip(slopes, solution, strict=True) if a]
+        return _is_zero(self._ring.sum(terms))
+
+    def _is_row(
+        self, slopes: Sequence[Series], rest: Series, row: Sequence[Series], force: Series
+    ) -> bool:
+        """Whether Σ slopes a + rest is a multiple of Σ row a − force."""
+        known = [k for k, entry in enumerate(row) if entry]
+        if not known or any(bool(a) != bool(b) for a, b in zip(slopes, row, strict=True)):
+            return False
+        pivot = min(known, key=lambda k: len(row[k]) + len(slopes[k]))
+        have, own = slopes[pivot], row[pivot]
+        pairs = [(slopes[k], row[k]) for k in known if k != pivot] + [(rest, -force)]
+        return all(_is_zero(self._multiply(a, own) - self._multiply(b, have)) for a, b in pairs)
+
+    def _is_multiple(self, above: Series) -> bool:
+        """Whether a series is one of the rows or ties, times a number and powers of letters."""
+        return any(self._has_ratio(above, one) for one in self._known)
+
+    def _has_ratio(self, above: Series, other: Series) -> bool:
+        if above.parts.keys() != other.parts.keys():
+            return False
+        angle = next(iter(above.parts))
+        # monomials are packed so that those of a product add up, and keep their order
+        first, second = max(above.parts[angle]), max(other.parts[angle])
+        have, own = above.parts[angle][first], other.parts[angle][second]
+        ratio = Fraction(have * other.denominator, above.denominator * own)
+        reach = above.reach + other.reach
+        letters = Series(self._ring, {0: {first - second: 1}}, 1, reach)
+        return _is_zero(above - other * letters * ratio)
+
+    @cached_property
+    def _known(self) -> tuple[Series, ...]:
+        """Rows with multipliers, what the ties demand, and its rates."""
+        found = list(self._derivation.rows)
+        for tie in self._derivation.ties:
+            found += [tie.demand, tie.demand.ddt(), tie.second]
+        return tuple(one for one in found if one)
+
+    @cached_property
+    def _forces(self) -> tuple[Series, ...]:
+        """The right sides of M a = Q − h."""
+        pairs = zip(self._derivation.Q, self._derivation.h, strict=True)
+        return tuple(Q - h for Q, h in pairs)
+
+    @cached_property
+    def _solution(self) -> tuple[Series, list[Series]]:
+        """The determinant of M, and the accelerations times it, by Cramer's rule."""
+        M = [list(row) for row in self._derivation.M]
+        determinant = self._determinant(M)
+        columns = []
+        for k in range(len(M)):
+            changed = [
+                [*row[:k], force, *row[k + 1 :]] for row, force in zip(M, self._forces, strict=True)
+            ]
+            columns.append(self._determinant(changed))
+        return determinant, columns
+
+    def _determinant(self, rows: Sequence[Sequence[Series]]) -> Series:
+        """The determinant, by the first row."""
+        if len(rows) == 1:
+            return rows[0][0]
+        terms = []
+        for k, entry in enumerate(rows[0]):
+            if entry:
+                minor = [[*row[:k], *row[k + 1 :]] for row in rows[1:]]
+                term = self._multiply(entry, self._determinant(minor))
+                terms.append(-term if k % 2 else term)
+        return self._ring.sum(terms)
+
+    def _multiply(self, a: Series, b: Series) -> Series:
+        self._left -= len(a) * len(b)
+        if self._left < 0:
+            raise DerivationError("the formula has too many terms to prove it")
+        return a * b
+
+    def _read(self, node: Node, letters: Mapping[str, Series]) -> _Fraction:
+        """Return a formula as a fraction.
+
+        Raises:
+            DerivationError: if it has no form in the ring, or too many terms.
+        """
+        parts = [self._read(part, letters) for part in node.parts] if node.kind != "power" else []
+        match node.kind:
+            case "number":
+                return self._whole(self._ring.number(node.value))
+            case "letter" if node.name == "pi":
+                return self._whole(self._ring.constant("pi"))
+            case "letter":
+                own = node.name not in letters
+                return self._whole(self._ring[node.name] if own else letters[node.name])
+            case "sum":
+                return self._add(parts)
+            case "negative":
+                return _Fraction(-parts[0].above, parts[0].below)
+            case "product":
+                return self._product(parts)
+            case "quotient":
+                return self._product([parts[0], _invert(parts[1])])
+            case "power":
+                return self._power(node, letters)
+            case "call":
+                return self._call(node.name, parts)
+        raise DerivationError("a matrix has no form in the ring")
+
+    def _whole(self, series: Series) -> _Fraction:
+        return _Fraction(series, self._one)
+
+    def _add(self, terms: Sequence[_Fraction]) -> _Fraction:
+        belows = [one for one in dict.fromkeys(term.below for term in terms) if one != self._one]
+        summed = []
+        for term in terms:
+            above = term.above
+            for other in belows:
+                above = above if other == term.below else self._multiply(above, other)
+            summed.append(above)
+        below = self._one
+        for one in belows:
+            below = self._multiply(below, one)
+        return _Fraction(self._ring.sum(summed), below)
+
+    def _product(self, factors: Sequence[_Fraction]) -> _Fraction:
+        above = below = self._one
+        for factor in factors:
+            if factor.below.is_unit:
+                above = self._multiply(above, factor.above * factor.below**-1)
+                continue
+            above = self._multiply(above, factor.above)
+            below = self._multiply(below, factor.below)
+        return _Fraction(above, below)
+
+    def _power(self, node: Node, letters: Mapping[str, Series]) -> _Fraction:
+        base = self._read(node.parts[0], letters)
+        exponent, sign = node.parts[1], 1
+        if exponent.kind == "negative":
+            exponent, sign = exponent.parts[0], -1
+        if exponent.kind != "number" or exponent.value.denominator != 1:
+            raise DerivationError("a power has no form in the ring")
+        count = int(exponent.value) * sign
+        found = self._product([base if count > 0 else _invert(base)] * abs(count))
+        return found if count else self._whole(self._one)
+
+    def _call(self, name: str, parts: Sequence[_Fraction]) -> _Fraction:
+        if name not in ("sin", "cos", "tan", "sqrt") or not parts[0].below.is_unit:
+            raise DerivationError(f"{name} has no form in the ring")
+        argument = parts[0].above * parts[0].below ** -1
+        if name == "tan":
+            sine, cosine = (function_without_arcs(one)(argument) for one in ("sin", "cos"))
+            return _Fraction(sine, cosine)
+        return self._whole(function_without_arcs(name)(argument))
+
+
+def _invert(fraction: _Fraction) -> _Fraction:
+    if _is_zero(fraction.above):
+        raise DerivationError("a division by zero")
+    return _Fraction(fraction.below, fraction.above)
+
+
+def _is_zero(series: Series) -> bool:
+    return not series or series.vanishes()
