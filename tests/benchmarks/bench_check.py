@@ -62,7 +62,7 @@ def mistake(per_system: int, show: int) -> None:
     """Count wrong answers that are accepted, and causes that are found."""
     taken: list[float] = []
     accepted = shown = 0
-    count, first, three, anywhere = Counter[str](), Counter[str](), Counter[str](), Counter[str]()
+    count, first, told, listed = (Counter[str]() for _ in range(4))
     for answer in wrong_answers(per_system):
         found, seconds = timed(answer)
         taken.append(seconds)
@@ -72,9 +72,11 @@ def mistake(per_system: int, show: int) -> None:
             accepted += found.right
         kinds = [cause.kind for cause in found.causes]
         first[kind] += bool(set(kinds[:1]) & EXPECTED[kind])
-        three[kind] += bool(set(kinds[:3]) & EXPECTED[kind])
+        words = str(found)
+        said = {cause.kind for cause in found.causes if f": {cause.text}" in words}
+        told[kind] += bool(said & EXPECTED[kind])
         named = bool(set(kinds) & EXPECTED[kind])
-        anywhere[kind] += named
+        listed[kind] += named
         if not named and shown < show:
             shown += 1
             print(f"NOT NAMED {kind} {answer.system}\n{answer.text[:600]}\n   {str(found)[:900]}")
@@ -82,10 +84,14 @@ def mistake(per_system: int, show: int) -> None:
     print(f"{total} wrong answers on {len(SYSTEMS)} systems: {accepted} accepted as right")
     for kind in count:
         print(
-            f"  {kind:15s} {count[kind]:5d}  first {first[kind] / count[kind]:.3f}  among three "
-            f"{three[kind] / count[kind]:.3f}  named {anywhere[kind] / count[kind]:.3f}"
+            f"  {kind:15s} {count[kind]:5d}  first {first[kind] / count[kind]:.3f}  "
+            f"told {told[kind] / count[kind]:.3f}  listed {listed[kind] / count[kind]:.3f}"
         )
-    for words, some in (("first", first), ("among three", three), ("named", anywhere)):
+    for words, some in (
+        ("first", first),
+        ("first, or told as giving the same formula", told),
+        ("listed", listed),
+    ):
         print(f"  all: {words} {sum(some.values()) / total:.4f}")
     report("  CPU time", taken)
 

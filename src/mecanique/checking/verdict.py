@@ -162,10 +162,22 @@ class Check:
             if several:
                 out.append(f"  {number}. {line.outcome}: {line.text}")
         out += [f"  form: {form}" for form in self.forms]
-        shown = self.causes[:_SHOWN]
-        for number, cause in enumerate(shown):
-            out.append(f"  {'likely cause' if not number else 'or'}: {cause}")
+        out += self._list_causes()
         if self.at:
             state = ", ".join(f"{name} = {value:.4g}" for name, value in self.at.items())
             out.append(f"  largest difference at {state}")
         return "\n".join(out)
+
+    def _list_causes(self) -> list[str]:
+        """The likeliest cause of each equation, and others that give the very same formula."""
+        out: list[str] = []
+        told: set[Cause] = set()
+        for line in self.lines:
+            new = [cause for cause in line.causes[:_SHOWN] if cause not in told]
+            told.update(new)
+            for cause in new:
+                # units that do not fit are told first, and by themselves
+                alike = cause is not new[0] and new[0].kind != "units"
+                others = "or, which gives the same formula" if alike else "or"
+                out.append(f"  {'likely cause' if cause is new[0] else others}: {cause}")
+        return out

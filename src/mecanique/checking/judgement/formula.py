@@ -295,12 +295,8 @@ def _judge_free_body(
 def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]:
     """The reactions in joints that do not touch a body."""
     joints = [j.name for j in truth.mechanism.joints if body not in (j.parent, j.child)]
-    prefixes = [f"{letter}_{joint}" for letter in "RMSC" for joint in joints]
-    return {
-        name
-        for name in names
-        if any(name == prefix or name.startswith(f"{prefix}_") for prefix in prefixes)
-    }
+    prefixes = tuple(f"{letter}_{joint}_" for letter in "RMSC" for joint in joints)
+    return {name for name in names if f"{name}_".startswith(prefixes)}
 
 
 def _judge_equilibrium(

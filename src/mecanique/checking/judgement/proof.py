@@ -229,7 +229,8 @@ class Proof:
         return _Fraction(series, self._one)
 
     def _add(self, terms: Sequence[_Fraction]) -> _Fraction:
-        belows = [one for one in dict.fromkeys(term.below for term in terms) if one != self._one]
+        below_each = dict.fromkeys(term.below for term in terms)
+        belows = [one for one in below_each if one != self._one]
         summed = []
         for term in terms:
             above = term.above

@@ -200,10 +200,8 @@ class _Asked:
                     series[result.left.symbol] = result.right
         still = {**self._sample.values, **dict.fromkeys(self._truth.velocities, _ZERO)}
         still |= dict.fromkeys(self._truth.accelerations, _ZERO)
-        values, at_rest = (
-            np.stack([self._value(one, letters) for one in series.values()])
-            for letters in (self._sample.values, still)
-        )
+        values = np.stack([self._value(one, self._sample.values) for one in series.values()])
+        at_rest = np.stack([self._value(one, still) for one in series.values()])
         again = (at_rest, still)
         return Quantity(
             f"{name} of {what}", "free body", tuple(series), values, again, series, derivation

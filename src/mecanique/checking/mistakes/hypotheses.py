@@ -376,7 +376,9 @@ class Hypotheses:
             return
         turning = self._sample.M - particle[0], self._rest - particle[1]
         name = body.name
-        if any(plain(entry) != 0 for entry in body.inertia):
+        # a body that only slides has no inertia to be mistaken
+        turns = bool(np.abs(turning[0]).max() > _SINGULAR * np.abs(self._sample.M).max())
+        if turns:
             what = f"the inertia of {name!r} about its own center is missing (taken as a particle)"
             yield Hypothesis("inertia", what, 1.0, *particle)
             what = f"the inertia of {name!r} about its own center is taken twice"
@@ -388,7 +390,7 @@ class Hypotheses:
         if still is None or absent is None:
             return
         moving = still[0] - absent[0], still[1] - absent[1]
-        if any(plain(entry) != 0 for entry in body.inertia):
+        if turns:
             what = f"the inertia of {name!r} is taken about its center (Steiner's term is missing)"
             rest = self._rest - moving[1]
             yield Hypothesis("inertia", what, 0.8, self._sample.M - moving[0], rest)

@@ -342,7 +342,8 @@ class _Part:
                 angular = name in context.units
                 kind = "letter" if angular else "angle"
                 text = f"{self._here} stands {self._where}where {other} should"
-                yield Repair(kind, text, self.quoted, 1.3)
+                # a sum for a letter is a term that is missing
+                yield Repair(kind, text, self.quoted, 2.05 if "+" in other else 1.3)
         if name in context.angles:
             for function, shape in (("sin", np.sin), ("tan", np.tan)):
                 if self.is_alike(shape(self.have)):

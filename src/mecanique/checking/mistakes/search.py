@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 from typing import final
 
 import numpy as np
+import numpy.typing as npt
 
+from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.truth import Truth
@@ -20,6 +22,12 @@ __all__ = ["Search"]
 
 _HOLDS = 1e-7
 """An equation holds at other accelerations up to this part of its terms."""
+
+_SEVERAL = -0.6
+"""Added to the weight of what explains several equations at once."""
+
+_DENIED = 1.0
+"""Added to the weight of what contradicts an equation that is right."""
 
 _MOST = 12
 """Causes that are kept for an equation."""
@@ -62,12 +70,21 @@ class Search:
             found: the equations.
             text: what they were read from.
         """
-        common = self._explain_all(found)
         several = len(found) > 1
-        causes = []
-        for number, one in enumerate(found, 1):
-            place = number if several else 0
-            causes.append(() if one.holds else self._of_equation(one, place, common, text))
+        holds = self._hold(found)
+        common = self._explain_all(found, holds)
+        right = np.array([one.holds for one in found])
+        # what contradicts an equation that is right explains only a part of the answer
+        denied = _DENIED * ~np.asarray(holds[:, right].all(axis=1))
+        causes: list[tuple[Cause, ...]] = []
+        for k, one in enumerate(found):
+            if one.holds:
+                causes.append(())
+                continue
+            number = k + 1 if several else 0
+            own = [*common, *self._listed(holds[:, k], denied, number)]
+            own += self._mend(one, number, text)
+            causes.append(_rank(self._misfits(one, number, text), own))
         return tuple(causes)
 
     def mend(self, one: Residual, number: int, text: str) -> tuple[Cause, ...]:
@@ -99,43 +116,31 @@ class Search:
             return [Cause("units", fault.text, part, number)]
         return []
 
-    def _of_equation(
-        self, one: Residual, number: int, common: Sequence[tuple[float, Cause]], text: str
-    ) -> tuple[Cause, ...]:
-        misfit = self._misfits(one, number, text)
-        weighed = list(common)
-        sample = one.sample
-        zero = np.zeros(sample.count)
-        context = self.context if sample is self._truth.sample else None
-        if context is not None:
-            mended = repairs(one.tape, one.values, zero, context, text)
-            weighed += [
-                (repair.weight, Cause(repair.kind, repair.text, repair.part, number))
-                for repair in _list_once(mended)
-            ]
-            weighed += [
-                (weight, Cause(kind, sentence, "", number))
-                for weight, kind, sentence in self._explaining([one])
-            ]
-        return _rank(misfit, weighed)
-
-    def _explain_all(self, found: Sequence[Residual]) -> list[tuple[float, Cause]]:
-        """Return what explains all equations at once, if several are wrong."""
-        wrong = [one for one in found if not one.holds]
-        if len(wrong) < 2 or found[0].sample is not self._truth.sample:
+    def _mend(self, one: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
+        """Return the single changes that would make an equation right, with their weights."""
+        if one.sample is not self._truth.sample:
             return []
+        zero = np.zeros(one.sample.count)
+        mended = _list_once(repairs(one.tape, one.values, zero, self.context, text))
         return [
-            (weight - 0.6, Cause(kind, sentence))
-            for weight, kind, sentence in self._explaining(found)
+            (found.weight, Cause(found.kind, found.text, found.part, number)) for found in mended
         ]
 
-    def _explaining(self, found: Sequence[Residual]) -> Iterator[tuple[float, str, str]]:
-        """Yield the hypotheses at whose accelerations equations hold."""
-        listed = self._hypotheses.listed
-        if not listed:
-            return
-        explains = np.ones(len(listed), dtype=bool)
+    def _explain_all(
+        self, found: Sequence[Residual], holds: npt.NDArray[np.bool_]
+    ) -> list[tuple[float, Cause]]:
+        """Return what explains all equations at once, if several are wrong."""
+        if sum(not one.holds for one in found) < 2:
+            return []
+        return self._listed(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
+
+    def _hold(self, found: Sequence[Residual]) -> npt.NDArray[np.bool_]:
+        """Which equations hold at the accelerations of which hypotheses."""
+        known = all(one.sample is self._truth.sample for one in found)
+        if not known or all(one.holds for one in found) or not self._hypotheses.listed:
+            return np.zeros((0, len(found)), dtype=bool)
         step = self._hypotheses.accelerations - self._truth.sample.a
+        columns = []
         for one in found:
             slopes = one.by_acceleration
             with np.errstate(all="ignore"):
@@ -143,10 +148,27 @@ class Search:
                 size = one.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
                 left = np.abs(one.values.whole + moved) / size
             left[:, ~one.finite] = 0.0
-            explains &= (left <= _HOLDS).all(axis=1)
-        for k in np.flatnonzero(explains):
-            hypothesis = listed[k]
-            yield hypothesis.weight, hypothesis.kind, hypothesis.sentence
+            columns.append((left <= _HOLDS).all(axis=1))
+        return np.stack(columns, axis=-1)
+
+    def _listed(
+        self, chosen: npt.NDArray[np.bool_], more: Array, number: int
+    ) -> list[tuple[float, Cause]]:
+        """Return the likeliest of the hypotheses that are chosen, with their weights.
+
+        Args:
+            chosen: whether each is.
+            more: added to the weight of each.
+            number: of the equation they explain.
+        """
+        weighed = [
+            (self._hypotheses.listed[h].weight + float(more[h]), self._hypotheses.listed[h])
+            for h in np.flatnonzero(chosen)
+        ]
+        weighed.sort(key=lambda pair: pair[0])
+        return [
+            (weight, Cause(one.kind, one.sentence, "", number)) for weight, one in weighed[:_MOST]
+        ]
 
 
 def _list_once(found: Iterable[Repair]) -> list[Repair]:
