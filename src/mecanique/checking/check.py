@@ -154,10 +154,10 @@ class Checker:
         if not one.holds or one.root is None or proof is None:
             return False
         if quantity.kind == "conserved":
-            return proof.shows_conserved(one.root, Letters.of(self.mechanism).rate_nodes)
+            return proof.prove_conserved(one.root, Letters.of(self.mechanism).rate_nodes)
         if quantity.kind == "up to a constant":
-            return proof.shows_constant(one.root, one.series)
-        return proof.shows_motion(one.root, one.series)
+            return proof.prove_constant(one.root, one.series)
+        return proof.prove_motion(one.root, one.series)
 
     def _proof(self, derivation: Derivation | None = None) -> Proof | None:
         """Return what proves formulas by the equations of motion, or by another derivation."""
@@ -209,18 +209,18 @@ class Checker:
             lines=tuple(lines),
             states=truth.sample.count,
             varied=found[0].sample.varied,
-            exact=not numbers and self._shows_all(found),
+            exact=not numbers and self._prove_all(found),
             forms=tuple(dict.fromkeys(forms)),
             causes=tuple(dict.fromkeys(cause for line in lines for cause in line.causes)),
             at=_state(max(wrong, key=lambda one: one.worst)) if wrong else None,
         )
 
-    def _shows_all(self, found: Sequence[Residual]) -> bool:
+    def _prove_all(self, found: Sequence[Residual]) -> bool:
         """Return whether every equation holds, and is proven to."""
         proof = self._proof()
         if proof is None or not all(one.holds for one in found):
             return False
-        return all(proof.shows_motion(one.root) for one in found)
+        return all(proof.prove_motion(one.root) for one in found)
 
     def _with_numbers(
         self, found: Sequence[Residual], statements: Sequence[Statement], text: str

@@ -59,7 +59,7 @@ class Proof:
         # formulas adjoin angles to the ring, one at a time
         self._lock = Lock()
 
-    def shows_motion(self, root: Node, letters: Mapping[str, Series] | None = None) -> bool:
+    def prove_motion(self, root: Node, letters: Mapping[str, Series] | None = None) -> bool:
         """Return whether a formula is proven to be zero whenever the mechanism moves as it does.
 
         Args:
@@ -73,7 +73,7 @@ class Proof:
             except (DerivationError, UnknownNameError, OverflowError):
                 return False
 
-    def shows_constant(self, root: Node, letters: Mapping[str, Series]) -> bool:
+    def prove_constant(self, root: Node, letters: Mapping[str, Series]) -> bool:
         """Return whether a formula is proven to depend on parameters alone.
 
         Args:
@@ -89,7 +89,7 @@ class Proof:
             kinds = {g.kind for g in (*found.above.generators(), *found.below.generators())}
             return bool(found.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
 
-    def shows_conserved(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
+    def prove_conserved(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
         """Return whether the rate of a formula is proven to be zero along every motion.
 
         Args:
@@ -97,7 +97,7 @@ class Proof:
             rates: the rate of each letter that changes.
         """
         try:
-            return self.shows_motion(rate(root, rates))
+            return self.prove_motion(rate(root, rates))
         except FormulaError:
             return False
 

@@ -82,7 +82,7 @@ class Search:
                 causes.append(())
                 continue
             number = k + 1 if several else 0
-            own = [*common, *self._listed(holds[:, k], denied, number)]
+            own = [*common, *self._list_likeliest(holds[:, k], denied, number)]
             own += self._mend(one, number, text)
             causes.append(_rank(self._misfits(one, number, text), own))
         return tuple(causes)
@@ -132,7 +132,7 @@ class Search:
         """Return what explains all equations at once, if several are wrong."""
         if sum(not one.holds for one in found) < 2:
             return []
-        return self._listed(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
+        return self._list_likeliest(np.asarray(holds.all(axis=1)), np.full(len(holds), _SEVERAL), 0)
 
     def _hold(self, found: Sequence[Residual]) -> npt.NDArray[np.bool_]:
         """Which equations hold at the accelerations of which hypotheses."""
@@ -151,7 +151,7 @@ class Search:
             columns.append((left <= _HOLDS).all(axis=1))
         return np.stack(columns, axis=-1)
 
-    def _listed(
+    def _list_likeliest(
         self, chosen: npt.NDArray[np.bool_], more: Array, number: int
     ) -> list[tuple[float, Cause]]:
         """Return the likeliest of the hypotheses that are chosen, with their weights.
