@@ -154,7 +154,7 @@ class Checker:
         if not one.holds or one.root is None or proof is None:
             return False
         if quantity.kind == "conserved":
-            return proof.prove_conserved(one.root, Letters.of(self.mechanism).rate_nodes)
+            return proof.prove_conservation(one.root, Letters.of(self.mechanism).rate_nodes)
         if quantity.kind == "up to a constant":
             return proof.prove_constant(one.root, one.series)
         return proof.prove_motion(one.root, one.series)

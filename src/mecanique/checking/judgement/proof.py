@@ -89,7 +89,7 @@ class Proof:
             kinds = {g.kind for g in (*found.above.generators(), *found.below.generators())}
             return bool(found.below) and kinds <= {Kind.PARAMETER, Kind.CONSTANT}
 
-    def prove_conserved(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
+    def prove_conservation(self, root: Node, rates: Mapping[str, Node | None]) -> bool:
         """Return whether the rate of a formula is proven to be zero along every motion.
 
         Args:
