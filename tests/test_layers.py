@@ -137,11 +137,12 @@ ORDER: dict[str, list[str]] = {
         "forces",
         "loops",
         "constrained",
+        "landing",
         "dynamics",
         "actions",
     ],
     "generation.verdict": ["answers", "differences", "cases", "verdict"],
-    "generation.targets": ["target", "c javascript python", "casadi"],
+    "generation.targets": ["target", "c javascript python", "casadi steps", "fmi", "fmu"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [
         "paper posture",

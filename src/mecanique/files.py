@@ -9,7 +9,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import IO
 
-__all__ = ["write_whole"]
+__all__ = ["as_bytes", "write_whole"]
 
 
 @contextmanager
@@ -26,3 +26,12 @@ def write_whole(path: Path) -> Iterator[IO[bytes]]:
         os.replace(beside, path)
     finally:
         beside.unlink(missing_ok=True)
+
+
+def as_bytes(content: str | bytes) -> bytes:
+    """Return what is written to a file.
+
+    Args:
+        content: text, or bytes as they are.
+    """
+    return content.encode() if isinstance(content, str) else content

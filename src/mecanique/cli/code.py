@@ -11,7 +11,17 @@ import typer
 import mecanique as mq
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
+from mecanique.cli.words import (
+    AsJson,
+    Coordinates,
+    Parameters,
+    Seed,
+    SystemName,
+    Velocities,
+    choose,
+    report_errors,
+    start_of,
+)
 
 __all__ = ["app"]
 
@@ -25,7 +35,9 @@ def code(
     system: SystemName,
     target: Annotated[
         str,
-        typer.Option(metavar="LANGUAGE", help="c, javascript, python (numpy), jax or casadi."),
+        typer.Option(
+            metavar="LANGUAGE", help="c, javascript, python, jax, casadi or fmu (FMI 3.0)."
+        ),
     ] = "c",
     what: Annotated[
         str,
@@ -51,15 +63,18 @@ def code(
         int, typer.Option(metavar="NUMBER", help="Number of states to compare at.")
     ] = 100,
     seed: Seed = 0,
+    q: Coordinates = None,
+    v: Velocities = None,
     as_json: AsJson = False,
     *,
     reading: Reading,
 ) -> None:
     """Write the equations of motion as code, checked by running it.
 
-    The test that compares it comes along.
+    The test that compares it comes along. Only an FMU has a start, by -q and -v.
     """
     chosen = choose(system, parameters, reading)
+    start, start_velocity = start_of(chosen, q, v)
     with working(f"Writing and running {target}"):
         made = mq.generate(
             mq.derive(chosen.mechanism),
@@ -67,6 +82,8 @@ def code(
             what,
             parameters=() if numbers else None,
             name=name,
+            q=start,
+            v=start_velocity,
             samples=samples,
             seed=seed,
         )

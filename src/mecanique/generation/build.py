@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from mecanique.derivation.equations import Equations
 from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.program.program import Answer, Letter, Program
-from mecanique.generation.quantities import Quantity, choose
+from mecanique.generation.quantities import QUANTITIES, Quantity, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
 
@@ -21,6 +22,8 @@ def build_program(
     what: str | Sequence[str],
     parameters: Sequence[str] | None = None,
     name: str | None = None,
+    *,
+    moves: bool = False,
 ) -> Program:
     """Return a program.
 
@@ -29,6 +32,8 @@ def build_program(
         what: names of quantities.
         parameters: symbols of the parameters and constant inputs that stay letters; all by default.
         name: what functions are called after; the mechanism's name by default.
+        moves: whether the program is to be integrated, and so has the rates of the state first, and
+            what keeps a closed mechanism on its loops.
 
     Raises:
         InputError: if `what` or `name` is not what is expected.
@@ -37,6 +42,9 @@ def build_program(
     """
     mechanism = equations.mechanism
     quantities = choose(what, loops=mechanism.constrained)
+    if moves:
+        others = [quantity for quantity in quantities if quantity.name != "rhs"]
+        quantities = (QUANTITIES["rhs"], *others)
     stem = file_stem(mechanism.name, name)
     known = (*mechanism.values, *(signal.symbol for signal in mechanism.inputs))
     for symbol in parameters or ():
@@ -51,7 +59,10 @@ def build_program(
             else dynamics.answer(quantity.name)
         )
         answers.append(Answer(quantity, values, _shape(quantity, mechanism, len(values))))
-    return assemble(dynamics, stem, answers)
+    program = assemble(dynamics, stem, answers)
+    if moves and mechanism.constrained:
+        return replace(program, landing=dynamics.landing)
+    return program
 
 
 def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Program:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import final
 
 from mecanique.errors import InputError
-from mecanique.files import write_whole
+from mecanique.files import as_bytes, write_whole
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
 from mecanique.generation.program.counts import Counts
 from mecanique.generation.program.program import Program
@@ -26,13 +26,13 @@ class Code:
     Args:
         target: the language, e.g. "c".
         program: the program it was written from.
-        files: text of each file, by name; the test that compares it with Pinocchio comes along.
+        files: content of each file, by name; the test that compares it with Pinocchio comes along.
         verdict: how it compared with Pinocchio when it was run; None if it could not be run here.
     """
 
     target: str
     program: Program
-    files: Mapping[str, str]
+    files: Mapping[str, str | bytes]
     verdict: CodeVerdict | None
 
     @property
@@ -66,8 +66,9 @@ class Code:
         try:
             place.mkdir(parents=True, exist_ok=True)
             with ExitStack() as stack:
-                for name, text in self.files.items():
-                    stack.enter_context(write_whole(place / name)).write(text.encode())
+                for name, content in self.files.items():
+                    file = stack.enter_context(write_whole(place / name))
+                    file.write(as_bytes(content))
         except OSError as error:
             raise InputError(
                 f"expected a directory to write in, got {directory}: {error}"
@@ -85,10 +86,14 @@ class Code:
         """
         if self.target != "c":
             raise InputError(f'expected code with target="c" to compile, got {self.target!r}')
-        return compile_program(self.program, self.files, options)
+        return compile_program(self.program, self._texts, options)
+
+    @property
+    def _texts(self) -> dict[str, str]:
+        return {name: text for name, text in self.files.items() if isinstance(text, str)}
 
     def __str__(self) -> str:
-        return "\n".join(self.files.values())
+        return "\n".join(self._texts.values())
 
     def __repr__(self) -> str:
         what = ", ".join(answer.quantity.name for answer in self.program.answers)

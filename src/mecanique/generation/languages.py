@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from mecanique.derivation.equations import Equations
 from mecanique.errors import InputError, UnknownNameError
@@ -11,12 +12,16 @@ from mecanique.generation.code import Code
 from mecanique.generation.program.program import Program
 from mecanique.generation.targets.c import C
 from mecanique.generation.targets.casadi import CasADi
+from mecanique.generation.targets.fmu import FMU
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
 from mecanique.generation.verdict.cases import cases_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.values import Given
 from mecanique.plugins import list_plugins, load_plugin
+from mecanique.reference import assemble
 from mecanique.verification.states.random import whole
 from mecanique.verification.verdict import versions
 
@@ -28,6 +33,7 @@ TARGETS: dict[str, Target] = {
     "python": Python(),
     "jax": Python("Python with JAX", "jax", "jax.numpy"),
     "casadi": CasADi(),
+    "fmu": FMU(),
 }
 """Each language by its name."""
 
@@ -57,6 +63,8 @@ def generate(
     *,
     parameters: Sequence[str] | None = None,
     name: str | None = None,
+    q: Given = None,
+    v: Given = None,
     samples: int = 100,
     seed: int = 0,
 ) -> Code:
@@ -68,7 +76,8 @@ def generate(
     Args:
         equations: the equations of motion.
         target: "c" (C99 that allocates nothing), "javascript", "python" (numpy, for many states at
-            once), "jax" or "casadi".
+            once), "jax", "casadi" or "fmu" (FMI 3.0, model exchange and co-simulation, for
+            simulation tools; what it is asked for are its outputs).
         what: quantities, each a function: "rhs", "acceleration", "mass_matrix", "bias", "gravity",
             "forces", "inverse_dynamics", "energy", "poses", and of loops "multipliers" and
             "closure"; "acceleration_by_q" and so on are derivatives by q (along the motion that
@@ -76,6 +85,9 @@ def generate(
         parameters: symbols of the parameters and constant inputs that stay arguments of the
             functions; all by default. The others become numbers.
         name: what functions and files are called after; the mechanism's name by default.
+        q: coordinates from which an FMU starts where nobody says otherwise, in order or by name;
+            those of a closed mechanism are assembled near these.
+        v: its velocities.
         samples: number of random states at which the code is compared.
         seed: of these.
 
@@ -86,7 +98,10 @@ def generate(
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     language = target_of(target)
-    program = build_program(equations, what, parameters, name)
+    moves = isinstance(language, FMU)
+    program = build_program(equations, what, parameters, name, moves=moves)
+    if moves:
+        program = replace(program, start=_start(equations.mechanism, q, v))
     cases = cases_of(program, samples, seed)
     verdict: CodeVerdict | None = None
     try:
@@ -99,7 +114,16 @@ def generate(
     )
     shipped = cases.first(max(1, min(samples, _NUMBERS // max(width, 1))))
     files = language.files(program, [*_head(program, language), *said])
-    return Code(target, program, files | language.test_files(program, shipped), verdict)
+    return Code(target, program, {**files, **language.test_files(program, shipped)}, verdict)
+
+
+def _start(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
+    """The state from which an FMU starts, on the loops.
+
+    Raises:
+        ClosureError: if the loops cannot be closed near the coordinates.
+    """
+    return (*assemble(mechanism, q).tolist(), *mechanism.velocity(v).tolist())
 
 
 def _head(program: Program, language: Target) -> list[str]:

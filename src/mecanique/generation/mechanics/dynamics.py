@@ -11,11 +11,13 @@ from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
 from mecanique.generation.mechanics.constrained import Constrained, Solution
 from mecanique.generation.mechanics.forces import Forces
+from mecanique.generation.mechanics.landing import landing_of
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.loops import Loops, loops_of
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply
 from mecanique.generation.program.counts import count
+from mecanique.generation.program.program import Landing
 from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.tape import Value
@@ -175,9 +177,18 @@ class Dynamics:
         parts = zip(self.forces, self.letters.tau, self.bias, strict=True)
         return [Q + tau - h for Q, tau, h in parts]
 
+    @property
+    def landing(self) -> Landing:
+        """How a closed mechanism stays on its loops."""
+        return landing_of(self.letters, self.loops, self._constrained)
+
+    @cached_property
+    def _constrained(self) -> Constrained:
+        return Constrained(self.letters, self.mass_matrix, self.loops)
+
     @cached_property
     def _solution(self) -> Solution:
-        return Constrained(self.letters, self.mass_matrix, self.loops).solve(self._drive)
+        return self._constrained.solve(self._drive)
 
     def _inverse_dynamics(self) -> list[Any]:
         if isinstance(self._form, Tree):

@@ -10,7 +10,7 @@ from mecanique.generation.program.tape import Tape, Value
 from mecanique.generation.quantities import Quantity
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["Answer", "Letter", "Program"]
+__all__ = ["Answer", "Landing", "Letter", "Program"]
 
 
 @final
@@ -51,6 +51,22 @@ class Answer:
 
 @final
 @dataclass(frozen=True)
+class Landing:
+    """What brings a state next to the loops onto them.
+
+    Args:
+        changes: of q, then of v, to first order, shape (nq + nv,).
+        firmness: how firmly the loops hold, zero in singular positions.
+        gaps: by how much each equation of the loops is missed.
+    """
+
+    changes: tuple[Value, ...]
+    firmness: Value
+    gaps: tuple[Value, ...]
+
+
+@final
+@dataclass(frozen=True)
 class Program:
     """A straight-line program.
 
@@ -61,6 +77,8 @@ class Program:
         tape: the operations, each different one once.
         letters: the inputs by kind: t, q, v, a, tau and p.
         answers: the outputs.
+        start: of programs that are to move, the state they start from, shape (nq + nv,).
+        landing: of closed mechanisms that are to move, how they stay on their loops.
     """
 
     mechanism: Mechanism
@@ -69,6 +87,8 @@ class Program:
     tape: Tape
     letters: dict[str, tuple[Letter, ...]]
     answers: tuple[Answer, ...]
+    start: tuple[float, ...] = ()
+    landing: Landing | None = None
 
     @property
     def parameters(self) -> tuple[Letter, ...]:

@@ -144,7 +144,9 @@ def _test(program: Program, cases: Cases, package: str) -> str:
     return write_test(program, cases, _DOUBLE if package == "jax" else (), _COMPARE)
 
 
-def write_test(program: Program, cases: Cases, first: Sequence[str], compare: str) -> str:
+def write_test(
+    program: Program, cases: Cases, first: Sequence[str], compare: str, file: str | None = None
+) -> str:
     """Return a Python program that holds the states with what is expected there, and compares.
 
     Args:
@@ -152,9 +154,11 @@ def write_test(program: Program, cases: Cases, first: Sequence[str], compare: st
         cases: the states.
         first: what is done before all else.
         compare: text of main(), which compares.
+        file: name of what is compared; the module by default.
     """
+    file = file or f"{program.name}.py"
     lines = [
-        f'"""Compares {program.name}.py with values of Pinocchio."""',
+        f'"""Compares {file} with values of Pinocchio."""',
         "",
         "import importlib.util",
         "import pathlib",
@@ -163,7 +167,7 @@ def write_test(program: Program, cases: Cases, first: Sequence[str], compare: st
         "import numpy as np",
         "",
         *first,
-        f'HERE = pathlib.Path(__file__).with_name("{program.name}.py")',
+        f'HERE = pathlib.Path(__file__).with_name("{file}")',
         *_tables(program, cases),
     ]
     return "\n".join([*lines, compare])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple, Protocol, final, runtime_checkable
@@ -68,7 +68,7 @@ class Target(Protocol):
     def title(self) -> str:
         """What it is called."""
 
-    def files(self, program: Program, head: Sequence[str]) -> dict[str, str]:
+    def files(self, program: Program, head: Sequence[str]) -> Mapping[str, str | bytes]:
         """Return the files of a program, by name.
 
         Args:

@@ -11,6 +11,7 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import DerivationError
+from mecanique.files import as_bytes
 from mecanique.generation.program.program import Program
 from mecanique.generation.targets.target import Cases, Target
 from mecanique.generation.verdict.cases import TOLERANCE, count_varied
@@ -55,7 +56,9 @@ class CodeVerdict:
         ]
         for name, worst in self.worst.items():
             excused = self.rounded.get(name, 0.0)
-            beyond = f"; rounding allows {excused:.1e}" if worst > self.tolerance else ""
+            beyond = (
+                f"; rounding allows {excused:.1e}" if excused and worst > self.tolerance else ""
+            )
             lines.append(f"  {name}: worst relative difference {worst:.1e}{beyond}")
         return [*lines, f"With {by}."]
 
@@ -78,9 +81,9 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
     """
     with TemporaryDirectory() as folder:
         directory = Path(folder)
-        files = target.files(program, ["unjudged"]) | target.test_files(program, cases)
-        for name, text in files.items():
-            (directory / name).write_text(text, encoding="utf-8")
+        files = {**target.files(program, ["unjudged"]), **target.test_files(program, cases)}
+        for name, content in files.items():
+            (directory / name).write_bytes(as_bytes(content))
         done = None
         for command in target.commands(program, directory):
             done = subprocess.run(command, capture_output=True, text=True, check=False)

@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.generation.program.program import Landing
 from mecanique.model.units import velocity_scales
-from mecanique.motion.compile.program import Landing, Program
+from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import list_values, overwriting
 from mecanique.motion.record.rates import Rates
 

@@ -8,36 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Any, final
+from typing import final
 
 from mecanique.derivation import derive
 from mecanique.generation.mechanics.closed_form import ClosedForm
 from mecanique.generation.mechanics.constrained import Constrained
 from mecanique.generation.mechanics.dynamics import Tree
+from mecanique.generation.mechanics.landing import landing_of
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.loops import Loops, loops_of
+from mecanique.generation.mechanics.loops import loops_of
+from mecanique.generation.program.program import Landing
 from mecanique.generation.program.solving import factorize
-from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.tape import Tape, Value
-from mecanique.generation.program.traced import value_of, values_of
+from mecanique.generation.program.traced import values_of
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
-__all__ = ["Landing", "Program", "program_of"]
-
-
-@final
-@dataclass(frozen=True)
-class Landing:
-    """What brings a state next to the loops onto them.
-
-    Args:
-        changes: of q, then of v, to first order, shape (nq + nv,).
-        firmness: how firmly the loops hold, zero in singular positions.
-    """
-
-    changes: tuple[Value, ...]
-    firmness: Value
+__all__ = ["Program", "program_of"]
 
 
 @final
@@ -107,15 +94,4 @@ def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], 
     constrained = Constrained(letters, tree.mass_matrix(), loops, states)
     drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
     rates = [*letters.rates, *constrained.solve(drive).acceleration]
-    landing = Landing(tuple(_land(letters, loops, constrained)), value_of(constrained.firmness()))
-    return values_of(rates), landing
-
-
-def _land(letters: Letters, loops: Loops, constrained: Constrained) -> list[Value]:
-    """The changes of q and v that close the loops, and let them stay closed."""
-    step: list[Any] = constrained.close(loops.residual)
-    turn: list[Any] = constrained.close(loops.rate)
-    # the rates of q are linear in the velocities, in whose place the step is put
-    along = {v.place: value_of(x) for v, x in zip(letters.v, step, strict=True)}
-    moved = push_forward(letters.tape, values_of(letters.rates), along)
-    return [*moved, *values_of(turn)]
+    return values_of(rates), landing_of(letters, loops, constrained)

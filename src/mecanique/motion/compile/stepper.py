@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any, final
 
 import numpy as np
@@ -15,12 +13,9 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.compiled import build_library
-from mecanique.generation.program.listing import list_program
-from mecanique.generation.program.tape import Value
-from mecanique.generation.targets.c import NOTATION, SIGN, compiler
-from mecanique.model.units import velocity_scales
+from mecanique.generation.targets.c import compiler
+from mecanique.generation.targets.steps import Moving, write_steps
 from mecanique.motion.compile.program import Program
-from mecanique.motion.record.rates import Rates
 
 __all__ = ["ENDED", "NEAR", "March", "Stepper", "Tolerances", "has_compiler", "refuse_signals"]
 
@@ -294,63 +289,7 @@ def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
 
 def _source(program: Program) -> str:
     """The whole text: sizes, coefficients, the program, the steps."""
-    from scipy.integrate import DOP853
-
-    tableau: Any = DOP853
-    mechanism, landing = program.mechanism, program.landing
-    balls = [first for first, _ in Rates.of(mechanism).balls]
-    lines = [
-        "#include <math.h>",
-        "#include <string.h>",
-        f"enum {{ NQ = {mechanism.nq}, NV = {mechanism.nv}, N = NQ + NV }};",
-        f"enum {{ LOOPS = {int(landing is not None)}, BALLS = {len(balls)}, STAGES = 12 }};",
-        f"static const int ball[] = {{{', '.join(map(str, balls or [0]))}}};",
-        f"static const double plain[] = {_numbers(velocity_scales(mechanism))};",
-        f"static const double A[][STAGES] = {{{', '.join(map(_numbers, tableau.A[:12, :12]))}}};",
-    ]
-    for name, row in (
-        ("B", tableau.B),
-        ("C", tableau.C[:12]),
-        ("E3", tableau.E3[:12]),
-        ("E5", tableau.E5[:12]),
-    ):
-        lines.append(f"static const double {name}[] = {_numbers(row)};")
-    if any(kind == "sign" for kind, _, _ in program.tape.operations):
-        lines.append(SIGN)
-    lines += [*_function(program, "rates", program.rates)]
-    lines += _function(program, "landing", () if landing is None else landing.changes)
-    lines += _function(program, "firm", () if landing is None else (landing.firmness,))
-    lines += [
-        "static double firmness(double t, const double *y, const double *p)",
-        "{",
-        "    double out[1] = {0.0};",
-        "    firm(t, y, p, out);",
-        "    return out[0];",
-        "}",
-        "",
-    ]
-    steps = Path(__file__).with_name("stepper.c").read_text(encoding="utf-8")
-    return "\n".join(lines) + steps
-
-
-def _numbers(values: Sequence[float] | Array) -> str:
-    return f"{{{', '.join(repr(float(value)) for value in values)}}}"
-
-
-def _function(program: Program, name: str, outputs: Sequence[Value]) -> list[str]:
-    """A function of the program: some outputs, of time, state and open parameters."""
-    names = {state: f"y{k}" for k, state in enumerate(program.states)}
-    names |= {symbol: f"p{k}" for k, symbol in enumerate(program.open)} | {"t": "t"}
-    listing = list_program(program.tape, outputs, names, NOTATION)
-    lines = [
-        f"static void {name}(double t, const double *y, const double *p, double *out)",
-        "{",
-        "    (void)t; (void)y; (void)p; (void)out;",
-    ]
-    for given in listing.inputs:
-        if given != "t":
-            symbol = names[given]
-            lines.append(f"    const double {symbol} = {symbol[0]}[{symbol[1:]}];")
-    lines += [f"    {line}" for line in listing.lines]
-    lines += [f"    out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
-    return [*lines, "}", ""]
+    symbols = {state: f"y{k}" for k, state in enumerate(program.states)}
+    symbols |= {symbol: f"p{k}" for k, symbol in enumerate(program.open)} | {"t": "t"}
+    mechanism, tape = program.mechanism, program.tape
+    return write_steps(Moving(mechanism, tape, symbols, program.rates, program.landing))

@@ -1,0 +1,309 @@
+"""FMU: a model for simulation tools, by the FMI standard 3.0: model exchange and co-simulation."""
+
+from __future__ import annotations
+
+import io
+import platform
+import subprocess
+import sys
+import tempfile
+import zipfile
+from collections.abc import Sequence
+from contextlib import suppress
+from functools import lru_cache
+from html import escape
+from importlib.metadata import version
+from pathlib import Path
+from typing import final
+
+from mecanique.errors import DerivationError, InputError
+from mecanique.generation.program.program import Program
+from mecanique.generation.targets.c import compiler
+from mecanique.generation.targets.fmi import (
+    describe_model,
+    results_of,
+    token_of,
+    variables_of,
+)
+from mecanique.generation.targets.python import require, write_test
+from mecanique.generation.targets.steps import Moving, list_numbers, write_function, write_steps
+from mecanique.generation.targets.target import Cases
+
+__all__ = ["FMU", "platform_of"]
+
+_OPTIONS = ("-std=c99", "-O2", "-shared", "-fPIC", "-fvisibility=hidden", "-fno-math-errno")
+
+_MADE = (1980, 1, 1, 0, 0, 0)
+"""Date of all files, so that the same model gives the same bytes."""
+
+
+def platform_of() -> tuple[str, str]:
+    """Return the name of this platform in the FMI standard, and the ending of its libraries."""
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(machine, machine)
+    system, ending = {
+        "linux": ("linux", ".so"),
+        "darwin": ("darwin", ".dylib"),
+        "win32": ("windows", ".dll"),
+    }.get(sys.platform, (sys.platform, ".so"))
+    return f"{machine}-{system}", ending
+
+
+@final
+class FMU:
+    """A model of the FMI standard: its sources, and a binary for this platform."""
+
+    title = "FMI 3.0"
+
+    def files(self, program: Program, head: Sequence[str]) -> dict[str, str | bytes]:
+        """Return the model, with a binary if there is a compiler."""
+        name, source = program.name, write_source(program)
+        comment = ["/*", *(f" * {line}".rstrip().replace("*/", "* /") for line in head), " */", ""]
+        tool = head[2] if len(head) > 2 else "mecanique"
+        parts: dict[str, str | bytes] = {
+            "modelDescription.xml": describe_model(program, tool.removeprefix("Written by ")),
+            f"sources/{name}.c": "\n".join(comment) + source,
+            "sources/buildDescription.xml": _BUILD.format(name=name),
+            "documentation/index.html": _PAGE.format(
+                name=escape(program.mechanism.name), text=escape("\n".join(head))
+            ),
+        }
+        where, ending = platform_of()
+        with suppress(InputError):  # without a compiler, whoever imports it compiles the sources
+            parts[f"binaries/{where}/{name}{ending}"] = _build(name, source)
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for path, content in parts.items():
+                archive.writestr(zipfile.ZipInfo(path, _MADE), content, zipfile.ZIP_DEFLATED)
+        return {f"{name}.fmu": packed.getvalue()}
+
+    def test_files(self, program: Program, cases: Cases) -> dict[str, str]:
+        """Return the test with its table."""
+        text = write_test(program, cases, _IMPORTS, _COMPARE, f"{program.name}.fmu")
+        groups = {answer.quantity.name: len(answer.values) for answer in results_of(program)}
+        return {f"test_{program.name}.py": text.replace("GROUPS = {}", f"GROUPS = {groups!r}")}
+
+    def commands(self, program: Program, directory: Path) -> list[list[str]]:
+        """Return the command that runs the test."""
+        require("fmpy")
+        compiler()
+        return [[sys.executable, str(directory / f"test_{program.name}.py")]]
+
+    def version(self) -> str:
+        """Return the versions of Python and FMPy."""
+        return f"Python {platform.python_version()} and fmpy {version('fmpy')}"
+
+
+def write_source(program: Program) -> str:
+    """Return the C of a model in one file.
+
+    Args:
+        program: the program, with the rates of the state.
+
+    Raises:
+        DerivationError: if an output depends on accelerations that would have to be given.
+    """
+    letters, rates = program.letters, program.answers[0]
+    for answer in program.answers:
+        if "a" in answer.quantity.takes:
+            raise DerivationError(
+                f"{answer.quantity.name!r} is a function of accelerations, which are no input of "
+                "an FMU; ask for other quantities"
+            )
+    symbols = {"t": "t"}
+    for array, group in (("y", ("q", "v")), ("p", ("p", "tau"))):
+        places = [letter.place for kind in group for letter in letters[kind]]
+        symbols |= {place: f"{array}{k}" for k, place in enumerate(places)}
+    moving = Moving(program.mechanism, program.tape, symbols, rates.values, program.landing)
+    given = [v for v in variables_of(program) if v.kind in ("parameter", "input")]
+    change = {"input": "2", "parameter": "0"}
+    held = ["1" if v.fixed and v.kind == "parameter" else change[v.kind] for v in given]
+    lines = [write_steps(moving)]
+    firsts, functions = [0], []
+    for answer in results_of(program):
+        functions.append(f"give_{answer.quantity.name}")
+        lines += write_function(moving, functions[-1], answer.values)
+        firsts.append(firsts[-1] + len(answer.values))
+    values = list_numbers([*(variable.start or 0.0 for variable in given), 0.0])
+    lines += [
+        f"enum {{ P = {len(given)}, OUTPUTS = {firsts[-1]}, GROUPS = {len(functions)} }};",
+        f'static const char TOKEN[] = "{token_of(program)}";',
+        f"static const double START[N] = {list_numbers(program.start)};",
+        f"static const double GIVEN[P + 1] = {values};",
+        f"static const int FIXED[P + 1] = {{{', '.join([*held, '0'])}}};",
+        f"static const int first_output[GROUPS + 1] = {{{', '.join(map(str, firsts))}}};",
+        "typedef void (*Give)(double, const double *, const double *, double *);",
+        f"static const Give output[GROUPS + 1] = {{{', '.join([*functions, 'NULL'])}}};",
+        "",
+    ]
+    return "\n".join(lines) + Path(__file__).with_name("fmu.c").read_text(encoding="utf-8")
+
+
+@lru_cache(maxsize=4)  # a model is built to be judged, and again with its verdict
+def _build(name: str, source: str) -> bytes:
+    """The binary for this platform.
+
+    Raises:
+        InputError: if no C compiler is installed.
+        DerivationError: if it refuses the code.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path, library = Path(folder) / f"{name}.c", Path(folder) / name
+        path.write_text(source, encoding="utf-8")
+        command = [compiler(), *_OPTIONS, "-o", str(library), str(path), "-lm"]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode:
+            raise DerivationError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
+        return library.read_bytes()
+
+
+_BUILD = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiBuildDescription fmiVersion="3.0">
+  <BuildConfiguration modelIdentifier="{name}">
+    <SourceFileSet language="C99">
+      <SourceFile name="{name}.c"/>
+    </SourceFileSet>
+  </BuildConfiguration>
+</fmiBuildDescription>
+"""
+
+_PAGE = """<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>{name}</title></head>
+<body><pre>{text}</pre></body></html>
+"""
+
+_IMPORTS = (
+    "import ctypes",
+    "import shutil",
+    "",
+    "from fmpy import extract, read_model_description",
+    "from fmpy.fmi1 import FMICallException",
+    "from fmpy.fmi3 import FMU3Model, FMU3Slave",
+    "",
+)
+
+_COMPARE = '''
+GROUPS = {}
+
+
+def log(environment, status, category, message):
+    print(message.decode(), file=sys.stderr)
+
+
+class Model:
+    """One instance, by value references: time, states, rates, p, outputs."""
+
+    def __init__(self, kind, folder, description):
+        self.states = len(INPUTS["q"][0]) + len(INPUTS["v"][0])
+        self.kind = kind
+        part = description.modelExchange if kind is FMU3Model else description.coSimulation
+        self.fmu = kind(
+            guid=description.guid,
+            unzipDirectory=folder,
+            modelIdentifier=part.modelIdentifier,
+            instanceName="test",
+        )
+        self.fmu.instantiate(logMessage=log)
+
+    def start(self, k):
+        """Put it in a state."""
+        self.y = [*INPUTS["q"][k], *INPUTS["v"][k]]
+        given = [*INPUTS["p"][k], *INPUTS["tau"][k]]
+        first = 1 + 2 * self.states
+        self.fmu.reset()
+        self.fmu.setFloat64(range(first, first + len(given)), given)
+        self.fmu.setFloat64(range(1, 1 + self.states), self.y)
+        self.fmu.enterInitializationMode(startTime=INPUTS["t"][k][0])
+        self.fmu.exitInitializationMode()
+        if self.kind is FMU3Model:
+            self.put(INPUTS["t"][k][0], np.array(self.y))
+
+    def put(self, t, y):
+        self.fmu.setTime(t)
+        numbers = (ctypes.c_double * len(y))(*y)
+        self.fmu.setContinuousStates(numbers, len(y))
+
+    def read(self, first, size):
+        return np.array(self.fmu.getFloat64(range(first, first + size)))
+
+    def rates(self, t, y):
+        self.put(t, y)
+        return self.read(1 + self.states, self.states)
+
+
+def report(name, differences, allowed):
+    worst = int(np.argmax(differences))
+    print(name, float(differences[worst]), worst)
+    failed = 0
+    for k, difference in enumerate(differences):
+        if not difference <= allowed[k]:
+            print(f"{name} differs by {difference:.3g} in state {k}", file=sys.stderr)
+            failed = 1
+    return failed
+
+
+def integrate(model, t, y, step, substeps):
+    """Runge and Kutta's method."""
+    h = step / substeps
+    for i in range(substeps):
+        k1 = model.rates(t + i * h, y)
+        k2 = model.rates(t + (i + 0.5) * h, y + h / 2 * k1)
+        k3 = model.rates(t + (i + 0.5) * h, y + h / 2 * k2)
+        k4 = model.rates(t + (i + 1) * h, y + h * k3)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+    return y
+
+
+def distance(y, other):
+    return float(np.max(np.abs(y - other) / (1 + np.abs(y))))
+
+
+def compare_step(model, other, k):
+    """Return how far a step of co-simulation ends from one by another method."""
+    model.start(k)
+    t, y = INPUTS["t"][k][0], np.array(model.y)
+    step = 0.05
+    while True:
+        end = integrate(model, t, y, step, 16)
+        if distance(integrate(model, t, y, step, 8), end) < 1e-8 or step < 1e-9:
+            break
+        step /= 4
+    try:
+        other.start(k)
+        other.fmu.doStep(currentCommunicationPoint=t, communicationStepSize=step)
+    except FMICallException:
+        return None  # near a position where loops lock
+    return distance(other.read(1, model.states), end)
+
+
+def main():
+    folder = extract(str(HERE))
+    description = read_model_description(folder)
+    states = range(len(INPUTS["t"]))
+    model = Model(FMU3Model, folder, description)
+    found = {name: [] for name in EXPECTED}
+    for k in states:
+        model.start(k)
+        found["rhs"].append(model.read(1 + model.states, model.states))
+        at = 1 + 2 * model.states + len(INPUTS["p"][0]) + len(INPUTS["tau"][0])
+        for name, size in GROUPS.items():
+            found[name].append(model.read(at, size))
+            at += size
+    failed = 0
+    for name, expected in EXPECTED.items():
+        off = np.array(found[name]) - expected
+        failed |= report(name, np.linalg.norm(WEIGHTS[name] * off, axis=1), ALLOWED[name])
+    other = Model(FMU3Slave, folder, description)
+    steps = [compare_step(model, other, k) for k in states[:10]]
+    steps = [difference for difference in steps if difference is not None]
+    failed |= report("co-simulation", steps or [np.inf], [1e-7] * max(len(steps), 1))
+    for each in (model, other):
+        each.fmu.terminate()
+        each.fmu.freeInstance()
+    shutil.rmtree(folder, ignore_errors=True)
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
+'''

@@ -1,0 +1,121 @@
+"""C of a program that moves: its functions of a state, and the steps that integrate it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, final
+
+from mecanique.arrays import Array
+from mecanique.generation.program.listing import list_program
+from mecanique.generation.program.program import Landing
+from mecanique.generation.program.tape import Tape, Value
+from mecanique.generation.targets.c import NOTATION, SIGN
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.units import velocity_scales
+
+__all__ = ["Moving", "list_numbers", "write_function", "write_steps"]
+
+
+@final
+@dataclass(frozen=True)
+class Moving:
+    """What is integrated.
+
+    Args:
+        mechanism: whose motion it is.
+        tape: the operations.
+        symbols: how C writes each input, by its name on the tape: t, or an entry of y or p such as
+            y3.
+        rates: of q, then of v, shape (nq + nv,).
+        landing: of closed mechanisms, how they stay on their loops.
+    """
+
+    mechanism: Mechanism
+    tape: Tape
+    symbols: Mapping[str, str]
+    rates: Sequence[Value]
+    landing: Landing | None
+
+
+def write_steps(moving: Moving) -> str:
+    """Return sizes, coefficients, the program and the steps as C.
+
+    Args:
+        moving: what is integrated.
+    """
+    from scipy.integrate import DOP853
+
+    tableau: Any = DOP853
+    mechanism, landing = moving.mechanism, moving.landing
+    balls, table = _quaternions(mechanism), map(list_numbers, tableau.A[:12, :12])
+    lines = [
+        "#include <math.h>",
+        "#include <string.h>",
+        f"enum {{ NQ = {mechanism.nq}, NV = {mechanism.nv}, N = NQ + NV }};",
+        f"enum {{ LOOPS = {int(landing is not None)}, BALLS = {len(balls)}, STAGES = 12 }};",
+        f"static const int ball[] = {{{', '.join(map(str, balls or [0]))}}};",
+        f"static const double plain[] = {list_numbers(velocity_scales(mechanism))};",
+        f"static const double A[][STAGES] = {{{', '.join(table)}}};",
+    ]
+    for name, row in (
+        ("B", tableau.B),
+        ("C", tableau.C[:12]),
+        ("E3", tableau.E3[:12]),
+        ("E5", tableau.E5[:12]),
+    ):
+        lines.append(f"static const double {name}[] = {list_numbers(row)};")
+    if any(kind == "sign" for kind, _, _ in moving.tape.operations):
+        lines.append(SIGN)
+    lines += write_function(moving, "rates", moving.rates)
+    lines += write_function(moving, "landing", () if landing is None else landing.changes)
+    lines += write_function(moving, "firm", () if landing is None else (landing.firmness,))
+    lines += [
+        "static double firmness(double t, const double *y, const double *p)",
+        "{",
+        "    double out[1] = {0.0};",
+        "    firm(t, y, p, out);",
+        "    return out[0];",
+        "}",
+        "",
+    ]
+    return "\n".join(lines) + Path(__file__).with_name("stepper.c").read_text(encoding="utf-8")
+
+
+def write_function(moving: Moving, name: str, outputs: Sequence[Value]) -> list[str]:
+    """Return a function of time, state and parameters as lines of C.
+
+    Args:
+        moving: whose program it is.
+        name: of the function.
+        outputs: what it gives.
+    """
+    listing = list_program(moving.tape, outputs, moving.symbols, NOTATION)
+    lines = [
+        f"static void {name}(double t, const double *y, const double *p, double *out)",
+        "{",
+        "    (void)t; (void)y; (void)p; (void)out;",
+    ]
+    for given in listing.inputs:
+        symbol = moving.symbols[given]
+        if symbol != "t":
+            lines.append(f"    const double {symbol} = {symbol[0]}[{symbol[1:]}];")
+    lines += [f"    {line}" for line in listing.lines]
+    lines += [f"    out[{k}] = {text};" for k, text in enumerate(listing.outputs)]
+    return [*lines, "}", ""]
+
+
+def list_numbers(values: Sequence[float] | Array) -> str:
+    """Return numbers as C writes those of an array.
+
+    Args:
+        values: the numbers.
+    """
+    return f"{{{', '.join(repr(float(value)) for value in values)}}}"
+
+
+def _quaternions(mechanism: Mechanism) -> list[int]:
+    """Where quaternions begin in q."""
+    names = mechanism.coordinates.names
+    return [names.index(j.coordinates[-4]) for j in mechanism.joints if j.quaternion]

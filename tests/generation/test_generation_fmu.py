@@ -1,0 +1,190 @@
+"""FMUs: validated, run and compared with Pinocchio, and simulated as `simulate` does."""
+
+from __future__ import annotations
+
+import subprocess
+import zipfile
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mecanique as mq
+from mecanique.generation.targets import fmu as target
+from mecanique.generation.targets.c import WARNINGS, compiler
+
+fmpy = pytest.importorskip("fmpy")
+from fmpy.fmi1 import FMICallException  # noqa: E402
+from fmpy.fmi3 import FMU3Model  # noqa: E402
+from fmpy.validation import validate_fmu  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def write(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    @cache
+    def made(name: str) -> Path:
+        entry = mq.textbook.entry(name)
+        q, v = dict(entry.start), dict(entry.start_velocity)
+        code = mq.generate(mq.derive(entry.mechanism()), "fmu", "energy", q=q, v=v, samples=4)
+        assert code.verdict is not None
+        assert code.verdict.worst["rhs"] < 1e-13
+        assert code.verdict.worst["co-simulation"] < 1e-8
+        return code.write(tmp_path_factory.mktemp(name))[0]
+
+    return made
+
+
+def model(path: Path, folder: Path, log: list[str]) -> FMU3Model:
+    """An instance for model exchange, with its messages."""
+    description = fmpy.read_model_description(str(path))
+    found = FMU3Model(
+        guid=description.guid,
+        unzipDirectory=fmpy.extract(str(path), str(folder)),
+        modelIdentifier=description.modelExchange.modelIdentifier,
+        instanceName="test",
+    )
+    found.instantiate(logMessage=lambda *said: log.append(said[-1].decode()))
+    return found
+
+
+@pytest.mark.parametrize("name", ["cart_pole", "free_rigid_body", "four_bar_linkage"])
+def test_both_kinds_of_simulation_move_as_simulate_does(
+    name: str, write: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path, entry = write(name), mq.textbook.entry(name)
+    assert validate_fmu(str(path)) == []
+    mechanism = entry.mechanism()
+    q = mq.assemble(mechanism, dict(entry.start))
+    v = dict(entry.start_velocity)
+    motion = mq.simulate(mechanism, q=q, v=v, duration=2.0, rtol=1e-12)
+    for kind, most in (("ModelExchange", 2e-5), ("CoSimulation", 1e-6)):
+        found = fmpy.simulate_fmu(
+            str(path),
+            fmi_type=kind,
+            stop_time=2.0,
+            output_interval=0.25,
+            relative_tolerance=1e-9,
+        )
+        exact = motion(found["time"])
+        states = np.array([found[name] for name in mechanism.coordinates]).T
+        assert np.abs(states - exact.q).max() < most
+        energy = mq.Reference(mechanism).energy(exact.q, exact.v)
+        np.testing.assert_allclose(found["kinetic_energy"], energy.kinetic, atol=200 * most)
+
+
+def test_the_model_describes_its_variables(write: Callable[[str], Path], tmp_path: Path) -> None:
+    path = write("four_bar_linkage")
+    described = fmpy.read_model_description(str(path))
+    variables = {variable.name: variable for variable in described.modelVariables}
+    assert described.fmiVersion == "3.0"
+    assert described.modelExchange.needsCompletedIntegratorStep
+    rate = variables["der(theta)"]
+    assert rate.derivative is variables["theta"]
+    assert rate.unit == "rad/s"
+    assert variables["der(theta')"].derivative is variables["theta'"]
+    units = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
+    assert (units["rad/s"].rad, units["rad/s"].s, units["J"].kg, units["J"].s) == (1, -1, 1, -2)
+    kinds = {name: v.variability for name, v in variables.items() if v.causality == "parameter"}
+    assert kinds["g"] == "tunable"
+    assert "fixed" in kinds.values()
+    assert variables["tau_theta'"].causality == "input"
+
+
+def test_a_parameter_can_be_tuned_while_the_model_moves(
+    write: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path, mechanism = write("simple_pendulum"), mq.textbook.load("simple_pendulum")
+    said: list[str] = []
+    fmu = model(path, tmp_path, said)
+    numbers = {
+        variable.name: variable.valueReference
+        for variable in fmpy.read_model_description(str(path)).modelVariables
+    }
+    fmu.setFloat64([numbers["q"]], [0.3])
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    kept = fmu.getFMUState()
+    for l in (1.0, 2.5):
+        fmu.setFloat64([numbers["l"]], [l])
+        (found,) = fmu.getFloat64([numbers["der(q')"]])
+        assert found == pytest.approx(-mechanism.values["g"] / l * np.sin(0.3), rel=1e-14)
+    restored = fmu.deserializeFMUState(fmu.serializeFMUState(kept))
+    fmu.setFMUState(restored)
+    assert fmu.getFloat64([numbers["l"]]) == [mechanism.values["l"]]
+    for name, message in (
+        ("q", "a state is set by its start value"),
+        ("kinetic_energy", "this variable is computed, and cannot be set"),
+    ):
+        with pytest.raises(FMICallException):
+            fmu.setFloat64([numbers[name]], [0.5])
+        assert said[-1] == message
+    with pytest.raises(FMICallException):
+        fmu.setFloat64([numbers["l"]], [float("nan")])
+    assert said[-1] == "expected a finite value"
+    fmu.freeInstance()
+
+
+def test_lengths_of_loops_stay_and_a_start_off_them_is_refused(
+    write: Callable[[str], Path], tmp_path: Path
+) -> None:
+    path = write("four_bar_linkage")
+    said: list[str] = []
+    fmu = model(path, tmp_path, said)
+    variables = {v.name: v for v in fmpy.read_model_description(str(path)).modelVariables}
+    fixed = next(v for v in variables.values() if v.variability == "fixed")
+    fmu.enterInitializationMode()
+    fmu.exitInitializationMode()
+    with pytest.raises(FMICallException):
+        fmu.setFloat64([fixed.valueReference], [2.0])
+    assert said[-1] == "a parameter on which closed loops depend is fixed"
+    fmu.reset()
+    fmu.setFloat64([variables["theta"].valueReference], [2.9])
+    fmu.enterInitializationMode()
+    with pytest.raises(FMICallException):
+        fmu.exitInitializationMode()
+    assert said[-1].startswith("the start is not on the closed loops")
+    fmu.freeInstance()
+
+
+def test_a_model_that_gives_something_else_is_not_handed_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    right = target.write_source
+    monkeypatch.setattr(
+        target,
+        "write_source",
+        lambda program: right(program).replace("out[1] = ", "out[1] = 1e-9 + ", 1),
+    )
+    with pytest.raises(mq.DerivationError, match="and Pinocchio disagree: rhs differs by"):
+        mq.generate(mq.derive(mq.textbook.load("simple_pendulum")), "fmu", samples=3)
+
+
+def test_the_sources_travel_and_compile_without_warnings(
+    write: Callable[[str], Path], tmp_path: Path
+) -> None:
+    with zipfile.ZipFile(write("cart_pole")) as archive:
+        names = archive.namelist()
+        text = archive.read("sources/cart_pole.c")
+        page = archive.read("documentation/index.html").decode()
+    where, ending = target.platform_of()
+    assert f"binaries/{where}/cart_pole{ending}" in names
+    assert "Run and compared with Pinocchio at 4 random states" in page
+    (tmp_path / "cart_pole.c").write_bytes(text)
+    source = str(tmp_path / "cart_pole.c")
+    subprocess.run([compiler(), *WARNINGS, "-fsyntax-only", source], check=True)
+
+
+def test_what_a_model_cannot_have_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    pendulum = mq.derive(mq.textbook.load("simple_pendulum"))
+    with pytest.raises(mq.DerivationError, match="accelerations, which are no input of an FMU"):
+        mq.generate(pendulum, "fmu", "inverse_dynamics")
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    code = mq.generate(pendulum, "fmu", samples=3)
+    assert code.verdict is None
+    content = code.files["simple_pendulum.fmu"]
+    assert isinstance(content, bytes)
+    assert b"sources/simple_pendulum.c" in content
+    assert b"binaries/" not in content
