@@ -141,7 +141,7 @@ ORDER: dict[str, list[str]] = {
         "dynamics",
         "actions",
     ],
-    "generation.verdict": ["answers", "differences", "cases", "verdict"],
+    "generation.verdict": ["answers start", "differences", "cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi steps", "fmi", "fmu"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
     "figure": [

@@ -17,11 +17,10 @@ from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 from mecanique.generation.targets.target import Target
 from mecanique.generation.verdict.cases import cases_of
+from mecanique.generation.verdict.start import start_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
-from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.plugins import list_plugins, load_plugin
-from mecanique.reference import assemble
 from mecanique.verification.states.random import whole
 from mecanique.verification.verdict import versions
 
@@ -101,7 +100,7 @@ def generate(
     moves = isinstance(language, FMU)
     program = build_program(equations, what, parameters, name, moves=moves)
     if moves:
-        program = replace(program, start=_start(equations.mechanism, q, v))
+        program = replace(program, start=start_of(equations.mechanism, q, v))
     cases = cases_of(program, samples, seed)
     verdict: CodeVerdict | None = None
     try:
@@ -115,15 +114,6 @@ def generate(
     shipped = cases.first(max(1, min(samples, _NUMBERS // max(width, 1))))
     files = language.files(program, [*_head(program, language), *said])
     return Code(target, program, {**files, **language.test_files(program, shipped)}, verdict)
-
-
-def _start(mechanism: Mechanism, q: Given, v: Given) -> tuple[float, ...]:
-    """The state from which an FMU starts, on the loops.
-
-    Raises:
-        ClosureError: if the loops cannot be closed near the coordinates.
-    """
-    return (*assemble(mechanism, q).tolist(), *mechanism.velocity(v).tolist())
 
 
 def _head(program: Program, language: Target) -> list[str]:
