@@ -53,7 +53,7 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     Raises:
         DerivationError: if two variables have one name.
     """
-    letters, fixed = program.letters, _fixed(program)
+    letters, fixed = program.letters, _find_fixed(program)
     states = [*letters["q"], *letters["v"]]
     found = [Variable("time", "time", "s")]
     for state, value in zip(states, program.start, strict=True):
@@ -173,7 +173,7 @@ def _places(variables: tuple[Variable, ...], kind: str) -> list[int]:
     return [place for place, variable in enumerate(variables) if variable.kind == kind]
 
 
-def _fixed(program: Program) -> set[str]:
+def _find_fixed(program: Program) -> set[str]:
     """Inputs on the tape on which it depends whether loops are closed."""
     if program.landing is None:
         return set()
