@@ -88,7 +88,7 @@ ORDER: dict[str, list[str]] = {
     "reference.standin": ["spatial", "model", "algorithms reading"],
     "verification": [
         "difference states stencil",
-        "originals descriptions",
+        "originals descriptions foreign",
         "causes",
         "verdict",
         "closed_form facts given rows",
@@ -99,6 +99,7 @@ ORDER: dict[str, list[str]] = {
         "compare",
         "survey",
     ],
+    "verification.foreign": ["compiled", "fmu library"],
     "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
     "checking.grammar": [

@@ -163,9 +163,13 @@ def verify(
         str | None,
         typer.Option(
             metavar="OTHER",
-            help="Compare with this instead of Pinocchio: another SYSTEM, FILE.py "
-            "(functions M, C, g …) or FILE.csv (samples).",
+            help="Compare with this instead of Pinocchio: another SYSTEM, FILE.csv (samples), or "
+            "a program, which is run: FILE.py (functions M, C, g …), FILE.fmu, or FILE.so.",
         ),
+    ] = None,
+    header: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.h", help="The C header of --against FILE.so."),
     ] = None,
     tolerance: Annotated[
         float | None,
@@ -196,6 +200,8 @@ def verify(
 
     if against is not None and system is None:
         raise typer.BadParameter("expected a SYSTEM with --against")
+    if header is not None and against is None:
+        raise typer.BadParameter("expected --against with --header")
     if (system is not None) + every + robots != 1:
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
     usual = SAMPLES_OF_ROBOTS if robots else SAMPLES
@@ -214,6 +220,7 @@ def verify(
             number,
             seed,
             against=other,
+            header=header,
             tolerance=tolerance,
             engines=[word for word in engines.split(",") if word],
         )

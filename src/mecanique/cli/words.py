@@ -147,11 +147,12 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
     """Return the source to compare a mechanism with.
 
     Args:
-        word: a CSV file, a Python file with functions, or what `choose` takes.
+        word: a CSV file, an FMU, a shared library, a Python file with functions, or what `choose`
+            takes.
         reading: how a file is read.
     """
     path = Path(word)
-    if path.suffix == ".csv":
+    if path.suffix.lower() in (".csv", ".fmu", ".so", ".dylib", ".dll"):
         return path
     if path.suffix != ".py":
         return choose(word, None, _PLAINLY if word in mq.textbook.names() else reading).mechanism
@@ -171,6 +172,8 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
         "gravity",
         "forces",
         "inverse_dynamics",
+        "acceleration",
+        "energy",
     )
     functions = {name: defined[name] for name in known if callable(defined.get(name))}
     if not functions:

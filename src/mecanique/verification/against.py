@@ -17,6 +17,9 @@ from mecanique.verification.causes.search import causes_of
 from mecanique.verification.conditioning import rounding
 from mecanique.verification.descriptions.diff import diff
 from mecanique.verification.difference import QUANTITIES
+from mecanique.verification.foreign.compiled import TAKES
+from mecanique.verification.foreign.fmu import run_fmu
+from mecanique.verification.foreign.library import LIBRARIES, load_library
 from mecanique.verification.given import Functions, read_samples
 from mecanique.verification.reduced import Reduced, blame_substitution
 from mecanique.verification.rows import evaluate, rows_of
@@ -27,25 +30,52 @@ from mecanique.wording import say_count
 __all__ = ["Other", "compare_with"]
 
 Other: TypeAlias = (
-    "Mechanism | Functions | Mapping[str, Callable[..., Any]] | str | os.PathLike[str]"
+    "Mechanism | Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any] | str | "
+    "os.PathLike[str]"
 )
-"""Another mechanism, functions, or the path of a URDF file or of a CSV file with samples."""
+"""Another mechanism, functions, one function, or the path of a URDF file, of a CSV file with
+samples, of an FMU or of a shared library."""
 
 _BY_VELOCITY = ("mass matrix", "bias", "gravity", "forces", "inverse dynamics", "acceleration")
 """Quantities with one entry, or row, for each velocity."""
 
 
 def compare_with(
-    mechanism: Mechanism, other: Other, samples: int, seed: int, tolerance: float
+    mechanism: Mechanism,
+    other: Other,
+    samples: int,
+    seed: int,
+    tolerance: float,
+    header: str | os.PathLike[str] | None = None,
 ) -> Verdict:
     """Compare a mechanism with another source and, where they differ, rank the likely causes.
+
+    Args:
+        mechanism: what is compared.
+        other: with what.
+        samples: number of random states.
+        seed: of these.
+        tolerance: largest relative difference that counts as agreement.
+        header: of a shared library.
 
     Raises:
         InputError: if the other source is of no known kind, or has other coordinates.
     """
     notes: tuple[str, ...] = ()
     given, name, difference = "", "other", None
-    if isinstance(other, (str, os.PathLike)) and not _is_urdf(other):
+    ending = os.path.splitext(other)[1].lower() if isinstance(other, (str, os.PathLike)) else ""
+    if header is not None and ending not in LIBRARIES:
+        raise InputError("expected a shared library with a header")
+    if ending == ".fmu":
+        assert isinstance(other, (str, os.PathLike))
+        states, name = random_states(mechanism, samples, seed), os.path.basename(os.fspath(other))
+        theirs = run_fmu(other, mechanism, states)
+    elif ending in LIBRARIES:
+        assert isinstance(other, (str, os.PathLike))
+        states, name = random_states(mechanism, samples, seed), os.path.basename(os.fspath(other))
+        functions = Functions.of(load_library(other, header, mechanism))
+        theirs = functions.values(mechanism, states)
+    elif isinstance(other, (str, os.PathLike)) and not _is_urdf(other):
         name = given = os.path.basename(os.fspath(other))
         states, tau = read_samples(other, mechanism)
         theirs = {"inverse dynamics": tau}
@@ -57,7 +87,7 @@ def compare_with(
             theirs, notes = _of_mechanism(mechanism, mine, states)
             difference = diff(mechanism, mine)
         else:
-            functions = other if isinstance(other, Functions) else Functions.of(other)
+            functions = _functions(other)
             if functions.by:
                 return _compare_some(mechanism, functions, states, (seed, tolerance))
             name, theirs = "functions", functions.values(mechanism, states)
@@ -95,6 +125,30 @@ def compare_with(
         difference=None if difference is None or difference.same else difference,
     )
     return verdict if verdict.agrees else verdict.with_causes(causes_of(mechanism, states, theirs))
+
+
+def _functions(
+    other: Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any],
+) -> Functions:
+    """Functions by what they give; one alone says it by its name."""
+    if isinstance(other, Functions):
+        return other
+    if isinstance(other, Mapping):
+        return Functions.of(other)
+    if not callable(other):
+        raise InputError(
+            f"expected a mechanism, functions or a path to compare with, got {type(other).__name__}"
+        )
+    name = getattr(other, "__name__", "")
+    if callable(getattr(other, "name_in", None)):
+        name = getattr(other, "name", str)()  # CasADi's
+    known = [each for each in TAKES if name == each or name.endswith(f"_{each}")]
+    if not known:
+        raise InputError(
+            f"expected a function called after what it gives ({', '.join(TAKES)}), got {name!r}; "
+            f"say what it gives: against={{'acceleration': function}}"
+        )
+    return Functions.of({known[0]: other})
 
 
 def _compare_some(

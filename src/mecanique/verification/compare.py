@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -35,6 +36,7 @@ def verify(
     seed: int = 0,
     *,
     against: Other | None = None,
+    header: str | os.PathLike[str] | None = None,
     tolerance: float | None = None,
     engines: Sequence[str] = ("pinocchio",),
 ) -> Verdict:
@@ -55,8 +57,12 @@ def verify(
         against: another source instead of Pinocchio: a mechanism; the path of a URDF file;
             functions by name, e.g. `{"M": …, "C": …, "g": …}` (see
             `mecanique.verification.given.Functions`, which take equations in the independent
-            velocities of what rolls, too); or the path of a CSV file with states and
-            forces, whose states are then used (see `mecanique.verification.given.read_samples`).
+            velocities of what rolls, too), also of JAX, CasADi, ctypes and cffi, or one that is
+            called after what it gives; the path of a CSV file with states and
+            forces, whose states are then used (see `mecanique.verification.given.read_samples`);
+            the path of an FMU (extra `fmpy`), or of a shared library with functions as `generate`
+            writes them. The last two are programs, and are run: give none that you do not trust.
+        header: of the shared library, the C header that declares its functions.
         tolerance: largest relative difference that counts as agreement. When left out, each entry
             of the mass matrix, and of bias and gravity, may differ by what rounding may make of it
             (`mecanique.verification.contributions`), everything else, and another source, by 1e-9.
@@ -80,7 +86,7 @@ def verify(
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise InputError(f"expected a positive, finite tolerance, got {tolerance!r}")
     if against is not None:
-        return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE)
+        return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance)
     found = verdict if verdict.agrees else _explain(verdict, mechanism)
     return replace(found, readings=read_by(mechanism, engines, seed))

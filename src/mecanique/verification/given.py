@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -15,6 +16,7 @@ from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.verification.foreign.compiled import TAKES, CFunction, address_of
 
 __all__ = ["Functions", "read_samples"]
 
@@ -24,6 +26,10 @@ __all__ = ["Functions", "read_samples"]
 class Functions:
     """Equations of motion as functions of one state: M(q) a + C(q, v) v + g(q) = forces.
 
+    Functions whose arguments are called t, q, v, a, tau and p, as those of `generate` are, get
+    these by name: time, state, accelerations, no torques, and the parameters; so do CasADi's.
+    Functions of ctypes and cffi are called as the C that `generate` writes.
+
     Args:
         mass_matrix: (q) -> M, shape (nv, nv).
         bias: (q, v) -> C v + g, shape (nv,).
@@ -32,6 +38,8 @@ class Functions:
         gravity: (q) -> g, shape (nv,).
         forces: (q, v) -> generalized forces, shape (nv,).
         inverse_dynamics: (q, v, a) -> M a + C v + g − forces, shape (nv,).
+        acceleration: (q, v) -> a, shape (nv,).
+        energy: (q, v) -> kinetic and potential energy, shape (2,).
         by: of what rolls, names of the coordinates whose velocities the equations have left; M,
             bias and forces then have as many rows, in this order, and still take all q and v.
 
@@ -45,6 +53,8 @@ class Functions:
     gravity: Callable[..., Any] | None = None
     forces: Callable[..., Any] | None = None
     inverse_dynamics: Callable[..., Any] | None = None
+    acceleration: Callable[..., Any] | None = None
+    energy: Callable[..., Any] | None = None
     by: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -78,23 +88,27 @@ class Functions:
             InputError: if a function fails, or gives numbers of another shape.
         """
         n = len(self.by) or mechanism.nv
-        q, v, a = states.q, states.v, states.a
+        call = _Caller(mechanism, states)
         found: dict[str, Array] = {}
         if self.mass_matrix:
-            found["mass matrix"] = _call(self.mass_matrix, "mass_matrix", (q,), ((n, n),))
+            found["mass matrix"] = call(self.mass_matrix, "mass_matrix", "q", (n, n))
         if self.gravity:
-            found["gravity"] = _call(self.gravity, "gravity", (q,), ((n,),))
+            found["gravity"] = call(self.gravity, "gravity", "q", (n,))
         if self.bias:
-            found["bias"] = _call(self.bias, "bias", (q, v), ((n,),))
+            found["bias"] = call(self.bias, "bias", "qv", (n,))
         elif self.coriolis:
-            C = _call(self.coriolis, "coriolis", (q, v), ((n, n), (n,)))
-            found["bias"] = (np.einsum("nij,nj->ni", C, v) if C.ndim == 3 else C) + found["gravity"]
+            C = call(self.coriolis, "coriolis", "qv", (n, n), (n,))
+            Cv = np.einsum("nij,nj->ni", C, states.v) if C.ndim == 3 else C
+            found["bias"] = Cv + found["gravity"]
         if self.forces:
-            found["forces"] = _call(self.forces, "forces", (q, v), ((n,),))
+            found["forces"] = call(self.forces, "forces", "qv", (n,))
         if self.inverse_dynamics:
-            found["inverse dynamics"] = _call(
-                self.inverse_dynamics, "inverse_dynamics", (q, v, a), ((n,),)
-            )
+            found["inverse dynamics"] = call(self.inverse_dynamics, "inverse_dynamics", "qva", (n,))
+        if self.acceleration:
+            found["acceleration"] = call(self.acceleration, "acceleration", "qv", (n,))
+        if self.energy:
+            T, V = call(self.energy, "energy", "qv", (2,)).T
+            found |= {"kinetic energy": T, "potential energy": V}
         return found
 
 
@@ -158,17 +172,76 @@ def _number(word: str) -> float:
         return float("nan")
 
 
-def _call(
-    function: Callable[..., Any],
-    name: str,
-    arguments: tuple[Array, ...],
-    shapes: tuple[tuple[int, ...], ...],
-) -> Array:
-    found = []
-    for row in zip(*arguments, strict=True):
-        listed = ", ".join(str(x.tolist()) for x in row)
+@final
+class _Caller:
+    """Calls functions at states."""
+
+    def __init__(self, mechanism: Mechanism, states: States) -> None:
+        n = len(states)
+        values = [*mechanism.values.values(), *_constants(mechanism)]
+        self._rows: dict[str, Array] = {
+            "t": states.t,
+            "q": states.q,
+            "v": states.v,
+            "a": states.a,
+            "tau": np.zeros((n, mechanism.nv)),
+            "p": np.tile(np.array(values, dtype=float), (n, 1)),
+        }
+
+    def __call__(
+        self, function: Callable[..., Any], name: str, usual: str, *shapes: tuple[int, ...]
+    ) -> Array:
+        """Return what a function gives at all states.
+
+        Args:
+            function: a user's.
+            name: what it gives.
+            usual: arguments that it gets where they are not known by name.
+            shapes: those that its answer may have.
+        """
+        code = function
+        if not isinstance(function, CFunction) and (address := address_of(function)) is not None:
+            code = CFunction(name, address, TAKES[name])
+        if isinstance(code, CFunction):
+            takes: tuple[str, ...] = code.takes
+        else:
+            takes = _named(function, self._rows) or tuple(usual)
+            self._refuse_sizes(function, name, takes)
+        found = []
+        for k in range(len(self._rows["t"])):
+            row = {kind: self._rows[kind][k].copy() for kind in takes}
+            found.append(self._one(code, name, row, shapes))
+        return np.array(found)
+
+    def _refuse_sizes(self, function: Any, name: str, takes: tuple[str, ...]) -> None:
+        """Refuse a function of CasADi with arguments of other sizes."""
+        if not callable(getattr(function, "name_in", None)):
+            return
+        for k, kind in enumerate(takes):
+            size = 1 if kind == "t" else self._rows[kind].shape[1]
+            if function.numel_in(k) != size:
+                raise InputError(
+                    f"expected {size} numbers for {kind} of {name}, the function takes "
+                    f"{function.numel_in(k)}"
+                )
+
+    def _one(
+        self,
+        function: Callable[..., Any],
+        name: str,
+        row: Mapping[str, Array],
+        shapes: tuple[tuple[int, ...], ...],
+    ) -> Array:
+        """One answer.
+
+        Raises:
+            InputError: if the function fails, or gives numbers of another shape.
+        """
+        listed = ", ".join(str(x.tolist()) for kind, x in row.items() if kind in "qva")
+        if isinstance(function, CFunction):
+            return function(row, int(np.prod(shapes[0]))).reshape(shapes[0])
         try:
-            value = np.asarray(function(*(x.copy() for x in row)), dtype=float)
+            value = np.asarray(function(*row.values()), dtype=float)
         except Exception as error:
             # any error of a user's own function is reported together with the state
             raise InputError(f"{name}({listed}) raised {type(error).__name__}: {error}") from error
@@ -179,5 +252,24 @@ def _call(
             raise InputError(
                 f"expected shape {expected} from {name}, got {value.shape} at {listed}"
             )
-        found.append(value)
-    return np.array(found)
+        return value
+
+
+def _constants(mechanism: Mechanism) -> list[float]:
+    """Values of the inputs, where they are constants."""
+    signals = [each.signal for each in mechanism.inputs]
+    return [signal for signal in signals if isinstance(signal, float)]
+
+
+def _named(function: Any, rows: Mapping[str, Array]) -> tuple[str, ...]:
+    """The arguments of a function by name, if these say what they are."""
+    names_of = getattr(function, "name_in", None)
+    if callable(names_of):
+        names = list(names_of())
+    else:
+        try:
+            parameters = inspect.signature(function).parameters.values()
+        except (TypeError, ValueError):
+            return ()
+        names = [each.name for each in parameters if each.default is each.empty]
+    return tuple(names) if "q" in names and all(name in rows for name in names) else ()

@@ -1,0 +1,1 @@
+"""Equations of motion in other programs: compiled functions and models of the FMI standard."""
