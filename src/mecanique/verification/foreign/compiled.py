@@ -31,7 +31,7 @@ TAKES: dict[str, tuple[str, ...]] = {
 _GUARD = 64
 """Numbers behind a function's answer that it must leave as they are."""
 
-_FUNCTION = ctypes.CFUNCTYPE(None).__mro__[1]
+_FUNCTION: Any = ctypes.CFUNCTYPE(None).__mro__[1]
 """The type of all functions of ctypes."""
 
 _MARK = np.float64(-1.2345678987654321e-300)
