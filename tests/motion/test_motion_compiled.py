@@ -47,6 +47,16 @@ def test_a_linkage_moves_as_by_the_reference(linkage: Mechanism) -> None:
     assert drift(fast, between) < 1e-13
 
 
+def test_tight_steps_end_as_near_as_their_tolerance() -> None:
+    bars = textbook.load("bars_and_springs_loop")
+    start = dict(textbook.entry("bars_and_springs_loop").start)
+    ends = [
+        simulate(bars, q=start, duration=10.0, rtol=rtol, samples=2, method="compiled").q[-1]
+        for rtol in (1e-12, 1e-14)
+    ]
+    assert np.abs(ends[0] - ends[1]).max() < 2e-11
+
+
 def test_the_same_equations_in_python_do_as_well(linkage: Mechanism) -> None:
     options: dict[str, Any] = {"duration": 1.0, "rtol": 1e-10, "samples": 3}
     fast = simulate(linkage, q=START, method="compiled", **options)

@@ -205,7 +205,7 @@ class _Caller:
         if isinstance(code, CFunction):
             takes: tuple[str, ...] = code.takes
         else:
-            takes = _named(function, self._rows) or tuple(usual)
+            takes = _find_names(function, self._rows) or tuple(usual)
             self._refuse_sizes(function, name, takes)
         found = []
         for k in range(len(self._rows["t"])):
@@ -261,7 +261,7 @@ def _constants(mechanism: Mechanism) -> list[float]:
     return [signal for signal in signals if isinstance(signal, float)]
 
 
-def _named(function: Any, rows: Mapping[str, Array]) -> tuple[str, ...]:
+def _find_names(function: Any, rows: Mapping[str, Array]) -> tuple[str, ...]:
     """The arguments of a function by name, if these say what they are."""
     names_of = getattr(function, "name_in", None)
     if callable(names_of):

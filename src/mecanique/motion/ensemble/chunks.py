@@ -21,7 +21,7 @@ from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.compile.stepper import ENDED, Stepper, Tolerances
 from mecanique.motion.ensemble.dop853 import Block, integrate
-from mecanique.motion.record.loops import begin_on_loops
+from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.simulation.arguments import kinks, longest_step
 
@@ -222,7 +222,8 @@ def _integrate_in_c(part: Part, mechanism: Mechanism) -> tuple[np.ndarray, np.nd
     )
     span = float(part.times[-1] - part.times[0])
     longest = longest_step(mechanism, span, None, ())
-    tolerances = Tolerances(part.rtol, part.atol, longest, part.max_steps)
+    share = ClosedLoops.share if mechanism.constrained else 1.0
+    tolerances = Tolerances(share * part.rtol, share * part.atol, longest, part.max_steps)
     runs = np.flatnonzero(closed)
 
     def work(some: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -12,12 +12,11 @@ from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import NEAR, March, Stepper, Tolerances
 from mecanique.motion.record.curve import State
-from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.methods import METHODS, Task, advance
 from mecanique.motion.simulation.outcome import Kind, Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
-from mecanique.motion.simulation.refinement import refine
+from mecanique.motion.simulation.refinement import refine, step_accuracy
 
 __all__ = ["integrate_in_c"]
 
@@ -45,11 +44,10 @@ def integrate_in_c(problem: Problem, share: float) -> Integration:
     stepper, equations = code.stepper(reference), code.rhs(reference)
     if isinstance(equations, ClosedProgram):
         problem = problem.with_way_back(equations.close)
-    rtol, atol = share * problem.rtol, share * problem.atol
+    rtol, atol = (share * tolerance for tolerance in step_accuracy(problem))
     tolerances = Tolerances(rtol, atol, problem.max_step, problem.max_steps)
     march = stepper.march(problem.start, problem.t0, problem.times, tolerances)
-    part = 1.0 if problem.loops is None else ClosedLoops.share
-    task = Task(owning(equations), False, part * rtol, part * atol, restarts=True)
+    task = Task(owning(equations), False, rtol, atol, restarts=True)
     run, steps = _Run(problem, stepper, march, task), Steps()
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome = None
