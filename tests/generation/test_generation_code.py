@@ -31,6 +31,7 @@ OF_TREES = (
     "forces",
     "inverse_dynamics",
     "poses",
+    "jacobians",
 )
 
 
@@ -82,6 +83,41 @@ def test_the_code_of_every_closed_mechanism_gives_what_pinocchio_gives(name: str
     assert verdict is not None
     for quantity in ("rhs", "closure"):
         assert verdict.worst[quantity] <= max(1e-13, verdict.rounded[quantity])
+
+
+@pytest.mark.parametrize(
+    "name", ["cart_pole", "double_pendulum", "crane", "spherical_pendulum", "four_bar_linkage"]
+)
+def test_reactions_are_those_that_pinocchio_gives(name: str) -> None:
+    code = mq.generate(equations(name), "python", "reactions,jacobians", samples=20)
+    assert code.verdict is not None
+    assert code.verdict.worst["reactions"] <= 1e-12
+    mechanism = mq.textbook.load(name)
+    shape = code.program.answers[0].shape
+    assert shape == (len(mechanism.joints) + len(mechanism.loops), 6)
+
+
+def test_a_pendulum_hangs_on_its_weight_and_its_swing() -> None:
+    mechanism = mq.textbook.load("simple_pendulum")
+    what = "reactions,jacobians,reactions_by_v"
+    compiled = mq.generate(mq.derive(mechanism), "c", what, samples=5).compile()
+    m, l, g = (mechanism.values[name] for name in ("m", "l", "g"))
+    ((force, moment),) = compiled.reactions(0.0, [0.0], [0.7]).reshape(1, 2, 3)
+    np.testing.assert_allclose(force, [0.0, 0.0, m * (g + l * 0.7**2)], atol=1e-14)
+    np.testing.assert_allclose(moment, 0.0, atol=1e-14)
+    by_speed = compiled.reactions_by_v(0.0, [0.0], [0.7])
+    assert by_speed[2] == pytest.approx(2 * m * l * 0.7)
+    turn = compiled.jacobians(0.0, [0.3])[0, 3:, 0]
+    np.testing.assert_allclose(turn, [0.0, -1.0, 0.0], atol=1e-15)
+
+
+def test_reactions_that_nothing_determines_are_refused() -> None:
+    for name, message in (
+        ("bricard_linkage", "are undetermined in"),
+        ("rolling_disk", "have no program: its elements, contacts or velocity constraints share"),
+    ):
+        with pytest.raises(mq.DerivationError, match=message):
+            mq.generate(equations(name), "python", "reactions", samples=2)
 
 
 def test_multipliers_that_are_not_determined_are_refused() -> None:

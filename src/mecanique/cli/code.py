@@ -44,7 +44,8 @@ def code(
         typer.Option(
             metavar="NAMES",
             help="Quantities with commas between: rhs, acceleration, mass_matrix, bias, gravity, "
-            "forces, inverse_dynamics, energy, poses; of loops also multipliers, closure.",
+            "forces, inverse_dynamics, energy, poses, jacobians, reactions; of loops also "
+            "multipliers, closure; derivatives as rhs_by_y, rhs_by_tau, energy_by_p.",
         ),
     ] = "acceleration,energy",
     output: Annotated[

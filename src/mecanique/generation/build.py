@@ -8,8 +8,11 @@ from dataclasses import replace
 from mecanique.derivation.equations import Equations
 from mecanique.errors import UnknownNameError
 from mecanique.generation.identifiers import file_stem
+from mecanique.generation.mechanics.actions import Actions
 from mecanique.generation.mechanics.dynamics import Dynamics, dynamics_of
 from mecanique.generation.program.program import Answer, Letter, Program
+from mecanique.generation.program.tape import Value
+from mecanique.generation.program.traced import values_of
 from mecanique.generation.quantities import QUANTITIES, Quantity, choose
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units
@@ -53,12 +56,11 @@ def build_program(
     dynamics = dynamics_of(equations, known if parameters is None else tuple(parameters))
     answers = []
     for quantity in quantities:
-        values = tuple(
-            dynamics.differentiate(quantity.base, quantity.by)
-            if quantity.by
-            else dynamics.answer(quantity.name)
-        )
-        answers.append(Answer(quantity, values, _shape(quantity, mechanism, len(values))))
+        values = _values(dynamics, quantity.base or quantity.name)
+        if quantity.by:
+            values = dynamics.differentiate(values, quantity.by)
+        shape = _shape(quantity, mechanism, len(values))
+        answers.append(Answer(quantity, tuple(values), shape))
     program = assemble(dynamics, stem, answers)
     if moves and mechanism.constrained:
         return replace(program, landing=dynamics.landing)
@@ -75,6 +77,18 @@ def assemble(dynamics: Dynamics, name: str, answers: Sequence[Answer]) -> Progra
     """
     mechanism, tape = dynamics.letters.mechanism, dynamics.letters.tape
     return Program(mechanism, name, dynamics.title, tape, _letters(dynamics), tuple(answers))
+
+
+def _values(dynamics: Dynamics, name: str) -> list[Value]:
+    """The values of a quantity.
+
+    Raises:
+        DerivationError: if the mechanism has no program for it.
+    """
+    if name != "reactions":
+        return dynamics.answer(name)
+    found = Actions(dynamics.release()).joint_reactions()
+    return values_of([entry for each in found for entry in (*each.force, *each.moment)])
 
 
 def _letters(dynamics: Dynamics) -> dict[str, tuple[Letter, ...]]:
@@ -110,11 +124,15 @@ def _shape(quantity: Quantity, mechanism: Mechanism, size: int) -> tuple[int, ..
         rows = {"rhs": mechanism.nq + mechanism.nv, "energy": 2}.get(quantity.base, mechanism.nv)
         if quantity.base == "mass_matrix":
             return mechanism.nv, mechanism.nv, size // max(mechanism.nv**2, 1)
-        if quantity.base in ("poses", "closure", "multipliers"):
+        if quantity.base in ("poses", "closure", "multipliers", "reactions", "jacobians"):
             return (size,)
         return rows, size // max(rows, 1)
     if quantity.name == "mass_matrix":
         return mechanism.nv, mechanism.nv
     if quantity.name == "poses":
         return size // 12, 3, 4
+    if quantity.name == "jacobians":
+        return size // max(6 * mechanism.nv, 1), 6, mechanism.nv
+    if quantity.name == "reactions":
+        return size // 6, 6
     return (size,)

@@ -78,9 +78,10 @@ def generate(
             once), "jax", "casadi" or "fmu" (FMI 3.0, model exchange and co-simulation, for
             simulation tools; what it is asked for are its outputs).
         what: quantities, each a function: "rhs", "acceleration", "mass_matrix", "bias", "gravity",
-            "forces", "inverse_dynamics", "energy", "poses", and of loops "multipliers" and
-            "closure"; "acceleration_by_q" and so on are derivatives by q (along the motion that
-            each velocity makes), v, y, a, tau or p; "rhs_by_y" and "rhs_by_tau" linearize.
+            "forces", "inverse_dynamics", "energy", "poses" and "jacobians" of all bodies, the
+            "reactions" of joints and loops, and of loops "multipliers" and "closure";
+            "acceleration_by_q" and so on are derivatives by q (along the motion that each velocity
+            makes), v, y, a, tau or p; "rhs_by_y" and "rhs_by_tau" linearize.
         parameters: symbols of the parameters and constant inputs that stay arguments of the
             functions; all by default. The others become numbers.
         name: what functions and files are called after; the mechanism's name by default.

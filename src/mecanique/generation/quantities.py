@@ -55,6 +55,18 @@ QUANTITIES = {
         Quantity("energy", "E", ("t", "q", "v"), "kinetic energy, potential energy [J]"),
         Quantity("poses", "H", ("t", "q"), "rows of rotation and position of each body, 3 by 4"),
         Quantity(
+            "jacobians",
+            "J",
+            ("t", "q"),
+            "how each velocity moves each body: its origin, then its turn, world axes, 6 by nv",
+        ),
+        Quantity(
+            "reactions",
+            "R",
+            ("t", "q", "v"),
+            "force and moment on the child of each joint at its origin, then of loops; without tau",
+        ),
+        Quantity(
             "multipliers", "lambda", ("t", "q", "v", "tau"), "multipliers of the loops", loops=True
         ),
         Quantity(

@@ -13,6 +13,7 @@ from functools import cached_property
 from typing import Any, final
 
 from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
+from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.action import NOTHING, Action
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.forces import on_velocities
@@ -160,6 +161,20 @@ class Actions:
                 force, moment = add(force, push), add(moment, cross(arm, push))
         held = Action(contact.name, "reaction", contact.body, at, force, moment)
         return held, held.opposite(contact.on)
+
+    def joint_reactions(self) -> list[Action]:
+        """Return what each joint does to its child, then each loop to its body b.
+
+        Raises:
+            DerivationError: if elements or contacts share what joints do.
+        """
+        m = self._mechanism
+        if m.elements or m.contacts or m.velocity_constraints:
+            raise DerivationError(
+                f"the reactions of mechanism {m.name!r} have no program: its elements, contacts or "
+                "velocity constraints share them with the joints; ask for `Reference.reactions`"
+            )
+        return list(self.reactions())[::2]
 
     def work(self, action: Action) -> list[Any]:
         """Return the virtual work of a force, F·δx + M·δφ, for each velocity.

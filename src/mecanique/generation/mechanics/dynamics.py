@@ -16,6 +16,7 @@ from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.loops import Loops, loops_of
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply
+from mecanique.generation.mechanics.world import World
 from mecanique.generation.program.counts import count
 from mecanique.generation.program.program import Landing
 from mecanique.generation.program.solving import factorize
@@ -80,13 +81,21 @@ class Dynamics:
         form: its equations of motion.
         tree: the same by recursion, which knows where bodies are.
         title: how the equations were made.
+        pushed: whether torques tau are added to the mechanism's forces.
     """
 
-    def __init__(self, letters: Letters, form: Form, tree: Tree, title: str) -> None:
+    def __init__(
+        self, letters: Letters, form: Form, tree: Tree, title: str, *, pushed: bool = True
+    ) -> None:
+        self._pushed = pushed
         self.letters = letters
         self.title = title
         self._form = form
         self.tree = tree
+
+    def release(self) -> Dynamics:
+        """Return the same without torques tau."""
+        return Dynamics(self.letters, self._form, self.tree, self.title, pushed=False)
 
     def answer(self, quantity: str) -> list[Value]:
         """Return the values of a quantity, row by row.
@@ -104,19 +113,20 @@ class Dynamics:
             "inverse_dynamics": self._inverse_dynamics,
             "energy": lambda: list(self._form.energy()),
             "poses": self._poses,
+            "jacobians": self._jacobians,
             "multipliers": lambda: self.multipliers,
             "closure": lambda: [*self.loops.residual, *self.loops.rate],
         }
         return values_of(answers[quantity]())
 
-    def differentiate(self, quantity: str, by: str) -> list[Value]:
+    def differentiate(self, outputs: list[Value], by: str) -> list[Value]:
         """Return the derivatives of a quantity, row by row.
 
         Args:
-            quantity: what is differentiated.
+            outputs: values of what is differentiated.
             by: by what: q (along the motion that each velocity makes), v, y, a, tau or p.
         """
-        letters, outputs = self.letters, self.answer(quantity)
+        letters = self.letters
         tape, directions = letters.tape, self._directions(by)
         columns = [push_forward(tape, outputs, direction) for direction in directions]
         return [column[row] for row in range(len(outputs)) for column in columns]
@@ -174,7 +184,8 @@ class Dynamics:
     @property
     def _drive(self) -> list[Any]:
         """Forces and torques that are not balanced without accelerations."""
-        parts = zip(self.forces, self.letters.tau, self.bias, strict=True)
+        tau = self.letters.tau if self._pushed else [0.0] * len(self.letters.tau)
+        parts = zip(self.forces, tau, self.bias, strict=True)
         return [Q + tau - h for Q, tau, h in parts]
 
     @property
@@ -197,6 +208,11 @@ class Dynamics:
             pushed = apply(self.mass_matrix, self.letters.a)
             needed = [x + h for x, h in zip(pushed, self.bias, strict=True)]
         return [x - Q for x, Q in zip(needed, self.forces, strict=True)]
+
+    def _jacobians(self) -> list[Any]:
+        mechanism, world = self.letters.mechanism, World(self.tree.recursion)
+        moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
+        return [entry for name in moved for row in world.jacobian(name) for entry in row]
 
     def _poses(self) -> list[Any]:
         mechanism = self.letters.mechanism

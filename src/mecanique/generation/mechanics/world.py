@@ -8,7 +8,16 @@ from typing import final
 
 from mecanique.derivation.tree.poses import Matrix
 from mecanique.generation.mechanics.recursion import Recursion
-from mecanique.generation.mechanics.vectors import Triple, add, apply, cross, scale
+from mecanique.generation.mechanics.vectors import (
+    Rows,
+    Triple,
+    add,
+    apply,
+    cross,
+    dot,
+    scale,
+    transpose,
+)
 
 __all__ = ["World"]
 
@@ -132,6 +141,26 @@ class World:
                 found[k] = add(slide, cross(axis, arm))
             at = self._recursion.links[at].parent
         return found
+
+    def turns(self, body: str) -> dict[int, Triple]:
+        """Return how a body turns with each joint velocity, by its number."""
+        found, at = dict[int, Triple](), self._recursion.seats[body].place
+        while at >= 0:
+            found |= {k: axis for k, (_, axis) in self._motions[at].columns.items()}
+            at = self._recursion.links[at].parent
+        return found
+
+    def jacobian(self, body: str) -> Rows:
+        """Return how each velocity moves a body: its origin, then its turn, shape (6, nv)."""
+        place = [row[3] for row in self.pose(body)]
+        G, nothing = self._recursion.chart.G, [0.0] * len(self._recursion.letters.v)
+        rows: Rows = []
+        for columns in (self.columns(body, place), self.turns(body)):
+            for axis in range(3):
+                entries = [column[axis] for column in columns.values()]
+                moved = transpose([G[k] for k in columns])
+                rows.append([dot(entries, each) for each in moved] or nothing)
+        return rows
 
     def _of(self, place: int) -> _Motion:
         return self._motions[place] if place >= 0 else _GROUND

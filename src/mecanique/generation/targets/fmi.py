@@ -191,6 +191,8 @@ def _labels(program: Program, answer: Answer) -> list[tuple[str, str]]:
         return [(f"{letter.name}'", letter.unit) for letter in program.letters["a"]]
     if quantity.name == "poses":
         return list(_poses(program))
+    if quantity.name == "reactions":
+        return list(_reactions(program))
     forces = quantity.name in ("bias", "gravity", "forces")
     units = [letter.unit for letter in program.letters["tau"]] if forces else []
     units = units or [""] * len(answer.values)
@@ -206,6 +208,14 @@ def _poses(program: Program) -> Iterator[tuple[str, str]]:
             for row in range(1, 4):
                 for column in range(1, 5):
                     yield f"pose[{body.name},{row},{column}]", "m" if column == 4 else ""
+
+
+def _reactions(program: Program) -> Iterator[tuple[str, str]]:
+    mechanism = program.mechanism
+    for each in (*mechanism.joints, *mechanism.loops):
+        for part, unit in (("F", "N"), ("M", "N·m")):
+            for axis in "xyz":
+                yield f"reaction[{each.name},{part}{axis}]", unit
 
 
 def _indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:

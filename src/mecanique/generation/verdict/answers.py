@@ -60,12 +60,35 @@ def answer_of(name: str, reference: Reference, states: States, tau: np.ndarray) 
             moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
             found = [np.asarray(reference.pose(body, q, t))[:, :3] for body in moved]
             return np.stack(found, axis=1)
+        case "jacobians":
+            mechanism = reference.mechanism
+            moved = [body.name for body in mechanism.bodies if body.name != mechanism.ground]
+            return np.stack([np.asarray(reference.jacobian(body, q, t)) for body in moved], axis=1)
+        case "reactions":
+            return _reactions(reference, states)
         case "closure":
             residual = np.asarray(reference.constraint_residual(q, t))
             return np.hstack([residual, _rates_of_gaps(reference, states)])
         case "multipliers":
             return _multipliers(reference, states, tau)
     raise InputError(f"{name!r} cannot be compared with Pinocchio")
+
+
+def _reactions(reference: Reference, states: States) -> np.ndarray:
+    """What joints do to their children, then loops, shape (n, joints and loops, 6).
+
+    Raises:
+        DerivationError: if some are undetermined.
+    """
+    wrenches = reference.reactions(states.q, states.v, states.t)
+    loose = [name for name, wrench in wrenches.items() if wrench.undetermined]
+    if loose:
+        raise DerivationError(
+            f"the reactions of mechanism {reference.mechanism.name!r} are undetermined in "
+            f"{', '.join(loose)}"
+        )
+    rows = [np.concatenate([w.force, w.moment], axis=-1) for w in wrenches.values()]
+    return np.stack(rows, axis=1)
 
 
 def _rates_of_gaps(reference: Reference, states: States) -> np.ndarray:

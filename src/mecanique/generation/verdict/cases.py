@@ -42,7 +42,10 @@ _RANK = 1e-9
 _SMALL = 1e-3
 """Part of the typical size below which an answer is judged against the typical size."""
 
-_LEAST = {"mass_matrix": 0.0, "poses": 0.0, "closure": 0.0, "energy": 1.0}
+_LEAST = {
+    **dict.fromkeys(("mass_matrix", "poses", "jacobians", "closure"), 0.0),
+    **dict.fromkeys(("energy", "reactions"), 1.0),
+}
 """Power of the moving mass that is the typical size of what it does at 1 m/s or 1 m/s²."""
 
 
