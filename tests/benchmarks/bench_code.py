@@ -6,8 +6,9 @@ Both sides compute the same mechanism at the same 256 states; shown are medians 
 time of the processor. C is compiled by the system's compiler with the
 options stated (its loop over states
 is in C too). Pinocchio's rnea and aba run in its own loop in C++ on one thread (rneaInParallel,
-abaInParallel), as its wheel is built; crba has no such loop, so it is called from Python, and what
-the same call costs on a model without joints is subtracted. Right-hand sides of closed mechanisms
+abaInParallel), as its wheel is built; CasADi evaluates the same program, written for it, in its
+virtual machine, over all states in one call; crba has no such loop, so it is called from Python,
+and what the same call costs on a model without joints is subtracted. Right-hand sides of closed mechanisms
 are compared with `Reference.rhs`, null-space code over Pinocchio in Python. "writing" is the
 derivation and the text of one function, "compiling" that text."""
 
@@ -26,7 +27,9 @@ import pinocchio as pin
 import mecanique as mq
 from mecanique.generation.build import build_program
 from mecanique.generation.compiled import OPTIONS, Compiled, compile_program
+from mecanique.generation.program.program import Program
 from mecanique.generation.targets.c import C
+from mecanique.generation.targets.casadi import CasADi
 from mecanique.verification.states.random import random_states
 
 STATES = 256
@@ -121,10 +124,26 @@ def compare(mechanism: mq.Mechanism) -> None:
         print(
             f"{mechanism.name:16s} {n:3d} {name:5s} {program.count(what).total:6d} operations  "
             f"C {ours * 1e9:5.0f} ns  Pinocchio {theirs * 1e9:5.0f} ns  "
+            f"CasADi {in_casadi(program, what, given) * 1e9:5.0f} ns  "
             f"{theirs / ours:4.1f} times  worst difference {worst:.0e}  "
             f"writing {written - start:.2f} s  compiling {done - written:.2f} s",
             flush=True,
         )
+
+
+def in_casadi(program: Program, what: str, given: dict[str, np.ndarray]) -> float:
+    """The time of a state in CasADi's virtual machine, without that of a call [s]."""
+    space: dict[str, Any] = {}
+    exec(next(iter(CasADi().files(program, ["measured"]).values())), space)
+    function = space[what].map(STATES)
+    rows = {**given, "t": np.zeros((STATES, 1)), "p": np.zeros((STATES, len(program.parameters)))}
+    buffer, call = function.buffer()
+    kept = [np.ascontiguousarray(rows[kind], dtype=float) for kind in function.name_in()]
+    out = np.empty(function.nnz_out(0))
+    for k, values in enumerate(kept):
+        buffer.set_arg(k, values.data)
+    buffer.set_res(0, out.data)
+    return measure(call) / STATES
 
 
 def compare_closed(name: str) -> None:
