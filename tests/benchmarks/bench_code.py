@@ -8,9 +8,9 @@ options stated (its loop over states
 is in C too). Pinocchio's rnea and aba run in its own loop in C++ on one thread (rneaInParallel,
 abaInParallel), as its wheel is built; CasADi evaluates the same program, written for it, in its
 virtual machine, over all states in one call; crba has no such loop, so it is called from Python,
-and what the same call costs on a model without joints is subtracted. Right-hand sides of closed mechanisms
-are compared with `Reference.rhs`, null-space code over Pinocchio in Python. "writing" is the
-derivation and the text of one function, "compiling" that text."""
+and what the same call costs on a model without joints is subtracted. Right-hand sides of closed
+mechanisms are compared with `Reference.rhs`, null-space code over Pinocchio in Python. "writing" is
+the derivation and the text of one function, "compiling" that text."""
 
 from __future__ import annotations
 
