@@ -44,6 +44,13 @@ def simulate(
     v: Velocities = None,
     duration: Duration = None,
     rtol: Tolerance = 1e-10,
+    limits: Annotated[
+        str | None,
+        typer.Option(
+            metavar="stop|NUMBER",
+            help="Stop where a joint reaches its limit, or bounce with this restitution.",
+        ),
+    ] = None,
     csv: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")
     ] = None,
@@ -58,7 +65,7 @@ def simulate(
 
     Exit code 2 where nothing can be set in motion: a mechanism without coordinates, or locked.
     """
-    motion = simulate_motion(choose(system, parameters, reading), q, v, duration, rtol)
+    motion = simulate_motion(choose(system, parameters, reading), q, v, duration, rtol, limits)
     if csv is not None:
         motion.to_csv(csv)
     if npz is not None:

@@ -225,6 +225,7 @@ def simulate_motion(
     v: Sequence[str] | None,
     duration: float | None,
     rtol: float,
+    limits: str | None = None,
 ) -> Motion:
     """Simulate the motion that the words describe.
 
@@ -234,8 +235,18 @@ def simulate_motion(
         v: the same for velocities.
         duration: instead of the default [s].
         rtol: relative tolerance of the integration.
+        limits: "stop", or a coefficient of restitution at the limits of joints.
+
+    Raises:
+        InputError: if the limits are neither.
     """
     start, start_velocity = start_of(chosen, q, v)
+    try:
+        bounce = limits if limits in (None, "stop") else float(limits or "")
+    except ValueError:
+        raise mq.InputError(
+            f"expected stop or a number in 0…1 after --limits, got {limits!r}"
+        ) from None
     seconds = chosen.duration if duration is None else duration
     with progress(f"Simulating {seconds:g} s") as advance:
         return mq.simulate(
@@ -244,6 +255,7 @@ def simulate_motion(
             v=start_velocity,
             duration=seconds,
             rtol=rtol,
+            limits=bounce,
             progress=advance,
         )
 

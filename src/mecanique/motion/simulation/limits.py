@@ -8,12 +8,13 @@ from typing import final
 
 import numpy as np
 
-from mecanique.errors import IntegrationError
+from mecanique.errors import InputError, IntegrationError
+from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.motion import Motion
 
-__all__ = ["limit_events", "refuse_limit", "report_end"]
+__all__ = ["joint_events", "limit_events", "refuse_limit", "report_end"]
 
 MARGIN = 1e-3
 """A coordinate this near to its limit has reached it, relative to the limits' distance or 1.
@@ -62,6 +63,61 @@ def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
                     Event(f"end of chart {name}", _Distance(at, bound, side, near), -1, stop=True)
                 )
     return tuple(ends)
+
+
+def joint_events(
+    mechanism: Mechanism, start: np.ndarray, limits: str | float | None
+) -> tuple[Event, ...]:
+    """Return the events at which joints reach their limits: stops, or impacts.
+
+    Args:
+        mechanism: what moves.
+        start: shape (nq,), positions at the start.
+        limits: "stop", a coefficient of restitution, or None for no events.
+
+    Raises:
+        InputError: if it is none of these, or the motion starts beyond a limit.
+    """
+    if limits is None:
+        return ()
+    from sympy import Symbol
+
+    wrong = isinstance(limits, bool) or (isinstance(limits, str) and limits != "stop")
+    if wrong or (not isinstance(limits, str) and not 0 <= limits <= 1):
+        raise InputError(
+            f'expected "stop" or a coefficient of restitution in 0…1 for limits, got {limits!r}'
+        )
+    restitution = None if isinstance(limits, str) else float(limits)
+    places = {name: at for at, name in enumerate(mechanism.coordinates)}
+    found = []
+    for joint in mechanism.joints:
+        if not isinstance(joint, Single) or joint.limits is None:
+            continue
+        if joint.coordinate not in places:
+            continue
+        value = float(start[places[joint.coordinate]])
+        for bound, side, words in (
+            (float(joint.limits.lower), 1, "lower"),
+            (float(joint.limits.upper), -1, "upper"),
+        ):
+            if not np.isfinite(bound):
+                continue
+            if side * (value - bound) < 0:
+                raise InputError(
+                    f"joint {joint.name!r} starts at {value:.6g}, beyond its {words} limit "
+                    f"{bound:.6g}; start within the limits, or leave them out"
+                )
+            when = side * (Symbol(joint.coordinate) - bound)
+            found.append(
+                Event(
+                    f"{words} limit of {joint.name}",
+                    when,
+                    -1,
+                    stop=restitution is None,
+                    restitution=restitution,
+                )
+            )
+    return tuple(found)
 
 
 def refuse_limit(motion: Motion) -> None:

@@ -29,7 +29,12 @@ from mecanique.motion.simulation.choice import (
 from mecanique.motion.simulation.definite import refuse_indefinite
 from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
-from mecanique.motion.simulation.limits import limit_events, refuse_limit, report_end
+from mecanique.motion.simulation.limits import (
+    joint_events,
+    limit_events,
+    refuse_limit,
+    report_end,
+)
 from mecanique.motion.simulation.methods import METHODS
 from mecanique.motion.simulation.problem import Problem
 from mecanique.motion.simulation.validity import add_breaks
@@ -57,6 +62,7 @@ def simulate(
     max_step: float | None = None,
     max_steps: int = 1_000_000,
     events: Sequence[Event] = (),
+    limits: str | float | None = None,
     progress: Callable[[float], object] | None = None,
     reference: Reference | None = None,
 ) -> Motion:
@@ -94,6 +100,8 @@ def simulate(
             input is a function or events are watched.
         max_steps: most steps.
         events: what to watch for.
+        limits: what happens where a joint reaches its limits: nothing by default, "stop" ends the
+            motion, and a number in 0…1 is the coefficient of restitution of an impact there.
         progress: called with the fraction done, in 0…1, about a hundred times.
         reference: a `Reference` of the mechanism to use and keep; by default that of this thread,
             which is loaded once as long as the mechanism lives.
@@ -125,6 +133,7 @@ def simulate(
         raise UnknownNameError("method", method, ("auto", *METHODS, *COMPILED))
     if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
         raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
+    events = (*events, *joint_events(mechanism, start, limits))
     watched = (*events, *limit_events(mechanism, start))
     longest = longest_step(mechanism, end - t0, max_step, watched)
     own = reference is not None
