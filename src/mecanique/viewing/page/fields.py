@@ -33,7 +33,7 @@ def write_parameters(scene: Scene, live: bool) -> str:
         if quantities:
             parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
     if scene.engine and not live:
-        parts.append(_integration(scene.engine))
+        parts += [_integration(scene.engine), _BESIDE, _MODES]
     if document.freedom:
         parts.append(
             "<h3>Degrees of freedom</h3>"
@@ -49,6 +49,24 @@ _SETUP = (
     '<button type="button" id="setup-python">Copy as Python</button>'
     '<label class="pick"><input type="checkbox" id="setup-stay"> go on from the state now</label>'
     '</div><p id="setup-status" class="note" role="status"></p>'
+)
+
+
+_BESIDE = (
+    "<h3>Second motion</h3>"
+    '<p class="note">From a start next to this one; its bodies are drawn transparent.</p>'
+    '<div class="bar"><select id="beside-name" aria-label="What starts otherwise"></select> by '
+    '<input type="number" step="any" id="beside-by" value="0.01" aria-label="By how much">'
+    '<button type="button" id="beside-on">Show beside</button>'
+    '<button type="button" id="beside-off" disabled>Remove</button></div>'
+    '<p id="beside-told" class="note" role="status"></p>'
+)
+
+_MODES = (
+    "<h3>Small motions</h3>"
+    '<div class="bar"><button type="button" id="modes-find">Find rest and modes</button></div>'
+    '<p id="modes-told" class="note" role="status"></p>'
+    '<div class="scroll"><table id="modes" hidden></table></div>'
 )
 
 

@@ -78,6 +78,8 @@ def _plots(scene: Scene) -> str:
         '<button type="button" id="zoom-all" title="Whole motion">All</button></div>'
         '<label class="pick">over <select id="plot-x">'
         '<option value="">time</option></select></label>'
+        '<label class="pick" hidden>where <select id="plot-at">'
+        '<option value="">always</option></select></label>'
         '<button type="button" id="csv" title="Save the chosen quantities">CSV</button>'
         '<button type="button" id="svg" title="Save the plots as a picture">SVG</button></div>'
         '<div id="charts"></div>'

@@ -15,6 +15,10 @@ import {
 import { LiveClock } from "./clock/live.js";
 import { Loop } from "./clock/loop.js";
 import { Hand } from "./picture/hand.js";
+import { Beside, quantitiesBeside } from "./studies/beside.js";
+import { EnergyBars } from "./studies/bars.js";
+import { Exaggerating } from "./studies/exaggerating.js";
+import { Modes } from "./studies/modes.js";
 import { Picture } from "./picture/picture.js";
 import { wireBreaking } from "./equations/breaking.js";
 import { wireCopies, wireSplitter } from "./equations/copies.js";
@@ -22,6 +26,7 @@ import { findPlace, wireEmbedding } from "./panels/place.js";
 import { listenToKeys, Player, Transport } from "./clock/player.js";
 import { Plots, quantities } from "./panels/plots.js";
 import { Recording, Stream } from "./clock/sources.js";
+import { Sections } from "./studies/sections.js";
 import { Setup } from "./panels/setup.js";
 import { ForceTable, LedgerTable } from "./panels/tables.js";
 import { wireSave, wireTabs } from "./panels/tabs.js";
@@ -43,9 +48,25 @@ async function loadSetup(scene, layout, motion) {
   return new Setup(new Bench(machine, scene, layout), motion);
 }
 
-function wirePicture(picture, forces, transport) {
+// What a page that computes can do besides: each follows the setup's motions.
+function wireExtras(setup, { picture, layout, plots, clock }) {
+  if (!setup) return null;
+  const { scene } = picture;
+  const modes = new Modes(setup, scene, layout, picture);
+  const hand = new Hand(picture, clock, setup);
+  const exaggerating = new Exaggerating(picture, layout, modes);
+  const sections = new Sections(setup, plots, scene, layout);
+  setup.listeners.push(new Beside(setup, scene, layout, plots), sections, exaggerating);
+  for (const id of ["dragging", "exaggerating"]) document.getElementById(id).hidden = false;
+  return (seconds) => {
+    hand.tick(seconds);
+    sections.extend();
+  };
+}
+
+function wirePicture(picture, forces, transport, bars) {
   const keys = wireCameras(picture.camera, picture.scene);
-  wireShow(picture);
+  wireShow(picture, bars);
   wireForces(picture);
   wireFreeBody(picture, forces);
   wireTooltip(picture.stage, picture.arrows);
@@ -64,12 +85,15 @@ async function start() {
   const clock = live ?? new Player(table);
   const picture = new Picture(scene, layout, table, parts.slice(1), live !== null);
   const transport = new Transport(clock);
-  const plots = new Plots(live?.history ?? table, clock, quantities(scene, layout), scene.fileName);
+  const list = quantities(scene, layout, quantitiesBeside(scene, layout));
+  const plots = new Plots(live?.history ?? table, clock, list, scene.fileName);
   plots.peaks.set("m", picture.stage.size);
   const forces = new ForceTable(scene, layout);
-  const tables = [new LedgerTable(scene, layout), forces];
+  const bars = new EnergyBars(scene, layout);
+  bars.survey(table);
+  const tables = [new LedgerTable(scene, layout), forces, bars];
 
-  wirePicture(picture, forces, transport);
+  wirePicture(picture, forces, transport, bars);
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
   wireCopies(document.getElementById("panel"));
@@ -80,7 +104,7 @@ async function start() {
   const source = live
     ? new Stream(live, picture, plots)
     : new Recording(table, clock, picture, plots);
-  const motion = { source, picture, layout, plots, clock, transport, tables };
+  const motion = { source, picture, layout, plots, clock, transport, tables, bars };
   const setup = await loadSetup(scene, layout, new Motion(motion));
   picture.stage.resize();
   picture.camera.look(scene.planar ? "front" : "free");
@@ -89,12 +113,14 @@ async function start() {
     findPlace();
   }
   plots.draw();
+  const extras = wireExtras(setup, motion);
   setup?.open(location.hash);
-  if (setup) new Hand(picture, clock, setup);
   window.mecanique = { ...picture, picture, layout, table, clock, plots, setup };
   document.body.classList.add("ready");
   if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
-  new Loop(source, picture, tables, transport).start();
+  const loop = new Loop(source, picture, tables, transport);
+  loop.onframe = extras;
+  loop.start();
 }
 
 start().catch((error) => {

@@ -12,6 +12,7 @@ export class Loop {
 
   frame(now) {
     this.start();
+    this.onframe?.((now - this.last) / 1000);
     if (this.source.advance(now)) this.picture.redraw();
     if (this.source.shown !== null) this.picture.keepUp((now - this.last) / 1000);
     this.last = now;

@@ -15,6 +15,7 @@ export class Recording {
     this.shown = null;
     const { picture } = this;
     picture.traces.clear();
+    picture.ghost.show(Boolean(table.other));
     if (!picture.scene.traces.length) return;
     const row = new Float64Array(picture.row.length);
     for (let k = 0; k < table.n; k++)
@@ -34,7 +35,9 @@ export class Recording {
   advance(now) {
     this.clock.tick(now);
     if (this.clock.time === this.shown) return false;
-    this.table.row(this.clock.time, this.bodies, this.picture.row);
+    const { table, picture } = this;
+    table.row(this.clock.time, this.bodies, picture.row);
+    table.other?.row(this.clock.time, this.bodies, picture.ghost.row);
     this.shown = this.clock.time;
     return true;
   }

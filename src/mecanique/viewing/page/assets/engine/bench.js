@@ -15,6 +15,7 @@ export class Bench {
     this.setting = machine.initial();
     this.past = [];
     this.table = null;
+    this.neighbor = null; // { name, by }: which number of the start a second motion has otherwise
   }
 
   // The number that is set, by its kind: parameter, initial, duration or rtol.
@@ -29,20 +30,27 @@ export class Bench {
   // stays as it was and the error says why.
   set(changes, { keep = true } = {}) {
     const next = copy(this.setting);
-    const { engine, names } = this.machine;
-    const held = [];
-    for (const [kind, name, value] of changes) {
-      if (!Number.isFinite(value)) throw new Error(`A number is expected for ${name || kind}.`);
-      if (kind === "parameter") next.p[engine.parameters.indexOf(name)] = value;
-      else if (kind === "initial") {
-        next.start[names.indexOf(name)] = value;
-        held.push(name);
-      } else next[kind] = value;
+    const before = this.neighbor;
+    const held = changes.filter(([kind]) => kind === "initial").map(([, name]) => name);
+    try {
+      for (const change of changes) this.put(next, change);
+      if (!(next.duration > 0)) throw new Error("The motion must last longer than 0 s.");
+      if (!(next.rtol >= 1e-14 && next.rtol <= 1e-1))
+        throw new Error("The tolerance lies between 1e-14 and 0.1.");
+      return this.adopt(next, { keep, held });
+    } catch (error) {
+      this.neighbor = before;
+      throw error;
     }
-    if (!(next.duration > 0)) throw new Error("The motion must last longer than 0 s.");
-    if (!(next.rtol >= 1e-14 && next.rtol <= 1e-1))
-      throw new Error("The tolerance lies between 1e-14 and 0.1.");
-    return this.adopt(next, { keep, held });
+  }
+
+  put(setting, [kind, name, value]) {
+    const { engine, names } = this.machine;
+    if (!Number.isFinite(value)) throw new Error(`A number is expected for ${name || kind}.`);
+    if (kind === "parameter") setting.p[engine.parameters.indexOf(name)] = value;
+    else if (kind === "initial") setting.start[names.indexOf(name)] = value;
+    else if (kind === "beside") this.neighbor = value ? { name, by: value } : null;
+    else setting[kind] = value;
   }
 
   // Takes a setting as it is and computes its motion.
@@ -54,6 +62,7 @@ export class Bench {
     if (!path.steps) throw new Error("There is no motion with these values.");
     const table = new Computed(this.machine, next, path, this.layout, this.bodies);
     this.spent = performance.now() - begun;
+    table.other = this.neighbor ? this.moveOther(next, table) : null;
     if (keep) {
       this.past.push(copy(this.setting));
       if (this.past.length > UNDONE) this.past.shift();
@@ -61,6 +70,18 @@ export class Bench {
     this.setting = next;
     this.table = table;
     return table;
+  }
+
+  // The motion from a start next to that of a setting, if there is one.
+  moveOther(setting, table) {
+    const { name, by } = this.neighbor;
+    const { machine } = this;
+    const start = [...setting.start];
+    start[machine.names.indexOf(name)] += by;
+    const y = machine.begin({ ...setting, start }, [name]);
+    const path = machine.move(setting, y, table.last);
+    if (path.last < table.last) throw new Error(`The second motion stops ${path.stopped}.`);
+    return new Computed(machine, setting, path, this.layout, this.bodies);
   }
 
   get undoable() {
@@ -90,6 +111,7 @@ export class Bench {
     });
     for (const kind of ["duration", "rtol"])
       if (setting[kind] !== first[kind]) found.push([kind, "", setting[kind]]);
+    if (this.neighbor) found.push(["beside", this.neighbor.name, this.neighbor.by]);
     return found;
   }
 
@@ -111,7 +133,7 @@ export class Bench {
   }
 }
 
-const PREFIXES = { parameter: "p.", initial: "s." };
+const PREFIXES = { parameter: "p.", initial: "s.", beside: "b." };
 
 // The part of an address behind # that makes a page show the same motion, and back.
 export function writeFragment(changes, extra = {}) {
@@ -132,6 +154,8 @@ export function readFragment(text, { parameters, coordinates, velocities }) {
       changes.push(["parameter", name, Number(value)]);
     else if (key.startsWith(PREFIXES.initial) && states.includes(name))
       changes.push(["initial", name, Number(value)]);
+    else if (key.startsWith(PREFIXES.beside) && states.includes(name))
+      changes.push(["beside", name, Number(value)]);
     else if (key === "duration" || key === "rtol") changes.push([key, "", Number(value)]);
     else extra[key] = value;
   }

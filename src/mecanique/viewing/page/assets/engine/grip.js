@@ -56,16 +56,21 @@ export class Grip {
     return trial;
   }
 
+  // How the point moves with each velocity.
+  columns(y) {
+    const here = this.at(y);
+    return Array.from({ length: this.machine.nv }, (_, k) => {
+      const x = Array.from({ length: this.machine.nv }, (__, j) => (j === k ? 1 : 0));
+      return subtract3(this.at(this.moved(y, x, NUDGE)), here).map((d) => d / NUDGE);
+    });
+  }
+
   // Brings the point as near to a target as it goes; the state it then has.
   pull(target) {
-    const { nv } = this.machine;
     for (let round = 0; round < PULLS; round++) {
       const here = this.at(this.y);
       const gap = subtract3(target, here);
-      const columns = Array.from({ length: nv }, (_, k) => {
-        const x = Array.from({ length: nv }, (__, j) => (j === k ? 1 : 0));
-        return subtract3(this.at(this.moved(this.y, x, NUDGE)), here).map((d) => d / NUDGE);
-      });
+      const columns = this.columns(this.y);
       const rows = [0, 1, 2].map((i) => this.free(columns.map((column) => column[i])));
       const squares = rows.map((a) => rows.map((b) => a.reduce((sum, x, k) => sum + x * b[k], 0)));
       const size = squares[0][0] + squares[1][1] + squares[2][2];

@@ -10,7 +10,7 @@ const COLORS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"
 const HEIGHT = 168;
 
 // Everything that can be plotted: the scene's series, then each arrow's length and components.
-export function quantities(scene, layout) {
+export function quantities(scene, layout, more = []) {
   const list = scene.series.map((series, i) => {
     const column = layout.series + i;
     return {
@@ -31,7 +31,7 @@ export function quantities(scene, layout) {
       part(`${arrow.name}, ${axis}`, (data, k) => data.value(k, column + c)),
     );
   });
-  return list.map((each, id) => ({ ...each, id }));
+  return [...list, ...more].map((each, id) => ({ ...each, id }));
 }
 
 export class Plots {
@@ -55,11 +55,9 @@ export class Plots {
     const over = document.getElementById("plot-x");
     for (const { id, text, unit } of list)
       over.append(new Option(unit ? `${text} [${unit}]` : text, id));
-    over.onchange = () => {
-      this.over = over.value === "" ? -1 : Number(over.value);
-      this.draw();
-    };
+    over.onchange = () => this.setOver(over.value === "" ? -1 : Number(over.value));
     this.over = -1;
+    this.section = null; // the states of a section, where one is shown
     new ResizeObserver(() => this.draw()).observe(this.holder);
   }
 
@@ -73,7 +71,21 @@ export class Plots {
     this.draw();
   }
 
+  setOver(id) {
+    this.over = id;
+    document.getElementById("plot-x").value = id < 0 ? "" : String(id);
+    this.draw();
+  }
+
+  // Shows some quantities and no others.
+  choose(ids) {
+    this.chosen = new Set(ids);
+    for (const [id, box] of this.boxes) box.checked = this.chosen.has(id);
+    this.draw();
+  }
+
   buildPicker() {
+    this.boxes = new Map();
     const picker = document.getElementById("picker");
     const groups = new Map();
     for (const each of this.list) {
@@ -95,6 +107,7 @@ export class Plots {
         else this.chosen.delete(each.id);
         this.draw();
       };
+      this.boxes.set(each.id, box);
       label.append(box, this.caption(each), each.unit ? ` [${each.unit}]` : "");
       groups.get(each.group).append(label);
     }
@@ -281,9 +294,9 @@ export class Plots {
       move(t);
       members.forEach((each, i) => {
         const y = this.at(each, t);
-        if (Number.isNaN(y)) return;
-        readings[i].textContent =
-          `${isNothing(y, this.peaks.get(each.unit)) ? "0" : measure(y)} ${each.unit}`;
+        readings[i].textContent = Number.isNaN(y)
+          ? "–"
+          : `${isNothing(y, this.peaks.get(each.unit)) ? "0" : measure(y)} ${each.unit}`;
       });
     }
   }

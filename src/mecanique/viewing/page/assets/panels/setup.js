@@ -7,7 +7,7 @@ import { round } from "./sliders.js";
 
 export class Setup {
   constructor(bench, motion) {
-    Object.assign(this, { bench, motion });
+    Object.assign(this, { bench, motion, listeners: [] });
     this.fields = [...document.querySelectorAll("#panel-parameters [data-kind]")];
     for (const field of this.fields) this.wire(field);
     const find = (id) => document.getElementById(id);
@@ -60,9 +60,9 @@ export class Setup {
   }
 
   // Starts from a state, with one step to go back.
-  startFrom(state) {
+  startFrom(state, said) {
     const changes = this.bench.machine.names.map((name, k) => ["initial", name, state[k]]);
-    return this.attempt(() => this.bench.set(changes), "Started from rest where it was let go");
+    return this.attempt(() => this.bench.set(changes), said);
   }
 
   attempt(make, said, field = null) {
@@ -77,6 +77,7 @@ export class Setup {
     if (!table) return false;
     this.motion.adopt(table);
     this.show(field);
+    for (const each of this.listeners) each.show(table);
     this.say(said ?? this.describe());
     return true;
   }

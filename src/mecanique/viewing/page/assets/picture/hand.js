@@ -1,10 +1,14 @@
-// Bodies that the mouse or a finger moves; let go, they start from rest where they are.
+// Bodies that the mouse or a finger places, to start from rest where they are let go, or pulls by a
+// spring while the mechanism moves on.
 
 import { Grip } from "../engine/grip.js";
+import { Pull } from "../engine/pull.js";
 
 export class Hand {
   constructor(picture, clock, setup) {
     Object.assign(this, { picture, clock, setup });
+    this.way = document.getElementById("drag");
+    this.string = this.buildString();
     const { pane, viewer } = picture.stage;
     this.controls = viewer.controls;
     // before the camera's own listener, which would turn the picture
@@ -66,7 +70,10 @@ export class Hand {
     const computed = this.setup.computed();
     const state = computed.stateAt(this.clock.time);
     const point = stage.nodes[hit.body].worldToLocal(hit.at.clone()).toArray();
-    this.grip = new Grip(computed, computed.first, state, hit.body, point);
+    if (this.way.value === "pull") {
+      this.pull = new Pull(computed, this.clock.time, state, hit.body, point);
+      this.picture.traces.clear();
+    } else this.grip = new Grip(computed, computed.first, state, hit.body, point);
     const { Plane, Vector3 } = stage.three;
     const normal = this.picture.scene.planar
       ? new Vector3(0, 0, 1) // the viewer's axes have y up
@@ -75,23 +82,63 @@ export class Hand {
   }
 
   move(event) {
-    if (!this.grip) return;
+    if (!this.grip && !this.pull) return;
     event.stopImmediatePropagation();
     const { Vector3 } = this.picture.stage.three;
     const target = this.ray(event).ray.intersectPlane(this.plane, new Vector3());
     if (!target) return;
-    const state = this.grip.pull([target.x, -target.z, target.y]);
+    const place = [target.x, -target.z, target.y];
+    if (this.pull) {
+      this.pull.target = place;
+      return;
+    }
+    const state = this.grip.pull(place);
     this.grip.computed.fill(this.grip.t, state, this.picture.row);
     this.picture.redraw();
   }
 
+  // What is pulled moves on while time passes.
+  tick(seconds) {
+    const { pull, picture } = this;
+    if (!pull) return;
+    const state = pull.advance(seconds * this.clock.speed);
+    pull.computed.fill(pull.t, state, picture.row);
+    picture.traces.add(picture.row);
+    this.stretch(pull.place, pull.target);
+    picture.redraw();
+  }
+
   drop(event) {
-    if (!this.grip) return;
+    const held = this.grip ?? this.pull;
+    if (!held) return;
     event.stopImmediatePropagation();
     this.controls.enabled = true;
-    const { y } = this.grip;
-    this.grip = null;
-    this.setup.startFrom(y);
+    const said = this.pull
+      ? "Started from where it was let go, as fast as it was"
+      : "Started from rest where it was let go";
+    Object.assign(this, { grip: null, pull: null });
+    this.string.visible = false;
+    this.setup.startFrom(held.y, said);
     this.clock.play();
+  }
+
+  // The spring between a body and the hand, as a line.
+  buildString() {
+    const { BufferGeometry, Float32BufferAttribute, Line, LineBasicMaterial } =
+      this.picture.stage.three;
+    const places = new Float32BufferAttribute(new Float32Array(6), 3);
+    const geometry = new BufferGeometry().setAttribute("position", places);
+    const paint = new LineBasicMaterial({ color: 0xd55e00, depthTest: false });
+    const line = new Line(geometry, paint);
+    Object.assign(line, { visible: false, frustumCulled: false, renderOrder: 12 });
+    this.picture.stage.root.add(line);
+    return line;
+  }
+
+  stretch(from, to) {
+    const { position } = this.string.geometry.attributes;
+    position.array.set([...from, ...to]);
+    position.needsUpdate = true;
+    this.string.visible = true;
   }
 }

@@ -3,6 +3,8 @@
 import { Arrows } from "./arrows.js";
 import { Camera } from "./camera.js";
 import { Companion, startBox, travelsFar } from "./companion.js";
+import { exaggerate } from "./exaggeration.js";
+import { Ghost } from "./ghost.js";
 import { Labels } from "./labels.js";
 import { JointMarks, Lines, Traces } from "./lines.js";
 import { Stage } from "./stage.js";
@@ -30,6 +32,8 @@ export class Picture {
     this.labels = new Labels(this.stage, document.getElementById("labels"), scene, this.arrows);
     this.camera = new Camera(this.stage, box);
     this.companion = far ? new Companion(this.stage, this.camera, box, this.row) : null;
+    this.ghost = new Ghost(this.stage, layout.end);
+    Object.assign(this, { layout, factor: 1, rest: null, drawn: this.row.slice() });
     this.stale = true;
   }
 
@@ -85,17 +89,20 @@ export class Picture {
 
   // Put everything where the row says, with so many points of the traces.
   pose(reached) {
-    this.stage.pose(this.row);
-    this.arrows.pose(this.row);
-    this.lines.pose(this.row);
+    const { factor, rest, layout, drawn } = this;
+    const row = factor === 1 ? this.row : exaggerate(this.row, rest, factor, layout, drawn);
+    this.stage.pose(row);
+    this.arrows.pose(row);
+    this.lines.pose(row);
+    this.ghost.pose();
     this.traces.reveal(reached);
-    this.camera.move(this.row);
+    this.camera.move(row);
     this.stale = false;
   }
 
   render() {
     const moved = this.stage.viewer.needs_render;
     this.stage.render();
-    if (moved) this.labels.pose(this.row);
+    if (moved) this.labels.pose(this.stage.row ?? this.row);
   }
 }

@@ -215,6 +215,7 @@ export class Stage {
   }
 
   pose(row) {
+    this.row = row;
     this.nodes.forEach((node, b) => {
       const o = 7 * b;
       node.position.set(row[o], row[o + 1], row[o + 2]);

@@ -1,0 +1,181 @@
+// Rest positions and what happens near them: the undamped modes of small motions, from the program
+// alone. With loops, W = ∂a/∂τ = U D Uᵀ has the rank of what they leave free; with L = U √D the small
+// motions q = L η follow η'' = −S η, where S = L⁺ (−∂a/∂q) L is symmetric.
+
+const SMALL = 1e-5;
+const RANK = 1e-9; // of the largest eigenvalue
+const SWEEPS = 60;
+const DESCENTS = 300;
+const FARTHEST_STEP = 0.2; // of a round, in the units of the coordinates
+const RESTING = 1e-9; // of the accelerations that a push of the size of the forces would cause
+
+// Eigenvalues and eigenvectors (columns) of a symmetric matrix, by Jacobi's rotations.
+export function eigen(matrix) {
+  const n = matrix.length;
+  const A = matrix.map((row) => [...row]);
+  const V = A.map((_, i) => A.map((__, j) => Number(i === j)));
+  for (let sweep = 0; sweep < SWEEPS; sweep++) {
+    let off = 0;
+    for (let p = 0; p < n; p++)
+      for (let q = p + 1; q < n; q++) {
+        const small = 1e-17 * (Math.abs(A[p][p]) + Math.abs(A[q][q]));
+        if (!(Math.abs(A[p][q]) > small)) continue;
+        off += 1;
+        const theta = (A[q][q] - A[p][p]) / (2 * A[p][q]);
+        const t = (theta < 0 ? -1 : 1) / (Math.abs(theta) + Math.hypot(theta, 1));
+        const c = 1 / Math.hypot(t, 1);
+        rotate(A, V, [p, q], [c, t * c]);
+      }
+    if (!off) break;
+  }
+  return { values: A.map((row, i) => row[i]), vectors: V };
+}
+
+function rotate(A, V, [p, q], [c, s]) {
+  for (let k = 0; k < A.length; k++) {
+    [A[k][p], A[k][q]] = [c * A[k][p] - s * A[k][q], s * A[k][p] + c * A[k][q]];
+    [V[k][p], V[k][q]] = [c * V[k][p] - s * V[k][q], s * V[k][p] + c * V[k][q]];
+  }
+  for (let k = 0; k < A.length; k++)
+    [A[p][k], A[q][k]] = [c * A[p][k] - s * A[q][k], s * A[p][k] + c * A[q][k]];
+}
+
+const symmetric = (A) => A.map((row, i) => row.map((x, j) => (x + A[j][i]) / 2));
+const column = (A, k) => A.map((row) => row[k]);
+const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
+
+export class SmallMotions {
+  constructor(machine, setting) {
+    Object.assign(this, { machine, setting, t: setting.first });
+    this.p = Float64Array.from(setting.p);
+    this.loops = machine.loopsWith(this.p);
+    this.slopes = new Float64Array(machine.nq + machine.nv + 1);
+  }
+
+  accelerations(y, force = null) {
+    const { program, nq, nv } = this.machine;
+    program.rates(this.t, y, this.p, this.slopes, force);
+    return [...this.slopes.subarray(nq, nq + nv)];
+  }
+
+  // A state at rest, moved along velocities x for a unit of time, with loops closed again.
+  moved(y, x, factor = 1) {
+    const { nq, nv, program } = this.machine;
+    const next = y.slice();
+    const trial = y.slice();
+    for (let k = 0; k < nv; k++) trial[nq + k] = factor * x[k];
+    program.rates(this.t, trial, this.p, this.slopes, null);
+    for (let k = 0; k < nq; k++) next[k] += this.slopes[k];
+    next.fill(0, nq);
+    this.machine.normalize(next);
+    this.loops?.close(this.t, next);
+    next.fill(0, nq);
+    return next;
+  }
+
+  // Independent directions at a position: rows of L, and of its inverse.
+  directions(y) {
+    const { nv } = this.machine;
+    const rest = this.accelerations(y);
+    const W = Array.from({ length: nv }, (_, k) => {
+      const push = new Float64Array(nv + 1);
+      push[k] = 1;
+      return this.accelerations(y, push).map((a, i) => a - rest[i]);
+    });
+    const { values, vectors } = eigen(symmetric(W));
+    const most = Math.max(...values);
+    const kept = values.map((_, k) => k).filter((k) => values[k] > RANK * most);
+    const scaled = (power) =>
+      kept.map((k) => column(vectors, k).map((x) => x * Math.sqrt(values[k]) ** power));
+    return { L: scaled(1), inverse: scaled(-1), rest };
+  }
+
+  // −∂a/∂q and −∂a/∂v along the directions, at rest.
+  stiffness(y, { L, inverse }) {
+    const { nq } = this.machine;
+    const slope = (change) => {
+      const [a, b] = [change(SMALL), change(-SMALL)].map((state) => this.accelerations(state));
+      return a.map((x, i) => (b[i] - x) / (2 * SMALL));
+    };
+    const along = (make) => {
+      const columns = L.map((x) => slope((h) => make(x, h)));
+      return inverse.map((row) => columns.map((each) => dot(row, each)));
+    };
+    const faster = (x, h) => {
+      const next = y.slice();
+      x.forEach((each, k) => (next[nq + k] = h * each));
+      return next;
+    };
+    return {
+      S: symmetric(along((x, h) => this.moved(y, x, h))),
+      R: along(faster),
+    };
+  }
+
+  // Where the mechanism rests, found downhill from a position; null if it finds no rest.
+  settle(from) {
+    const { nq } = this.machine;
+    let y = from.slice();
+    y.fill(0, nq);
+    for (let round = 0; round < DESCENTS; round++) {
+      const at = this.directions(y);
+      const push = at.inverse.map((row) => dot(row, at.rest));
+      const size = Math.hypot(...push);
+      const { S } = this.stiffness(y, at);
+      const { values, vectors } = eigen(S);
+      const most = Math.max(...values.map(Math.abs), 1e-300);
+      if (size <= RESTING * most) return { y, at };
+      const eta = push.map(() => 0);
+      values.forEach((value, k) => {
+        const axis = column(vectors, k);
+        const step = dot(axis, push) / Math.max(Math.abs(value), 1e-6 * most);
+        axis.forEach((x, i) => (eta[i] += step * x));
+      });
+      const x = at.L[0].map((_, i) => dot(column(at.L, i), eta));
+      y = this.moved(y, x, Math.min(1, FARTHEST_STEP / (Math.hypot(...x) || 1)));
+    }
+    return null;
+  }
+
+  // The position of rest nearest downhill and its modes: ω² [1/s²], damping ratio, shape.
+  find(from) {
+    const found = this.settle(from);
+    if (!found) return null;
+    const { y, at } = found;
+    const { S, R } = this.stiffness(y, at);
+    const { values, vectors } = eigen(S);
+    const most = Math.max(...values.map(Math.abs), 1e-300);
+    const order = values.map((_, k) => k).sort((a, b) => values[a] - values[b]);
+    const modes = order.map((k) => {
+      const axis = column(vectors, k);
+      const shape = at.L[0].map((_, i) => dot(column(at.L, i), axis));
+      const largest = shape.reduce((a, b) => (Math.abs(b) > Math.abs(a) ? b : a), 0) || 1;
+      const square = Math.abs(values[k]) < 1e-7 * most ? 0 : values[k];
+      const drag = dot(
+        axis,
+        R.map((row) => dot(row, axis)),
+      );
+      const damping = square > 0 ? drag / (2 * Math.sqrt(square)) : NaN;
+      return { square, damping, shape: shape.map((x) => x / largest) };
+    });
+    return { y, modes };
+  }
+
+  // A mode as a path of states: q = rest + amplitude · shape · sin ω t, for so many periods.
+  path(y, { square, shape }, amplitude, periods) {
+    const { nq, nv } = this.machine;
+    const omega = Math.sqrt(square);
+    const { t: first } = this;
+    const last = first + (periods * 2 * Math.PI) / omega;
+    const at = (t, out) => {
+      const phase = omega * (t - first);
+      out.set(this.moved(y, shape, amplitude * Math.sin(phase)));
+      for (let k = 0; k < nv; k++) out[nq + k] = amplitude * omega * shape[k] * Math.cos(phase);
+      this.loops?.closeRates(out);
+      out[nq + nv] = 0;
+      return out;
+    };
+    const facts = { evaluations: 0, refused: 0, worst: NaN, stopped: "" };
+    return { first, last, steps: 1, size: nq + nv + 1, at, ...facts };
+  }
+}

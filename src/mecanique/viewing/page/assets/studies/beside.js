@@ -1,0 +1,85 @@
+// A second motion from a start next to the first: what it starts with, and how the two part.
+
+import { measure } from "../data/numbers.js";
+
+const DISTANCE = "log₁₀ of the distance";
+const PARTED = 1000; // times the first distance: the motions have parted
+
+// Distance of the states of two motions at each row.
+export function apart(table, k, columns) {
+  if (!table.other) return NaN;
+  return Math.hypot(...columns.map((j) => table.value(k, j) - table.other.value(k, j)));
+}
+
+// What can be plotted of a second motion: how far it is from the first, and its coordinates.
+export function quantitiesBeside(scene, layout) {
+  if (!scene.engine) return [];
+  const states = ["Coordinates", "Velocities"];
+  const columns = [];
+  const list = [];
+  scene.series.forEach((each, i) => {
+    if (!states.includes(each.group)) return;
+    const column = layout.series + i;
+    columns.push(column);
+    const value = (data, k) => data.other?.value(k, column) ?? NaN;
+    if (each.group === "Coordinates") {
+      const text = `${each.name}, second`;
+      list.push({ name: text, text, unit: each.unit, group: "Second motion", value });
+    }
+  });
+  const text = DISTANCE;
+  const value = (data, k) => Math.log10(Math.max(apart(data, k, columns), 1e-17));
+  return [{ name: text, text, unit: "", group: "Second motion", value }, ...list];
+}
+
+// In words: how far the motions are apart at the end, and when they had parted.
+export function describeParting(table, columns) {
+  const first = apart(table, 0, columns);
+  const last = apart(table, table.n - 1, columns);
+  let parted = 0;
+  while (parted < table.n && apart(table, parted, columns) < PARTED * first) parted += 1;
+  const begun = `The starts are ${measure(first, 2)} apart, the ends ${measure(last, 2)}`;
+  if (parted === table.n) return `${begun}.`;
+  return `${begun}; after ${table.time(parted).toFixed(2)} s the distance has grown ${PARTED} times.`;
+}
+
+export class Beside {
+  constructor(setup, scene, layout, plots) {
+    Object.assign(this, { setup, plots });
+    this.distance = plots.list.find(({ text }) => text === DISTANCE).id;
+    const states = ["Coordinates", "Velocities"];
+    this.columns = scene.series.flatMap((each, i) =>
+      states.includes(each.group) ? [layout.series + i] : [],
+    );
+    const find = (id) => document.getElementById(id);
+    this.names = find("beside-name");
+    this.by = find("beside-by");
+    this.off = find("beside-off");
+    this.told = find("beside-told");
+    for (const name of setup.bench.machine.names) this.names.append(new Option(name, name));
+    find("beside-on").onclick = () => this.set(Number(this.by.value));
+    this.off.onclick = () => this.set(0);
+  }
+
+  set(by) {
+    this.setup.change([["beside", this.names.value, by]]);
+  }
+
+  // After every motion: shows which second one there is.
+  show(table) {
+    const { neighbor } = this.setup.bench;
+    // with a second motion comes the plot of the distance
+    const shown = !this.off.disabled;
+    if (shown !== Boolean(neighbor)) {
+      const { chosen } = this.plots;
+      const others = [...chosen].filter((id) => id !== this.distance);
+      this.plots.choose(neighbor ? [...others, this.distance] : others);
+    }
+    this.off.disabled = !neighbor;
+    if (neighbor) {
+      this.names.value = neighbor.name;
+      if (document.activeElement !== this.by) this.by.value = neighbor.by;
+    }
+    this.told.textContent = table?.other ? describeParting(table, this.columns) : "";
+  }
+}

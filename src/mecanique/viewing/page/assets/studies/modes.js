@@ -1,0 +1,104 @@
+// Rest and modes: the table of natural frequencies, each mode shown as a motion.
+
+import { Computed } from "../engine/computed.js";
+import { SmallMotions } from "../engine/modes.js";
+import { measure } from "../data/numbers.js";
+
+const PERIODS = 4;
+const SWAY = 0.25; // amplitude of the largest coordinate: rad, or this part of the picture's size
+const NOWHERE = 1e-8; // what rounding leaves of a position at zero
+const COLUMNS = ["Mode", "ω [rad/s]", "f [Hz]", "T [s]", "Damping ratio", ""];
+
+const near = (x) => (Math.abs(x) < NOWHERE ? "0" : measure(x, 4));
+
+export class Modes {
+  constructor(setup, scene, layout, picture) {
+    Object.assign(this, { setup, scene, layout, picture });
+    this.told = document.getElementById("modes-told");
+    this.table = document.getElementById("modes");
+    document.getElementById("modes-find").onclick = () => this.find();
+  }
+
+  // The position of rest next downhill from the start, and what is known there; null without.
+  rest() {
+    const { machine, setting } = this.setup.bench;
+    const small = new SmallMotions(machine, setting);
+    const found = small.find(machine.begin(setting));
+    return found && { ...found, small };
+  }
+
+  find() {
+    const { machine } = this.setup.bench;
+    const found = this.rest();
+    this.table.hidden = !found;
+    if (!found) {
+      this.told.textContent = "No position of rest was found downhill from this start.";
+      return;
+    }
+    const at = machine.engine.coordinates.map((name, k) => `${name} = ${near(found.y[k])}`);
+    this.told.textContent = `At rest where ${at.join(", ")}. ${this.count(found.modes)}`;
+    const rows = found.modes.map((mode, k) => this.row(found, mode, k));
+    const head = document.createElement("tr");
+    for (const text of COLUMNS) {
+      const cell = Object.assign(document.createElement("th"), { textContent: text });
+      cell.scope = "col";
+      head.append(cell);
+    }
+    this.table.replaceChildren(head, ...rows);
+  }
+
+  count(modes) {
+    const swaying = modes.filter(({ square }) => square > 0).length;
+    const falling = modes.filter(({ square }) => square < 0).length;
+    const free = modes.length - swaying - falling;
+    const parts = [`${swaying} natural ${swaying === 1 ? "mode" : "modes"}`];
+    if (free) parts.push(`${free} free to move`);
+    if (falling) parts.push(`${falling} unstable`);
+    return `${parts.join(", ")}; undamped, without gyroscopic terms.`;
+  }
+
+  row(found, mode, k) {
+    const line = document.createElement("tr");
+    const omega = Math.sqrt(mode.square);
+    const known = mode.square > 0;
+    const texts = known
+      ? [omega, omega / (2 * Math.PI), (2 * Math.PI) / omega, mode.damping].map((x) =>
+          measure(x, 4),
+        )
+      : [mode.square < 0 ? "unstable" : "0", "–", "–", "–"];
+    const head = Object.assign(document.createElement("th"), { textContent: String(k + 1) });
+    head.scope = "row";
+    line.append(head);
+    for (const text of texts) {
+      const cell = Object.assign(line.insertCell(), { textContent: text, className: "number" });
+      cell.title = "";
+    }
+    const last = line.insertCell();
+    if (!known) return line;
+    const button = Object.assign(document.createElement("button"), { type: "button" });
+    button.textContent = "Show";
+    button.setAttribute("aria-label", `Show mode ${k + 1}`);
+    button.onclick = () => this.play(found, mode, k);
+    last.append(button);
+    return line;
+  }
+
+  // How far the largest coordinate of a mode goes: an angle, or a length next to the picture's.
+  amplitude({ shape }) {
+    const { velocities } = this.setup.bench.machine.engine;
+    const largest = shape.findIndex((x) => Math.abs(x) === Math.max(...shape.map(Math.abs)));
+    const series = this.scene.series.find(({ name }) => name === velocities[largest]);
+    const turns = series?.unit.startsWith("rad");
+    return turns ? SWAY : 0.3 * SWAY * this.picture.stage.size;
+  }
+
+  play({ y, small }, mode, k) {
+    const { bench, motion } = this.setup;
+    const path = small.path(y, mode, this.amplitude(mode), PERIODS);
+    const { setting, machine } = bench;
+    motion.adopt(new Computed(machine, setting, path, this.layout, this.scene.bodies.length));
+    motion.clock.play();
+    const period = measure((2 * Math.PI) / Math.sqrt(mode.square), 3);
+    this.told.textContent = `Mode ${k + 1}, drawn large, period ${period} s. Reset or any change goes back.`;
+  }
+}

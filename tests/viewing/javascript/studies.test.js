@@ -1,0 +1,137 @@
+// What a page can do with its program besides moving: modes, sections, pulling, second motions.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+import { assets } from "./pages.js";
+
+const load = (name) => import(new URL(`${name}.js`, assets));
+const { Bench, readFragment, writeFragment } = await load("engine/bench");
+const { Machine } = await load("engine/machine");
+const { SmallMotions, eigen } = await load("engine/modes");
+const { Section } = await load("engine/section");
+const { Pull } = await load("engine/pull");
+const { exaggerate } = await load("picture/exaggeration");
+const { apart, describeParting } = await load("studies/beside");
+
+const near = (found, expected, tolerance = 1e-9) =>
+  assert.ok(Math.abs(found - expected) < tolerance, `${found} ≉ ${expected}`);
+
+// A block of mass m on a spring k and a damper c, along x; row: its pose, then x.
+const BLOCK = {
+  engine: {
+    coordinates: ["x"],
+    velocities: ["x'"],
+    parameters: ["m", "k", "c"],
+    values: [2, 18, 0.6],
+    start: [0.4, 0],
+    first: 0,
+    duration: 6,
+    rtol: 1e-10,
+    quaternions: [],
+    loops: 0,
+    unknown: [],
+    resized: [],
+    python: "",
+  },
+  program: {
+    rates: (t, y, p, out, tau) => {
+      out[0] = y[1];
+      out[1] = (-p[1] * y[0] - p[2] * y[1] + (tau ? tau[0] : 0)) / p[0];
+      out[2] = -p[2] * y[1] * y[1];
+      return out;
+    },
+    row: (t, y, p, out) => {
+      out.fill(0);
+      out[0] = y[0];
+      out[3] = out[7] = out[11] = 1;
+      out[12] = y[0];
+      return out;
+    },
+  },
+};
+const LAYOUT = { bodies: 0, arrows: 7, lines: 7, traces: 7, series: 7, ledger: 8, end: 8 };
+const bench = () =>
+  new Bench(new Machine(BLOCK.engine, BLOCK.program), { bodies: [{}], series: [] }, LAYOUT);
+
+test("eigenvalues and eigenvectors of a symmetric matrix", () => {
+  const A = [
+    [4, 1, -2],
+    [1, 2, 0],
+    [-2, 0, 3],
+  ];
+  const { values, vectors } = eigen(A);
+  values.forEach((value, k) => {
+    const x = vectors.map((row) => row[k]);
+    A.forEach((row, i) =>
+      near(
+        row.reduce((sum, a, j) => sum + a * x[j], 0),
+        value * x[i],
+      ),
+    );
+  });
+});
+
+test("a block on a spring rests at zero and has its natural frequency and damping", () => {
+  const { machine, setting } = bench();
+  const { y, modes } = new SmallMotions(machine, setting).find(machine.begin(setting));
+  near(y[0], 0);
+  assert.equal(modes.length, 1);
+  near(Math.sqrt(modes[0].square), 3);
+  near(modes[0].damping, 0.6 / (2 * 2 * 3));
+  assert.deepEqual(modes[0].shape, [1]);
+});
+
+test("a mode moves by its own sine", () => {
+  const { machine, setting } = bench();
+  const small = new SmallMotions(machine, setting);
+  const { y, modes } = small.find(machine.begin(setting));
+  const path = small.path(y, modes[0], 0.2, 2);
+  near(path.last, (2 * 2 * Math.PI) / 3, 1e-8);
+  const [x, v] = path.at(0.3, new Float64Array(3));
+  near(x, 0.2 * Math.sin(0.9), 1e-8);
+  near(v, 0.6 * Math.cos(0.9), 1e-8);
+});
+
+test("a section holds the state whenever a number passes zero upwards", () => {
+  const own = bench();
+  own.set([["parameter", "c", 0]]);
+  const section = new Section(own.table, 0, false);
+  while (section.n < 3) section.extend();
+  const period = (2 * Math.PI) / 3;
+  section.times.forEach((t, k) => near(t, (k + 0.75) * period, 1e-7));
+  near(section.value(1, 7), 0, 1e-7);
+});
+
+test("what is pulled comes to where the hand and its own spring balance", () => {
+  const own = bench();
+  const computed = own.adopt(own.setting);
+  const pull = new Pull(computed, 0, [0, 0, 0], 0, [0, 0, 0]);
+  pull.target = [1, 0, 0];
+  for (let k = 0; k < 400; k++) pull.advance(0.02);
+  // 40 m (1 − x) = k x
+  near(pull.y[0], 80 / (80 + 18), 1e-3);
+  near(pull.y[1], 0, 1e-3);
+  assert.equal(own.machine.force, null);
+});
+
+test("a second motion starts beside the first, and a link keeps it", () => {
+  const own = bench();
+  const table = own.set([["beside", "x", 0.01]]);
+  near(apart(table, 0, [7]), 0.01, 1e-12);
+  assert.match(describeParting(table, [7]), /starts are 0.010 apart/);
+  const text = writeFragment(own.changes());
+  assert.equal(text, "b.x=0.01");
+  assert.deepEqual(readFragment(`#${text}`, BLOCK.engine).changes, [["beside", "x", 0.01]]);
+  assert.throws(() => own.set([["beside", "x", NaN]]), /number is expected/);
+  assert.equal(own.neighbor.by, 0.01);
+  assert.equal(own.set([["beside", "x", 0]]).other, null);
+});
+
+test("displacements and turns from rest are multiplied", () => {
+  const half = (angle) => [0, Math.sin(angle / 2), 0, Math.cos(angle / 2)];
+  const rest = Float64Array.of(1, 2, 3, ...half(0.3), 5);
+  const row = Float64Array.of(1.1, 2, 2.9, ...half(0.4), 6);
+  const out = exaggerate(row, rest, 5, LAYOUT, new Float64Array(8));
+  [1.5, 2, 2.5, ...half(0.8), 6].forEach((x, k) => near(out[k], x));
+});
