@@ -108,6 +108,7 @@ function fitAll(equations) {
 
 // Panels may be written anew and derivations unfold, so each equation is fitted when it is seen.
 export function wireBreaking(panel) {
+  if (!panel) return;
   const fitted = new WeakMap();
   const sizes = new ResizeObserver((entries) => {
     const changed = entries.filter(({ target, contentRect: { width } }) => {

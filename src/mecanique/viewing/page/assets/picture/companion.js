@@ -4,7 +4,7 @@
 
 // Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
 const SPREAD = 2.5;
-const FAR = 3.5;
+const FAR = 5;
 // Of the first box's size: how wide the view may become, and how far off its middle all is lost.
 const WIDEST = 1.7;
 const LOST = 1.5;
@@ -31,10 +31,11 @@ export function startBox(stage, rows, layout) {
 // Whether a motion goes so far that the mechanism would be small in a picture of all of it.
 export function travelsFar(stage, rows, layout) {
   const size = (box) => box.getSize(new stage.three.Vector3()).length();
-  return (
-    size(stage.bounds(rows, layout)) >
-    FAR * Math.max(...rows.map((row) => size(stage.bounds([row], layout))))
-  );
+  // what rests at the start says nothing of how large that is which moves away from it
+  const moving = (b) =>
+    rows.some((row) => [0, 1, 2, 3, 4, 5, 6].some((i) => row[7 * b + i] !== rows[0][7 * b + i]));
+  const largest = Math.max(...rows.map((row) => size(stage.bounds([row], layout, moving))));
+  return size(stage.bounds(rows, layout)) > FAR * largest;
 }
 
 export class Companion {

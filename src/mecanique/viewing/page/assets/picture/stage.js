@@ -53,8 +53,8 @@ export class Stage {
     return box.isEmpty() ? null : box;
   }
 
-  // The box around all that ever moves, from rows of the table.
-  bounds(rows, layout) {
+  // The box around all that ever moves, from rows of the table; of some bodies alone, if told.
+  bounds(rows, layout, counts = () => true) {
     const { Box3, Vector3, Quaternion, Matrix4 } = this.three;
     const box = new Box3();
     const one = new Vector3(1, 1, 1);
@@ -62,7 +62,7 @@ export class Stage {
       this.boxes.forEach((own, b) => {
         const [x, y, z, qx, qy, qz, qw] = row.subarray(7 * b, 7 * b + 7);
         const place = new Vector3(x, y, z);
-        if (!own) return;
+        if (!own || !counts(b)) return;
         const pose = new Matrix4().compose(place, new Quaternion(qx, qy, qz, qw), one);
         box.union(own.clone().applyMatrix4(pose));
       });
