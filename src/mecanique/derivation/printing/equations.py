@@ -30,6 +30,7 @@ from mecanique.derivation.printing.formulas import (
     open_sum,
 )
 from mecanique.derivation.printing.layout import write
+from mecanique.derivation.printing.stretches import draw_stretches
 from mecanique.derivation.printing.trigforms import (
     Form,
     content,
@@ -250,7 +251,10 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
             "force"
         )
     ring = element.ring
-    groups = _group(element, by_side=True)
+    bare, stretches = draw_stretches(element)
+    groups = _group(bare, by_side=True)
+    ordinary = len(groups)
+    groups += [((False, 0), one.share) for one in stretches]
     candidates = []
     # of long equations one style is tried: with many angles sums are shorter
     styles = (True, False) if has_double_angles(element) else (True,)
@@ -261,8 +265,11 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
         candidates.append((sum(map(cost, forms)) - (_GAIN if products else 0), forms, divisor))
     _, forms, divisor = min(candidates, key=lambda candidate: candidate[0])
     sides: dict[bool, list[_Part]] = {False: [], True: []}
-    for ((is_right, key), _), form in zip(groups, forms, strict=True):
+    whole = zip(groups[:ordinary], forms[:ordinary], strict=True)
+    for ((is_right, key), _), form in whole:
         sides[is_right] += _parts(ring, key, form)
+    for one, form in zip(stretches, forms[ordinary:], strict=True):
+        sides[False].append(_Part(0, factor_out(form), one.motion()))
     left, right = sides[False], [part.negate() for part in sides[True]]
     shared = _shared_sum([part.factor for part in (*left, *right)])
     if shared is not None:
