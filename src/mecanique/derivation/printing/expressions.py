@@ -51,6 +51,9 @@ _PLACES = {
 }
 
 
+_ONE = {0: {0: 1}}
+
+
 def to_formula(series: Series) -> Product:
     """Return a series as a formula with the fewest signs."""
     return factor_out(shortest(series, products=True))
@@ -151,7 +154,7 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
         unit = rescale(polynomial.ring.number(1), factor_of, common)
         sums.setdefault(primitive, {})[trig] = unit
     for primitive, members_of in sums.items():
-        if primitive == 1:
+        if primitive.parts == _ONE and primitive.denominator == 1:
             terms += [_unit_term(unit, trig) for trig, unit in members_of.items()]
         else:
             terms.append(multiply(_factored_sum(primitive), factor_out(members_of)))
@@ -322,6 +325,7 @@ def _argument(ring: Basis, multiples: dict[int, int]) -> Sum:
     return add(terms)
 
 
+@lru_cache(maxsize=1 << 14)
 def size(part: Product | Base) -> int:
     """Return how many signs it takes to write a formula."""
     if isinstance(part, Letter):

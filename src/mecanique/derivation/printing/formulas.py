@@ -204,7 +204,8 @@ def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:
         base, power = part if isinstance(part, tuple) else (part, 1)
         if isinstance(base, Sum) and len(base.terms) < 2 and power.denominator == 1:
             inner = base.terms[0] if base.terms else number(0)
-            size = size * Fraction(inner.number) ** int(power)
+            if inner.number != 1:
+                size = size * Fraction(inner.number) ** int(power)
             todo += [(b, p * power) for b, p in reversed(inner.factors)]
             continue
         powers[base] = powers.get(base, 0) + power

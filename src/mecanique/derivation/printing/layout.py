@@ -28,6 +28,9 @@ def write(terms: Iterable[Product], writer: Writer, *, decimals: bool = False) -
     return writer.sum([walk.term(term) for term in terms])
 
 
+_HALF = Fraction(1, 2)
+
+
 @final
 class _Walk:
     """A walk over a formula: draw out signs, put negative powers below."""
@@ -35,13 +38,14 @@ class _Walk:
     def __init__(self, writer: Writer, decimals: bool) -> None:
         self._writer = writer
         self._decimals = decimals
+        self._written: dict[Sum, str] = {}
 
     def term(self, product: Product) -> tuple[bool, str]:
         """Whether a product is negative, and the product without its sign."""
         numerator, tail, denominator = list[str](), list[str](), list[str]()
         above = [factor for factor in product.factors if factor[1] > 0]
         below = [(base, -power) for base, power in product.factors if power < 0]
-        over, under = self._number(Fraction(product.number))
+        over, under = self._number(product.number)
         numerator += over
         plain = [factor for factor in above if factor[0].place[0] < FUNCTIONS]
         alone = len(plain) == 1 and not over and bool(below or under)
@@ -53,9 +57,11 @@ class _Walk:
         denominator += [self._factor(base, power, alone=alone) for base, power in below]
         return product.number < 0, self._writer.term(numerator, denominator, tail)
 
-    def _number(self, signed: Fraction) -> tuple[list[str], list[str]]:
+    def _number(self, signed: int | Fraction) -> tuple[list[str], list[str]]:
         """What a number without its sign is written as, above and below the line."""
-        size = abs(signed)
+        if signed in (1, -1):
+            return [], []
+        size = abs(Fraction(signed))
         above, below = size.numerator, size.denominator
         if max(above, below) >= _LARGE or (below > 1 and self._wants_decimal(size)):
             return [self._writer.number(_decimal(size))], []
@@ -70,13 +76,15 @@ class _Walk:
         return measured or (ends and size.numerator >= _DECIMAL)
 
     def sum(self, whole: Sum) -> str:
-        """A sum, positive terms first."""
-        return self._writer.sum([self.term(term) for term in whole.terms])
+        """A sum, positive terms first; the same stands in many places of a long equation."""
+        if whole not in self._written:
+            self._written[whole] = self._writer.sum([self.term(term) for term in whole.terms])
+        return self._written[whole]
 
     def _factor(self, base: Base, power: int | Fraction, *, alone: bool) -> str:
         """A power; alone above or below a line a sum needs no brackets."""
         writer = self._writer
-        if power == Fraction(1, 2):
+        if power != 1 and power == _HALF:
             return writer.call("sqrt", self._inner(base), "")
         exponent = "" if power == 1 else str(power)
         if isinstance(base, Letter):

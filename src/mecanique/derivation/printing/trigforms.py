@@ -82,10 +82,20 @@ def monomial_series(ring: Basis, packed: int) -> Series:
 
 def common_number(polynomials: Iterable[Series]) -> Fraction:
     """Return the greatest positive rational that divides all coefficients of polynomials."""
-    numbers = [c for p in polynomials for _, _, c in p.terms()]
-    return Fraction(
-        math.gcd(*(c.numerator for c in numbers)), math.lcm(*(c.denominator for c in numbers))
-    )
+    return _measure_of(list(polynomials))[0]
+
+
+def _measure_of(polynomials: Sequence[Series]) -> tuple[Fraction, int]:
+    """The greatest rational that divides all coefficients, and the largest quotient."""
+    whole = math.lcm(*(p.denominator for p in polynomials))
+    shared = largest = 0
+    for p in polynomials:
+        factor = whole // p.denominator
+        for polynomial in p.parts.values():
+            divisor = math.gcd(*polynomial.values())
+            shared = math.gcd(shared, divisor * factor)
+            largest = max(largest, factor * max(map(abs, polynomial.values())))
+    return Fraction(shared, whole), largest // (shared or 1)
 
 
 def common_measure(polynomials: Sequence[Series]) -> Fraction:
@@ -93,28 +103,42 @@ def common_measure(polynomials: Sequence[Series]) -> Fraction:
 
     These have large denominators, or no common measure that leaves small numbers.
     """
-    measure = common_number(polynomials)
+    measure, largest = _measure_of(polynomials)
     if sum(map(len, polynomials)) > 1:
         if max(p.denominator for p in polynomials) > _WILD:
             return Fraction(1)
-        largest = max(abs(c / measure) for p in polynomials for _, _, c in p.terms())
         return measure if largest <= _WILD else Fraction(1)
     return measure
 
 
 def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = None) -> int:
     """Return the greatest monomial in some kinds of generators that divides all polynomials."""
-    terms = [
-        (p.ring, dict(exponents(monomial))) for p in polynomials for monomial in p.parts.get(0, {})
-    ]
-    if not terms:
+    ring, least = None, dict[int, int]()
+    for p in polynomials:
+        for monomial in p.parts.get(0, ()):
+            here = exponents(monomial)
+            if ring is None:
+                ring, least = p.ring, dict(here)
+            else:
+                least = _least(least, here)
+    if ring is None:
         return 0
-    ring, least = terms[0]
-    for _, here in terms[1:]:
-        least = {i: min(least.get(i, 0), here.get(i, 0)) for i in least.keys() | here.keys()}
-    return sum(
-        power(i, e) for i, e in least.items() if kinds is None or ring.generators[i].kind in kinds
-    )
+    found = least.items()
+    return sum(power(i, e) for i, e in found if kinds is None or ring.generators[i].kind in kinds)
+
+
+def _least(one: dict[int, int], other: tuple[tuple[int, int], ...]) -> dict[int, int]:
+    """The lower power of each generator; what does not occur has the power 0."""
+    powers = dict(other)
+    found = {}
+    for i, e in one.items():
+        low = min(e, powers.get(i, 0))
+        if low:
+            found[i] = low
+    for i, e in other:
+        if e < 0 and i not in one:
+            found[i] = e
+    return found
 
 
 def scale(form: Form, factor: Series) -> Form:
