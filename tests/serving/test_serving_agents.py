@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
@@ -15,6 +16,10 @@ import pytest
 import mecanique as mq
 from mecanique.serving import tools
 from mecanique.serving.agents import make_server
+
+sys.path.insert(0, str(Path(__file__).parent))
+
+import transcripts
 
 mcp = pytest.importorskip("mcp")
 
@@ -103,3 +108,18 @@ def test_a_urdf_that_cannot_be_read_has_findings_and_no_verdict() -> None:
     found = tools.verify_urdf("<robot name='r'><link></robot>")
     assert found["verdict"] is None
     assert found["findings"]
+
+
+def test_the_class_of_the_transcript_is_graded_as_shown() -> None:
+    """After a change: python tests/serving/transcripts.py."""
+    shown = transcripts.PAGE.read_text(encoding="utf-8")
+    graded = transcripts.grade_class()
+    assert "ben   4 of 8" in graded
+    assert f"```text\n{graded}\n```" in shown
+
+
+@pytest.mark.slow
+def test_the_transcript_of_the_server_is_what_it_answers() -> None:
+    """After a change: python tests/serving/transcripts.py."""
+    served = run_apart(transcripts.ask_server())
+    assert f"```text\n{served}\n```" in transcripts.PAGE.read_text(encoding="utf-8")
