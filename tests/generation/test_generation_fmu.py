@@ -74,6 +74,14 @@ def test_both_kinds_of_simulation_move_as_simulate_does(
         np.testing.assert_allclose(found["kinetic_energy"], energy.kinetic, atol=200 * most)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["squeezer", "kapitza_pendulum"])
+def test_what_moves_fast_is_compared_over_short_steps(
+    name: str, write: Callable[[str], Path]
+) -> None:
+    assert validate_fmu(str(write(name))) == []
+
+
 def test_the_model_describes_its_variables(write: Callable[[str], Path], tmp_path: Path) -> None:
     path = write("four_bar_linkage")
     described = fmpy.read_model_description(str(path))
