@@ -189,3 +189,116 @@ def test_a_page_shows_what_a_gear_does_as_one_force() -> None:
     expected = [push * sin(ANGLE), 0, push * cos(ANGLE)]
     np.testing.assert_allclose(arrows["mesh on b"], expected, atol=1e-12)
     np.testing.assert_allclose(arrows["mesh on a"], [-c for c in expected], atol=1e-12)
+
+
+def bevel(**changes: object) -> Mechanism:
+    """Two bevel wheels at right angles, the apex at the origin of the ground."""
+    about = {"other_radius": SMALL, **changes}
+    along = mq.Placement((0, 0, SMALL))
+    aside = mq.Placement((BIG, 0, 0))
+    return mq.Mechanism(
+        "bevel",
+        (
+            mq.Body("ground"),
+            mq.Body("a", mq.disk(3.0, BIG)),
+            mq.Body("b", mq.disk(1.0, SMALL).at(rpy=(0, pi / 2, 0))),
+        ),
+        (
+            mq.Revolute("A", "ground", "a", axis=(0, 0, 1), origin=along),
+            mq.Revolute("B", "ground", "b", axis=(1, 0, 0), origin=aside),
+        ),
+        forces=(mq.JointForce("drive", "A", DRIVE),),
+        elements=(Gear("mesh", "A", "B", BIG, **about),),  # type: ignore[arg-type]
+        gravity=(0, 0, 0),
+    )
+
+
+def test_bevel_wheels_by_hand() -> None:
+    """They touch at (0.2, 0, 0.1); the force parts them at right angles to the ray to there."""
+    machine = bevel()
+    reference, equations = mq.Reference(machine), mq.derive(machine, method="newton_euler")
+    big, small = 3.0 * BIG**2 / 2, 1.0 * SMALL**2 / 2
+    turned = float(machine.coordinates.driven["B"].subs({"A": 1.0}))
+    # at the touch w_a z x (0.2, 0, 0.1) = w_b x x (0, 0, 0.1) gives 0.2 w_a = -0.1 w_b
+    assert turned == -2.0
+    a = reference.acceleration([0.3])[0]
+    assert a == pytest.approx(DRIVE / (big + 4 * small), rel=1e-12)
+    tangential = small * 2 * a / SMALL
+    force = tangential / cos(ANGLE)
+    ray = np.array([BIG, 0, SMALL]) / np.hypot(BIG, SMALL)
+    apart = np.array([ray[2], 0, -ray[0]])  # from the wheel about z to the one about x
+    expected = tangential * np.array([0, 1, 0]) + force * sin(ANGLE) * apart
+    for forces in (reference.guide_forces([0.3]), equations.guide_forces([0.3])):
+        assert forces["mesh"] == pytest.approx(force, rel=1e-12)
+    for reactions in (reference.reactions([0.3]), equations.reactions([0.3], None)):
+        np.testing.assert_allclose(reactions["B"].force, -expected, atol=1e-11)
+        np.testing.assert_allclose(reactions["A"].force, expected, atol=1e-11)
+
+
+@pytest.mark.parametrize("slant", [pi / 3, pi / 2, 2 * pi / 3])
+def test_bevel_wheels_at_any_angle_agree_and_read_back(slant: float) -> None:
+    """Their centers lie s a = R + c r and s b = r + c R from the apex."""
+    c, s = cos(slant), sin(slant)
+    a, b = (SMALL + c * BIG) / s, (BIG + c * SMALL) / s
+    machine = mq.Mechanism(
+        "slant",
+        (mq.Body("ground"), wheel("a", 3.0, BIG), wheel("b", 1.0, SMALL)),
+        (
+            mq.Revolute("A", "ground", "a", axis=(0, 0, 1), origin=mq.Placement((0, 0, a))),
+            mq.Revolute("B", "ground", "b", axis=(s, 0, c), origin=mq.Placement((b * s, 0, b * c))),
+        ),
+        elements=(Gear("mesh", "A", "B", BIG, other_radius=SMALL),),
+        forces=(mq.JointForce("drive", "A", DRIVE),),
+    )
+    assert mq.verify(machine, samples=5).agrees
+    ours, theirs = (
+        each.reactions([0.3], [0.2])["B"]
+        for each in (mq.Reference(machine), mq.derive(machine, method="newton_euler"))
+    )
+    np.testing.assert_allclose(ours.force, theirs.force, atol=1e-11)
+    np.testing.assert_allclose(ours.moment, theirs.moment, atol=1e-11)
+    again = mq.read_urdf(mq.write_urdf(machine))
+    assert again.coordinates.driven.keys() == {"B"}
+    assert again.elements == machine.elements
+
+
+def test_a_differential_follows_from_its_wheels() -> None:
+    """Two side wheels and a planet on a cage: the cage turns with their mean."""
+    r = 0.1
+    hollow = mq.Shape(0.5, (0, 0, 0), (0.01, 0.01, 0.01, 0, 0, 0))
+    machine = mq.Mechanism(
+        "differential",
+        (
+            mq.Body("ground"),
+            *(mq.Body(name, hollow) for name in ("cage", "left", "right", "planet")),
+        ),
+        (
+            mq.Revolute("cage", "ground", "cage", axis=(0, 1, 0)),
+            mq.Revolute("left", "ground", "left", axis=(0, 1, 0), origin=mq.Placement((0, r, 0))),
+            mq.Revolute(
+                "right", "ground", "right", axis=(0, 1, 0), origin=mq.Placement((0, -r, 0))
+            ),
+            mq.Revolute("planet", "cage", "planet", axis=(1, 0, 0), origin=mq.Placement((r, 0, 0))),
+        ),
+        elements=(
+            Gear("near", "left", "planet", r, other_radius=r),
+            Gear("far", "right", "planet", r, other_radius=r),
+        ),
+        gravity=(0, 0, 0),
+    )
+    assert tuple(machine.coordinates) == ("cage", "left")
+    law = machine.coordinates.driven["right"]
+    assert float(law.subs({"cage": 1.0, "left": 0.0})) == 2.0
+    assert float(law.subs({"cage": 0.0, "left": 1.0})) == -1.0
+    assert mq.verify(machine, samples=5).agrees
+
+
+def test_bevel_wheels_that_share_no_apex_are_refused() -> None:
+    with pytest.raises(
+        EngineError, match=r"its pitch cones do not share an apex. The wheels are 0"
+    ):
+        mq.Reference(bevel(other_radius=0.15))
+    machine = bevel()
+    moved = machine.with_joint("B", origin=(BIG, 0.05, 0))
+    with pytest.raises(EngineError, match=r"axes that meet, but they pass 0.05 m from each other"):
+        mq.Reference(moved)

@@ -249,12 +249,14 @@ class _Teeth:
 @final
 @dataclass(frozen=True)
 class Gear(_Teeth):
-    """Two spur wheels in mesh, on hinges with parallel axes, without play and friction.
+    """Two wheels in mesh, on hinges whose axes are parallel or meet, without play and friction.
 
     Where their pitch circles touch, the wheel pushes the other with the force F along the line of
     action, at the pressure angle from the common tangent n × u (n the wheel's axis, u from its
-    center to the other's); F counts positive along that tangent. Whichever flanks touch, the force
-    also parts the wheels.
+    center to where they touch); F counts positive along that tangent. Whichever flanks touch, the
+    force also parts the wheels. Bevel wheels, whose axes meet, have their pitch circles about the
+    origins of their hinges; the cones through these share their apex, where the axes meet, and part
+    across the line on which they touch.
 
     Args:
         name: its name.
@@ -262,7 +264,8 @@ class Gear(_Teeth):
         other: name of the hinge that carries the other.
         radius: pitch radius of the wheel [m].
         other_radius: pitch radius of the other [m].
-        internal: whether the wheel is a ring with teeth inside, in which the other runs.
+        internal: whether the wheel is a ring with teeth inside, in which the other runs; of spur
+            wheels only.
         pressure_angle: between the line of action and the common tangent [rad]; 20° by default.
     """
 

@@ -31,7 +31,9 @@ __all__ = [
     "ROLLING",
     "SCREW",
     "SPRING_DAMPER",
+    "TERM",
     "UNBOUNDED",
+    "VELOCITY_CONSTRAINT",
     "WORLD",
     "Child",
     "Extension",
@@ -60,6 +62,12 @@ CORD = "mecanique:cord"
 
 BELT = "mecanique:belt"
 """Below robot: a closed belt, with its name, its preload and the normal of its plane."""
+
+VELOCITY_CONSTRAINT = "mecanique:velocity_constraint"
+"""Below robot: a linear constraint on the velocities of joints, with its name and rate."""
+
+TERM = "mecanique:term"
+"""Below a velocity constraint: a joint, and the coefficient of its velocity."""
 
 GEAR = "mecanique:gear"
 """Below robot: two wheels in mesh, with the joints that carry them and their pitch radii."""

@@ -155,6 +155,8 @@ def mechanism_of(
         name = Names(joint.name for joint in joints).free("root_joint")
         joints.insert(0, Floating(name, ground, document.root))
     joints = _with_own_names(joints)
+    named = {joint.name: joint for joint in joints}
+    constraints = document.extensions.velocity_constraints
     try:
         return Mechanism(
             document.name,
@@ -163,6 +165,7 @@ def mechanism_of(
             forces=_forces(document, damping),
             loops=tuple(document.extensions.loops),
             contacts=tuple(document.extensions.contacts),
+            velocity_constraints=tuple(each.of(named) for each in constraints),
             elements=tuple(document.extensions.elements),
             coordinates=Coordinates((), _map(document, joints)),
             gravity=vector(gravity, "gravity"),

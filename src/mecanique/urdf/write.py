@@ -96,7 +96,7 @@ def write_urdf(
     links = chains(mechanism, spherical)
     prefixes = {"xmlns:drake": DRAKE_NAMESPACE}
     has_screws = any(isinstance(joint, Helical) for joint in mechanism.joints)
-    if has_screws or has_own_loops(mechanism) or mechanism.contacts:
+    if has_screws or has_own_loops(mechanism) or mechanism.rolls:
         prefixes["xmlns:mecanique"] = OWN_NAMESPACE
     written = text(Tag("robot", *_robot(mechanism, links), name=mechanism.name, **prefixes))
     if path is not None:

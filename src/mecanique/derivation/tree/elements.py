@@ -17,6 +17,7 @@ from mecanique.model.expression import Scalar
 from mecanique.model.joints import Single
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.ties import Bevel, bevel_of
 
 __all__ = ["Ground", "UnitForce", "unit_forces"]
 
@@ -119,6 +120,10 @@ def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterat
     assert isinstance(b, Single)
     n, line = (_direction(ground, joint.child, joint.axis) for joint in (a, b))
     center, cosine_sine = ground.point(a.child, _HERE), ground.wave(mesh.pressure_angle)
+    bevel = bevel_of(mechanism, mesh) if isinstance(mesh, Gear) else None
+    if isinstance(mesh, Gear) and bevel is not None:
+        yield from _of_bevel(mesh, bevel, ground, ((a.child, n), (b.child, line)))
+        return
     if isinstance(mesh, Gear):
         d = _difference(ground.point(b.child, _HERE), center)
         d = _less(d, n)
@@ -136,6 +141,28 @@ def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterat
         away = [sign * apart * sine * c for c in u]
         nothing = [0 * c for c in u]
         yield 0, body, touch, along, nothing
+        yield 0, body, touch, away, nothing, True
+
+
+def _of_bevel(
+    gear: Gear, bevel: Bevel, ground: Ground, wheels: tuple[tuple[str, Three], tuple[str, Three]]
+) -> Iterator[tuple[Any, ...]]:
+    """Where pitch cones touch: along n × u, and apart across the line to the apex."""
+    (a, n), (b, line) = wheels
+    c, s, (i, k) = bevel.cosine, bevel.sine, bevel.sides
+    w = [(y - x * c) * (1 / s) for x, y in zip(n, line, strict=True)]
+    r, R = ground.scalar(gear.radius), ground.scalar(gear.other_radius)
+    high = (R * k + r * (i * c)) * (1 / s)
+    touch = [x + r * i * y for x, y in zip(ground.point(a, _HERE), w, strict=True)]
+    ray = ground.root((r * r + R * R + r * R * (2 * i * k * c)) * (1 / s**2))
+    # across the ray from the apex, in the plane of the axes, away from the wheel
+    lean = [(high * y - r * i * x) * bevel.ahead for x, y in zip(n, w, strict=True)]
+    cosine, sine = ground.wave(gear.pressure_angle)
+    across = [x * i for x in _cross(n, w)]
+    for body, sign in ((b, 1), (a, -1)):
+        nothing = [0 * x for x in across]
+        yield 0, body, touch, [sign * cosine * x for x in across], nothing
+        away = [sign * sine * ground.ratio(x, ray) for x in lean]
         yield 0, body, touch, away, nothing, True
 
 

@@ -9,6 +9,7 @@ joint coordinates with constant factors are solved for one of them; others have 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
 import numpy as np
@@ -18,12 +19,60 @@ from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
 from mecanique.model.joints import Joint, Prismatic, Revolute, Single
 from mecanique.model.mechanism.description import Description
 
-__all__ = ["laws_of_elements"]
+__all__ = ["Bevel", "bevel_of", "laws_of_elements"]
 
 _NEAR = 1e-9
 
 Row: TypeAlias = "dict[str, Any]"
 """Joint coordinate -> its factor in a sum that stays as it is, the one to be solved for last."""
+
+
+@final
+@dataclass(frozen=True)
+class Bevel:
+    """How the axes of two bevel wheels stand, n₁ · n₂ = c and |n₁ × n₂| = s.
+
+    With w₁ = (n₂ − c n₁)/s and w₂ = (n₁ − c n₂)/s the pitch circles touch at C₁ + σ₁ r₁ w₁, which
+    is C₂ + σ₂ r₂ w₂. From the apex, where the axes meet, the centers C₁ and C₂ are at a₁ n₁ and a₂
+    n₂ with s a₁ = σ₂ r₂ + c σ₁ r₁ and s a₂ = σ₁ r₁ + c σ₂ r₂.
+
+    Args:
+        cosine: c.
+        sine: s.
+        sides: σ₁ and σ₂.
+        ahead: 1 if the second wheel lies along σ₂ n₂ from the apex, else −1.
+    """
+
+    cosine: float
+    sine: float
+    sides: tuple[int, int]
+    ahead: int
+
+
+def bevel_of(m: Description, gear: Gear) -> Bevel | None:
+    """Return how the axes of wheels in mesh stand; None if they are parallel.
+
+    Args:
+        m: the mechanism.
+        gear: the wheels.
+    """
+    here = _Still(m)
+    a, b = (here.joints[name] for name in gear.joints)
+    assert isinstance(a, Revolute)
+    assert isinstance(b, Revolute)
+    n, line = here.axis(a), here.axis(b)
+    c, s = float(n @ line), float(np.linalg.norm(np.cross(n, line)))
+    if s < _NEAR:
+        return None
+    apart = here.place(b.child) - here.place(a.child)
+    r, R = m.evaluate(gear.radius), m.evaluate(gear.other_radius)
+    w, W = (line - c * n) / s, (n - c * line) / s
+    pairs = [(i, k) for i in (1, -1) for k in (1, -1)]
+    sides = min(
+        pairs, key=lambda pair: float(np.linalg.norm(r * pair[0] * w - R * pair[1] * W - apart))
+    )
+    far = (sides[0] * r + c * sides[1] * R) / s
+    return Bevel(_whole(c), _whole(s), sides, 1 if sides[1] * far > 0 else -1)
 
 
 def laws_of_elements(m: Description, driven: Mapping[str, Scalar]) -> dict[str, Scalar]:
@@ -86,7 +135,9 @@ def _of_teeth(here: _Still, mesh: Gear | Rack) -> Iterator[Row]:
         u = _unit(d - (d @ line) * line - (d @ n) * n)
         along, size = float(np.cross(n, u) @ line), 1
     else:
+        bevel = bevel_of(here.m, mesh)
         along, size = (1 if mesh.internal else -1) * float(n @ line), mesh.other_radius
+        along = along if bevel is None else -float(bevel.sides[0] * bevel.sides[1])
     if abs(abs(along) - 1) > _NEAR:
         return
     turns = here.turns(a, holder)
@@ -126,6 +177,11 @@ def _of_cord(here: _Still, cord: Cord | Belt) -> Iterator[Row]:
         yield {name: factor for name, factor in row.items() if factor != 0}
 
 
+def _whole(number: float) -> float:
+    """A number that is 0 or ±1 but for rounding, as that."""
+    return float(round(number)) if abs(number - round(number)) < 1e-15 else number
+
+
 def _unit(vector: np.ndarray) -> np.ndarray:
     length = float(np.linalg.norm(vector))
     return vector / length if length > _NEAR else vector
@@ -140,7 +196,7 @@ class _Still:
     """
 
     def __init__(self, m: Description) -> None:
-        self._m = m
+        self.m = m
         self.joints = {joint.name: joint for joint in m.joints}
         self.carried: dict[str, tuple[Joint, ...]] = {m.ground: ()}
         """The joints from the ground to each body."""
@@ -161,13 +217,13 @@ class _Still:
     def place(self, body: str, point: Any = (0.0, 0.0, 0.0)) -> np.ndarray:
         """Return a point of a body."""
         pose = self._poses[body]
-        found: np.ndarray = pose[:3, 3] + pose[:3, :3] @ np.array(self._m.evaluate_all(point))
+        found: np.ndarray = pose[:3, 3] + pose[:3, :3] @ np.array(self.m.evaluate_all(point))
         return found
 
     def find_holder(self, a: Single, b: Single) -> str | None:
         """Return the body in which the axes of two joints rest, if one carries the other."""
         for inner, outer in ((a, b), (b, a)):
-            path = [self._m.ground, *(joint.child for joint in self.carried[outer.parent])]
+            path = [self.m.ground, *(joint.child for joint in self.carried[outer.parent])]
             if inner.parent in path:
                 return outer.parent
         return None
@@ -190,7 +246,7 @@ class _Still:
     def find_direction(self, start: Stop, end: Stop, normal: np.ndarray) -> np.ndarray | None:
         """Return the direction of a stretch of cord; None if there is no room for it."""
         d = self.place(end.body, end.center) - self.place(start.body, start.center)
-        reach = [self._m.evaluate(stop.radius) * stop.sense for stop in (start, end)]
+        reach = [self.m.evaluate(stop.radius) * stop.sense for stop in (start, end)]
         h, square = reach[1] - reach[0], float(d @ d)
         if not square > h * h or abs(d @ normal) > _NEAR * (1 + square):
             return None

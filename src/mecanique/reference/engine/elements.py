@@ -244,6 +244,9 @@ class Elements:
         assert isinstance(a, Single)
         assert isinstance(b, Single)
         n, line = self._turn(a.child) @ a.axis, self._turn(b.child) @ b.axis
+        if isinstance(mesh, Gear) and float(np.linalg.norm(np.cross(n, line))) > _FIT:
+            yield from self._of_bevel(mesh, a, b, (n, line))
+            return
         radius, angle = (self._mechanism.evaluate(x) for x in (mesh.radius, mesh.pressure_angle))
         center = self._place(a.child, (0.0, 0.0, 0.0))
         if isinstance(mesh, Gear):
@@ -279,6 +282,51 @@ class Elements:
             for push, pressed in pushes:
                 action = self._action(body, touch, sign * push, np.zeros(3))
                 yield Unit(0, body, other, action, pressed)
+
+    def _of_bevel(
+        self, gear: Gear, a: Single, b: Single, axes: tuple[Array, Array]
+    ) -> Iterator[Unit]:
+        """Bevel wheels: their pitch circles touch in the plane of their axes, which meet."""
+        n, line = axes
+        r, R, angle = (
+            self._mechanism.evaluate(x)
+            for x in (gear.radius, gear.other_radius, gear.pressure_angle)
+        )
+        start, end = (self._place(joint.child, (0.0, 0.0, 0.0)) for joint in (a, b))
+        across = np.cross(n, line)
+        sine = float(np.linalg.norm(across))
+        across = across / sine
+        passing = abs(float((end - start) @ across))
+        where = f"mechanism {self._mechanism.name!r}: gear {gear.name!r}"
+        if passing > _FIT * (1 + r):
+            raise EngineError(
+                f"{where}: the axes of {a.name!r} and {b.name!r} do not suit; expected parallel "
+                f"hinges, or axes that meet, but they pass {passing:.6g} m from each other"
+            )
+        # from the apex to the centers, along the axes
+        way, far = np.linalg.lstsq(np.array([-n, line]).T, end - start, rcond=None)[0]
+        apex = start - way * n
+        u, U = np.cross(across, n), np.cross(across, line)
+        rims = [(start + i * r * u, end + k * R * U) for i in (1, -1) for k in (1, -1)]
+        touch, other = min(rims, key=lambda pair: float(np.linalg.norm(pair[0] - pair[1])))
+        gap = float(np.linalg.norm(touch - other))
+        if gap > _FIT * (1 + r):
+            raise EngineError(
+                f"{where} does not meet its axes: its pitch cones do not share an apex. The wheels "
+                f"are {abs(way):.6g} and {abs(far):.6g} m from where the axes meet, and their "
+                f"pitch circles {gap:.6g} m apart; correct the radii, or the origins of "
+                f"{a.name!r} and {b.name!r}"
+            )
+        ray = (touch - apex) / np.linalg.norm(touch - apex)
+        aside = end - apex
+        away = aside - (aside @ ray) * ray
+        away = away / np.linalg.norm(away)
+        tangent = np.cross(n, touch - start) / r
+        pushes = ((np.cos(angle) * tangent, False), (np.sin(angle) * away, True))
+        for body, opposite, sign in ((b.child, a.child, 1.0), (a.child, b.child, -1.0)):
+            for push, pressed in pushes:
+                action = self._action(body, touch, sign * push, np.zeros(3))
+                yield Unit(0, body, opposite, action, pressed)
 
     def _of_loop(self, loop: Loop) -> Iterator[Unit]:
         a = self._place(loop.body_a, loop.frame_a.xyz)

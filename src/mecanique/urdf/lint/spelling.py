@@ -19,6 +19,8 @@ from mecanique.urdf.dialect import (
     RACK,
     ROLLING,
     SCREW,
+    TERM,
+    VELOCITY_CONSTRAINT,
 )
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
@@ -47,7 +49,7 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
         {
             *("link", "joint", "drake:joint", "material", "frame"),
             *EXTENSIONS,
-            *(LOOP, ROLLING, BLADE, CORD, BELT, GEAR, RACK),
+            *(LOOP, ROLLING, BLADE, CORD, BELT, GEAR, RACK, VELOCITY_CONSTRAINT),
         },
     ),
     "link": ({"name"}, {"inertial", "visual", "collision"}),
@@ -81,6 +83,8 @@ _WORDS: dict[str, tuple[Collection[str], Collection[str]]] = {
     LOOP: ({"name", "type", "redundant", "length"}, set(LOOP_FRAMES)),
     GEAR: ({"name", "wheel", "other", "radius", "other_radius", "internal", "pressure_angle"}, ()),
     RACK: ({"name", "wheel", "other", "radius", "point", "pressure_angle"}, ()),
+    VELOCITY_CONSTRAINT: ({"name", "rate"}, {TERM}),
+    TERM: ({"joint", "coefficient"}, ()),
     BELT: ({"name", "preload", "normal", "axes"}, {CORD_STOPS[1]}),
     CORD: ({"name", "normal", "axes"}, set(CORD_STOPS)),
     CORD_STOPS[0]: ({"link", "xyz"}, ()),

@@ -26,6 +26,7 @@ from mecanique.urdf.dialect import (
     RACK,
     ROLLING,
     SPRING_DAMPER,
+    VELOCITY_CONSTRAINT,
     Extension,
 )
 from mecanique.urdf.element import Element
@@ -37,6 +38,7 @@ from mecanique.urdf.reading.elements import read_belt, read_cord, read_teeth
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
 from mecanique.urdf.reading.loops import is_redundant, read_loop
+from mecanique.urdf.reading.velocities import Between, read_velocity_constraint
 
 __all__ = ["Extensions", "read_extensions", "with_rotors"]
 
@@ -52,6 +54,7 @@ class Extensions:
         forces: springs and dampers.
         loops: closures.
         contacts: what rolls, and blades.
+        velocity_constraints: in the names of joints.
         elements: cords, and loops that mimic joints close.
         used: the elements of Drake's that they come from.
         own: the elements that mecanique alone reads.
@@ -60,6 +63,7 @@ class Extensions:
     forces: list[AnyForce] = field(default_factory=list)
     loops: list[Loop] = field(default_factory=list)
     contacts: list[Contact] = field(default_factory=list)
+    velocity_constraints: list[Between] = field(default_factory=list)
     elements: list[AnyElement] = field(default_factory=list)
     used: list[Element] = field(default_factory=list)
     own: list[Element] = field(default_factory=list)
@@ -99,6 +103,12 @@ def read_extensions(
             carriers = {joint.name for joint in joints}
             teeth = read_teeth(element, carriers, found.names, report)
             found.elements += [teeth] if teeth is not None else []
+            found.own.append(element)
+            continue
+        if element.tag == VELOCITY_CONSTRAINT:
+            carriers = {joint.name for joint in joints}
+            constraint = read_velocity_constraint(element, carriers, found.names, report)
+            found.velocity_constraints += [constraint] if constraint is not None else []
             found.own.append(element)
             continue
         if element.tag in (ROLLING, BLADE):

@@ -24,6 +24,7 @@ from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
 from mecanique.urdf.reading.contacts import contact_tag
 from mecanique.urdf.reading.elements import element_nodes
 from mecanique.urdf.reading.loops import loop_nodes
+from mecanique.urdf.reading.velocities import constraint_node
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
 __all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "format_scalars", "load_lines"]
@@ -82,7 +83,7 @@ def forces_and_loops(
     for contact in mechanism.contacts:
         yield contact_tag(mechanism, contact, anchors)
     for constraint in mechanism.velocity_constraints:
-        yield Comment(f"velocity constraint {constraint.name}: URDF has no tag for it")
+        yield constraint_node(mechanism, constraint)
     yield from element_nodes(mechanism, anchors, mimicked=mimicked)
 
 
