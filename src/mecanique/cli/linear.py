@@ -14,8 +14,16 @@ if TYPE_CHECKING:
     from mecanique.motion.analysis.inertial import InertialCheck
     from mecanique.motion.linear.linearization import Linearization
     from mecanique.motion.linear.response import Response
+    from mecanique.motion.linear.steady import SpeedRange, SteadyLinearization
 
-__all__ = ["figures", "inertial_figures", "response_table", "small_motions"]
+__all__ = [
+    "exponents",
+    "figures",
+    "inertial_figures",
+    "response_table",
+    "small_motions",
+    "speed_figures",
+]
 
 
 def small_motions(linearization: Linearization) -> str:
@@ -148,3 +156,56 @@ def _modes(linearization: Linearization) -> Iterator[str]:
             else f"{'no oscillation':>26}"
         )
         yield f"{number:>4}  {figures}  {ratio:>9}  ({shape})"
+
+
+def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
+    """Return the exponents of deviations from a steady motion, and the matrices they follow from.
+
+    Args:
+        steady: the linear equations.
+        as_json: whether as JSON, not as text.
+    """
+    if as_json:
+        found = {
+            "positions": steady.positions,
+            "velocities": steady.velocities,
+            "cyclic": steady.cyclic,
+            "A": steady.A.tolist(),
+            "M": steady.M.tolist(),
+            "C": steady.C.tolist(),
+            "K": steady.K.tolist(),
+            "exponents": _pairs(steady.exponents),
+            "stable": steady.stable,
+        }
+        return json.dumps(found, ensure_ascii=False, indent=2)
+    lines = [f"{steady.mechanism.name}: {'stable' if steady.stable else 'unstable'} steady motion"]
+    lines.append(f"independent positions   {', '.join(steady.positions)}")
+    lines.append(f"independent velocities  {', '.join(steady.velocities)}")
+    lines.append(f"cyclic                  {', '.join(steady.cyclic) or 'none'}")
+    lines += ["", "exponents [1/s]", *(f"  {_write(x)}" for x in steady.exponents)]
+    for name, matrix in (("M", steady.M), ("C", steady.C), ("K", steady.K)):
+        lines += ["", f"{name}"]
+        lines += ["  " + "  ".join(f"{x:>12.6g}" for x in row) for row in matrix]
+    return "\n".join(lines)
+
+
+def speed_figures(table: SpeedRange) -> str:
+    """Return exponents over speeds as JSON.
+
+    Args:
+        table: the exponents.
+    """
+    found = {
+        "speeds": table.speeds.tolist(),
+        "exponents": [_pairs(row) for row in table.eigenvalues],
+        "limits": table.limits,
+    }
+    return json.dumps(found, ensure_ascii=False, indent=2)
+
+
+def _pairs(values: np.ndarray) -> list[list[float]]:
+    return [[float(x.real), float(x.imag)] for x in values]
+
+
+def _write(x: complex) -> str:
+    return f"{x:.6g}" if x.imag else f"{x.real:.6g}"

@@ -1,4 +1,4 @@
-"""Commands on motions: simulate, linearize, check the ground."""
+"""Commands on motions: simulate, linearize, steady motions, check the ground."""
 
 from __future__ import annotations
 
@@ -30,6 +30,8 @@ from mecanique.cli.words import (
 __all__ = ["app"]
 
 app = typer.Typer()
+
+_MOST_SPEEDS = 1000
 
 
 @app.command(
@@ -141,6 +143,69 @@ def linearize(
         with working(f"Writing {page}"):
             mq.export(linearization.motion(which, amplitude), page)
         say(f"\nWrote {page}")
+
+
+@app.command(epilog="Example: mecanique steady whipple_bicycle --at z=0.3 -v x=1 --speeds 0:10:11")
+@report_errors
+@reads_files
+def steady(
+    system: SystemName,
+    parameters: Parameters = None,
+    at: Annotated[
+        list[str] | None,
+        typer.Option("--at", metavar="NAME=VALUE", help="Position, in rad or m: --at z=0.3"),
+    ] = None,
+    v: Velocities = None,
+    speeds: Annotated[
+        str | None,
+        typer.Option(
+            metavar="FROM:TO:COUNT", help="A table over so many multiples of the velocities."
+        ),
+    ] = None,
+    by: Annotated[
+        list[str] | None,
+        typer.Option("--by", metavar="NAME", help="A coordinate to be independent; repeatable."),
+    ] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the table, as SVG, PDF or PNG.")
+    ] = None,
+    as_json: AsJson = False,
+    *,
+    reading: Reading,
+) -> None:
+    """Linearize what rolls about a steady motion: exponents, and where stability changes.
+
+    Exit code 2 where the motion is not steady, or the mechanism does not roll.
+    """
+    from mecanique.cli.linear import exponents, speed_figures
+
+    mechanism = choose(system, parameters, reading).mechanism
+    place, moving = numbers(at, "--at"), numbers(v, "-v")
+    if speeds is None:
+        if plot is not None:
+            raise typer.BadParameter("expected --speeds with --plot")
+        say(exponents(mq.linearize_steady(mechanism, place, moving, by=by or ()), as_json=as_json))
+        return
+    with working("Linearizing about each speed"):
+        table = mq.sweep_speeds(mechanism, place, moving, _range(speeds), by=by or ())
+    say(speed_figures(table) if as_json else str(table))
+    if plot is not None:
+        table.plot().savefig(plot)
+        say(f"\nWrote {plot}")
+
+
+def _range(text: str) -> list[float]:
+    """The numbers of FROM:TO:COUNT."""
+    try:
+        first, last, count = text.split(":")
+        start, stop, steps = float(first), float(last), int(count)
+    except ValueError:
+        raise typer.BadParameter(f"expected --speeds FROM:TO:COUNT, got {text!r}") from None
+    if not 2 <= steps <= _MOST_SPEEDS or not start < stop:
+        raise typer.BadParameter(
+            f"expected --speeds with FROM below TO and 2 to {_MOST_SPEEDS} of them, got {text!r}"
+        )
+    return [start + (stop - start) * k / (steps - 1) for k in range(steps)]
 
 
 @app.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")

@@ -1,0 +1,63 @@
+"""`mecanique steady`: exponents about a steady motion, over speeds, as table, JSON and plot."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mecanique import textbook
+from mecanique.cli import app
+
+
+def run(*words: str, code: int = 0) -> str:
+    result = CliRunner().invoke(app, ["steady", *words])
+    assert result.exit_code == code, f"{result.output}{result.exception!r}"
+    return result.output
+
+
+COIN = textbook.load("rolling_coin").values
+UPRIGHT = ("rolling_coin", "--at", f"z={COIN['r']}", "-v")
+
+
+def test_one_motion_has_its_exponents_and_matrices() -> None:
+    """Of a thin disk upright λ² = 4 g/(5 r) − 12 n²/5 (Routh, Advanced Rigid Dynamics, 1905)."""
+    n = 2 * np.sqrt(COIN["g"] / (3 * COIN["r"]))
+    told = json.loads(run(*UPRIGHT, f"spin={n}", "--json"))
+    assert told["stable"]
+    expected = np.sqrt(12 * n * n / 5 - 4 * COIN["g"] / (5 * COIN["r"]))
+    assert max(imag for _, imag in told["exponents"]) == pytest.approx(expected, rel=1e-8)
+    assert np.shape(told["K"]) == (len(told["velocities"]), len(told["positions"]))
+
+
+def test_speeds_make_a_table_and_a_plot(tmp_path: Path) -> None:
+    file = tmp_path / "speeds.svg"
+    text = run(*UPRIGHT, "spin=1", "--speeds", "15:20:2", "--plot", str(file))
+    assert text.startswith(
+        "rolling_coin: exponents of small deviations [1/s] by speed\n        15 "
+    )
+    assert "stability changes at: none in this range" in text
+    assert "<svg" in file.read_text()
+
+
+def test_one_motion_is_told_in_words() -> None:
+    text = run(*UPRIGHT, "spin=1")
+    assert text.startswith("rolling_coin: unstable steady motion")
+    assert "cyclic                  x, y" in text
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("whipple_bicycle", "--speeds", "1:2"), "expected --speeds FROM:TO:COUNT, got '1:2'"),
+        (("whipple_bicycle", "--speeds", "2:1:5"), "FROM below TO and 2 to 1000"),
+        (("whipple_bicycle", "--plot", "x.svg"), "expected --speeds with --plot"),
+        (("double_pendulum",), "does not roll; use linearize"),
+    ],
+)
+def test_wrong_words_are_refused(words: tuple[str, ...], message: str) -> None:
+    said = " ".join(run(*words, code=2).split())
+    assert message in said
