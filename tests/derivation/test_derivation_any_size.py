@@ -15,6 +15,7 @@ from mecanique import derive, textbook, write_recursion
 from mecanique.generation.writing.written import Written
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
+from mecanique.viewing.scene.texts import document_of
 
 ROLLING = ("ball_in_a_bowl", "ball_on_a_turntable", "rattleback", "snakeboard", "whipple_bicycle")
 """Systems that roll and have no closed form of a length that helps a reader."""
@@ -132,6 +133,22 @@ def test_a_closed_mechanism_reads_back() -> None:
 
 def test_what_is_not_in_closed_form_points_to_its_list() -> None:
     assert "write_recursion lists them" in str(derive(textbook.load("rattleback")))
+
+
+def test_the_page_lists_symbols_and_results_of_what_rolls() -> None:
+    equations = derive(textbook.load("snakeboard"))
+    motion = mq.simulate(textbook.load("snakeboard"), duration=0.1)
+    document = document_of(motion, [equations], None, [])
+    meant = [sentence for _, sentence in document.symbols]
+    assert "force of ground on front in front_wheels, across the edge [N]" in meant
+    assert "wheels leave one" in document.about
+    blocks = document.derivations[0].blocks
+    assert [block.heading for block in blocks if block.heading] == [
+        "Recursion",
+        "Equations of motion",
+        "Conditions",
+    ]
+    assert all(block.body.startswith("<math") for block in blocks)
 
 
 def test_names_of_results_keep_clear_of_the_letters() -> None:

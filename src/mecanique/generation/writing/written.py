@@ -112,15 +112,20 @@ class Written:
         """Return the list in MathML, a fragment of an HTML page."""
         out = [f"<h3>{escape(self.title)}</h3>"]
         out += [*(f"<p>{escape(paragraph)}</p>" for paragraph in self.about), "<dl>"]
-        for symbols, sentence in self.meanings:
-            letters = [MathML().letter(name, False, "") for name in symbols]
-            said = ", ".join(_MATH.format("inline", letter) for letter in letters)
-            out.append(f"<dt>{said}</dt><dd>{escape(sentence)}</dd>")
+        out += [f"<dt>{said}</dt><dd>{escape(each)}</dd>" for said, each in self.symbols()]
         out.append("</dl>")
         for heading, said, formulas in self.sections():
             out += [f"<h4>{escape(heading)}</h4>", *([f"<p>{escape(said)}</p>"] if said else [])]
             out += formulas
         return "\n".join(out)
+
+    def symbols(self) -> tuple[tuple[str, str], ...]:
+        """Return the symbols in MathML, and what they mean in words."""
+        found = []
+        for names, sentence in self.meanings:
+            symbol = "<mo>,</mo>".join(MathML().letter(name, False, "") for name in names)
+            found.append((_MATH.format("inline", symbol), sentence))
+        return tuple(found)
 
     def sections(self) -> Iterator[tuple[str, str, tuple[str, ...]]]:
         """Give heading, explanation and formulas in MathML of each part."""

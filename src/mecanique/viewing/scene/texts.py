@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -68,7 +69,7 @@ def document_of(
         about=symbolic[0].sections()[0].explanation if symbolic else " ".join(own),
         source=known.source if known else "",
         figure=_figure(motion),
-        symbols=min(lists, key=len, default=()),
+        symbols=min(lists, key=len) if lists else _symbols_of(equations),
         method=method,
         derivations=tuple(derivation_of(each) for each in equations),
         verdict=table_of(verdict) if verdict is not None else VerdictTable(),
@@ -116,6 +117,16 @@ def derivation_of(equations: Equations) -> Derivation:
             heading, lead = (part.title, part.explanation) if k == 0 else ("", "")
             blocks.append(Block(heading, formula, final=last, lead=lead))
     return Derivation(equations.document.title, tuple(blocks), equations.latex())
+
+
+def _symbols_of(equations: Sequence[Equations]) -> tuple[tuple[str, str], ...]:
+    """The symbols of equations that are a list of results, by Lagrange's method if there."""
+    from mecanique.generation.writing.recursion import write_recursion
+
+    for each in sorted(equations, key=lambda one: one.method != "lagrange"):
+        with suppress(MecaniqueError):
+            return write_recursion(each).symbols()
+    return ()
 
 
 def _named_results(equations: Equations) -> Derivation:
