@@ -185,7 +185,7 @@ def exponents(steady: SteadyLinearization, *, as_json: bool) -> str:
     lines += ["", "exponents [1/s]", *(f"  {_write(x)}" for x in steady.exponents)]
     for name, matrix in (("M", steady.M), ("C", steady.C), ("K", steady.K)):
         lines += ["", f"{name}"]
-        lines += ["  " + "  ".join(f"{x:>12.6g}" for x in row) for row in matrix]
+        lines += ["  " + "  ".join(map("{:>12.6g}".format, row)) for row in matrix]
     return "\n".join(lines)
 
 
