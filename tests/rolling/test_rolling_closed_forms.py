@@ -65,6 +65,56 @@ def test_a_coin_by_its_equations() -> None:
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.slow
+def test_a_coin_by_kanes_method_of_sympy() -> None:
+    """SymPy's KanesMethod for the rolling disc, as in its documentation, gives the same motion."""
+    from sympy import lambdify, symbols
+    from sympy.physics.mechanics import (
+        KanesMethod,
+        Point,
+        ReferenceFrame,
+        RigidBody,
+        dynamicsymbols,
+        inertia,
+    )
+
+    q1, q2, q3, u1, u2, u3 = dynamicsymbols("q1 q2 q3 u1 u2 u3")
+    radius, mass, fall = symbols("r m g")
+    N = ReferenceFrame("N")
+    Y = N.orientnew("Y", "Axis", [q1, N.z])
+    L = Y.orientnew("L", "Axis", [q2, Y.x])
+    R = L.orientnew("R", "Axis", [q3, L.y])
+    R.set_ang_vel(N, u1 * L.x + u2 * L.y + u3 * L.z)
+    touch = Point("C")
+    touch.set_vel(N, 0)
+    middle = touch.locatenew("D", radius * L.z)
+    middle.v2pt_theory(touch, N, R)
+    disk = RigidBody(
+        "disk",
+        middle,
+        R,
+        mass,
+        (inertia(L, mass * radius**2 / 4, mass * radius**2 / 2, mass * radius**2 / 4), middle),
+    )
+    turning = q1.diff() * Y.z + q2.diff() * L.x + q3.diff() * L.y
+    rates = [turning.dot(axis) - u for axis, u in zip(L, (u1, u2, u3), strict=True)]
+    kane = KanesMethod(N, q_ind=[q1, q2, q3], u_ind=[u1, u2, u3], kd_eqs=rates)
+    kane.kanes_equations([disk], [(middle, -mass * fall * Y.z)])
+    letters = [q1, q2, q3, u1, u2, u3, radius, mass, fall]
+    compute = lambdify(letters, [kane.mass_matrix, kane.forcing])
+    states = random_states(coin(), 20, 4)
+    states = states.at(np.flatnonzero(np.abs(states.q[:, 4]) < np.pi / 2))
+    found = Reference(coin()).acceleration(states.q, states.v)[:, 3:]
+    for place, v, a in zip(states.q[:, 3:], states.v[:, 3:], found, strict=True):
+        sine, cosine = np.sin(place[1]), np.cos(place[1])
+        speeds = [v[1], v[0] * sine + v[2], v[0] * cosine]
+        M, f = compute(*place, *speeds, r.value, 1.3, g.value)
+        rate = np.linalg.solve(M, f).ravel()
+        yaw = (rate[2] + v[0] * v[1] * sine) / cosine
+        spin = rate[1] - yaw * sine - v[0] * v[1] * cosine
+        np.testing.assert_allclose(a, [yaw, rate[0], spin], rtol=1e-10, atol=1e-10)
+
+
 def test_a_ball_on_a_turntable_goes_round_at_two_sevenths() -> None:
     """Milne, Vectorial Mechanics, 1948, sect. 285: v' = (2/7) W z × v for a homogeneous ball."""
     mechanism = turntable()
