@@ -453,7 +453,7 @@ def test_noisy_samples_give_link_and_mass_with_a_deviation() -> None:
     (body,) = (body for body in mechanism.bodies if body.name == "panda_link5")
     mass, center, inertia = parts(mechanism, body)
     heavier = with_body(mechanism, body.name, 1.2 * mass, center, inertia)
-    states = random_states(mechanism, 300, 3)
+    states = random_states(mechanism, 100, 3)
     recursion = Recursion(heavier)
     tau = recursion.inverse_dynamics(states, states.a) - recursion.forces(states)
     noise = np.random.default_rng(0).normal(size=tau.shape)
@@ -464,3 +464,23 @@ def test_noisy_samples_give_link_and_mass_with_a_deviation() -> None:
     assert found
     assert abs(float(found[1]) - 1.2 * mass) <= 3 * float(found[2])
     assert 0 < float(found[2]) < 0.1 * mass
+
+
+def test_two_mistakes_in_different_links_are_named_together() -> None:
+    mechanism = mq.read_urdf(mq.robot("ur5_robot"))
+    (elbow,) = (joint for joint in mechanism.joints if joint.name == "elbow_joint")
+    x, y, z = mechanism.evaluate_all(elbow.origin.xyz)
+    moved = mq.Placement((x, y, z + 0.01), elbow.origin.rpy)
+    (body,) = (body for body in mechanism.bodies if body.name == "wrist_2_link")
+    mass, center, inertia = parts(mechanism, body)
+    theirs = with_body(
+        with_joint(mechanism, elbow.name, origin=moved), body.name, 1.2 * mass, center, inertia
+    )
+    states = random_states(mechanism, 6, 3)
+    first = causes_of(mechanism, states, told_by(theirs)(states))[0]
+    named = {(part.kind, part.where) for part in first.parts}
+    assert named == {("joint origin", "joint 'elbow_joint'"), ("link mass", "link 'wrist_2_link'")}
+    assert "moved by 0.01 m along z" in first.text
+    assert f"mass of link 'wrist_2_link': {1.2 * mass:.6g} kg" in first.text
+    assert first.removes
+    assert [part["kind"] for part in first.to_dict()["parts"]] == ["joint origin", "link mass"]

@@ -23,6 +23,7 @@ class Cause:
         before: relative difference without the change.
         after: relative difference with it.
         alike: what explains the difference as well and cannot be told apart from it.
+        parts: the two mistakes that explain it together, if no single one does.
     """
 
     kind: str
@@ -31,6 +32,7 @@ class Cause:
     before: float
     after: float
     alike: tuple[Cause, ...] = ()
+    parts: tuple[Cause, ...] = ()
 
     @property
     def removes(self) -> bool:
@@ -46,6 +48,7 @@ class Cause:
             "before": self.before,
             "after": self.after,
             "alike": [cause.to_dict() for cause in self.alike],
+            "parts": [cause.to_dict() for cause in self.parts],
         }
 
     def __str__(self) -> str:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Protocol, TypeVar, final
 
 import numpy as np
@@ -54,6 +54,9 @@ class Change:
         answers: what the changed mechanism predicts, shape (n, nv).
         free: how many numbers were chosen so that it fits.
         digits: how many decimal digits the first of these has.
+        origins: frames of the changed mechanism's joints, by place in the tree.
+        moments: its links' mass moments, by place; a change with neither only adds to the answers.
+        slopes: of the answers by each number chosen, shape (free, n, nv).
     """
 
     kind: str
@@ -62,6 +65,9 @@ class Change:
     answers: Array
     free: int = 0
     digits: int = 0
+    origins: Mapping[int, Array] = field(default_factory=dict)
+    moments: Mapping[int, Array] = field(default_factory=dict)
+    slopes: Array | None = None
 
 
 def promising(
@@ -88,7 +94,10 @@ def promising(
         kept = [kept[k] for k in np.argsort(coarse, kind="stable")[:_CLOSER]]
     if kept:
         for guess, found in zip(kept, answers(kept, np.arange(len(evidence.inputs))), strict=True):
-            yield Change(guess.kind, guess.where, guess.text, found)
+            origins, moments = (getattr(guess, name, {}) for name in ("origins", "moments"))
+            yield Change(
+                guess.kind, guess.where, guess.text, found, origins=origins, moments=moments
+            )
 
 
 def count_digits(text: str, where: str = "") -> int:
@@ -109,12 +118,12 @@ def fit(evidence: Evidence, columns: Array) -> tuple[Array, Array]:
         evidence: what to fit.
         columns: what a unit of each adds, shape (k, n, nv).
     """
-    flat = (columns * evidence.weights).reshape(len(columns), -1)
+    flat = evidence.weigh(columns)
     size = np.sqrt(np.sum(flat * flat, axis=1))
     used = size > 1e-12 * max(float(size.max(initial=0.0)), 1e-300)
     amounts = np.zeros(len(columns))
     if used.any():
-        rest = ((evidence.tau - evidence.base) * evidence.weights).ravel()
+        rest = evidence.weigh(evidence.tau - evidence.base)
         solution = np.linalg.lstsq((flat[used] / size[used, None]).T, rest, rcond=1e-10)[0]
         amounts[used] = solution / size[used]
     return amounts, evidence.base + np.einsum("k,knv->nv", amounts, columns)

@@ -8,6 +8,7 @@ acceleration in, forces out.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, final
@@ -85,6 +86,7 @@ class Evidence:
         self.inputs = inputs
         self.tau = tau
         self.kind = kind
+        self.chosen: Array | None = None
         self.recursion = Recursion(mechanism)
         self.base: Array = self.answers(self.recursion, inputs)
 
@@ -137,6 +139,46 @@ class Evidence:
         )
         kind = np.repeat([part.kind for part in parts], n)
         return cls(mechanism, inputs, np.concatenate([part.tau for part in parts]), kind)
+
+    def after(
+        self,
+        effect: Array,
+        origins: Mapping[int, Array],
+        moments: Mapping[int, Array],
+        slopes: Array | None,
+    ) -> Evidence:
+        """Return the evidence that is left to explain once a change is made.
+
+        Args:
+            effect: what it adds to the answers, shape (n, nv).
+            origins: frames of its joints, by place in the tree.
+            moments: mass moments of its links, by place.
+            slopes: of the answers by its numbers, shape (k, n, nv); what these can explain is no
+                part of what is left, as they were chosen without what comes next.
+        """
+        other = copy(self)
+        for name in ("regressor", "before"):
+            other.__dict__.pop(name, None)
+        other.__dict__["weights"] = self.weights
+        other.chosen = None
+        if origins or moments:
+            other.recursion = self.recursion.vary(origins, moments)
+            other.base = other.answers(other.recursion, self.inputs)
+        else:
+            other.tau = self.tau - effect
+        if slopes is not None and len(slopes):
+            directions, sizes, _ = np.linalg.svd(other.weigh(slopes).T, full_matrices=False)
+            other.chosen = directions[:, sizes > 1e-9 * sizes[0]]
+        return other
+
+    def weigh(self, differences: Array) -> Array:
+        """Return differences as weighted rows, shape (…, N), without what is chosen already.
+
+        Args:
+            differences: of all experiments, shape (…, n, nv).
+        """
+        rows: Array = (differences * self.weights).reshape(*differences.shape[:-2], -1)
+        return rows if self.chosen is None else rows - (rows @ self.chosen) @ self.chosen.T
 
     def answers(
         self,
@@ -218,12 +260,12 @@ class Evidence:
             predicted: shape (…, n, nv).
             rows: which experiments are predicted; all by default.
         """
-        tau, weights = (
-            (self.tau, self.weights) if rows is None else (self.tau[rows], self.weights[rows])
-        )
         with np.errstate(all="ignore"):
-            off = (predicted - tau) * weights
-            size = np.sqrt(np.sum(off * off, axis=(-2, -1)))
+            if rows is None:
+                size = np.linalg.norm(self.weigh(predicted - self.tau), axis=-1)
+            else:
+                off = (predicted - self.tau[rows]) * self.weights[rows]
+                size = np.sqrt(np.sum(off * off, axis=(-2, -1)))
         return np.where(np.isfinite(size), size, np.inf)
 
     @cached_property

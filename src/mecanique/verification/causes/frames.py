@@ -140,8 +140,9 @@ def _axes(evidence: Evidence, k: int) -> Iterator[Frames]:
     others = [sign * axis for axis in np.eye(3) for sign in (1, -1)]
     others += [own[list(order)] for order in permutations(range(3))]
     others += [own * (1 - 2 * axis) for axis in np.eye(3)]
-    seen = [own, -own]
-    for axis in others:
+    seen = [own]
+    yield with_axis(evidence, k, -own, f"axis of joint {link.joint!r} of the other sign")
+    for axis in (axis for axis in others if not np.allclose(axis, -own)):
         if not any(np.allclose(axis, one, atol=1e-9) for one in seen):
             seen.append(axis)
             where = f"joint {link.joint!r}"
@@ -167,7 +168,8 @@ def with_axis(evidence: Evidence, k: int, axis: Array, text: str) -> Frames:
             origins[child] = Q.T @ recursion.origins[child]
     moments = {k: Q.T @ recursion.moments[k] @ Q}
     where = f"joint {recursion.tree[k].joint!r}"
-    return Frames("joint axis", where, text, origins, moments)
+    kind = "axis sign" if np.allclose(axis, -np.array(recursion.tree[k].axis)) else "joint axis"
+    return Frames(kind, where, text, origins, moments)
 
 
 def _from_to(a: Array, b: Array) -> Array:

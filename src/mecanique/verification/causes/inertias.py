@@ -83,8 +83,8 @@ class LinkEffect:
         both = Y + np.swapaxes(Y, -1, -2)
         both[..., range(4), range(4)] /= 2
         columns = both[..., _UPPER[0], _UPPER[1]]
-        flat = (columns * evidence.weights[..., None]).reshape(-1, 10)
-        off = ((evidence.tau - evidence.base) * evidence.weights).ravel()
+        flat = evidence.weigh(np.moveaxis(columns, -1, 0)).T
+        off = evidence.weigh(evidence.tau - evidence.base)
         Q, R = np.linalg.qr(flat)
         y = Q.T @ off
         return cls(columns, R, y, float(np.linalg.norm(off - Q @ y)))
@@ -116,8 +116,16 @@ def fit_inertias(evidence: Evidence) -> Iterator[Change]:
                 found.append((least, k, effect))
                 where = f"link {link.body!r}"
                 text = f"mass, center or inertia of {where} differ, in no way known as a mistake"
+                change = np.zeros((4, 4))
+                change[_UPPER] = solution
                 yield Change(
-                    "other inertia", where, text, effect.answers(evidence, solution), len(solution)
+                    "other inertia",
+                    where,
+                    text,
+                    effect.answers(evidence, solution),
+                    len(solution),
+                    moments={k: recursion.moments[k] + change + np.triu(change, 1).T},
+                    slopes=np.moveaxis(effect.columns, -1, 0),
                 )
     for _, k, effect in sorted(found, key=lambda one: one[0])[:_CLOSER]:
         yield from _fit(evidence, effect, k)
@@ -152,10 +160,24 @@ def _fit(evidence: Evidence, effect: LinkEffect, k: int) -> Iterator[Change]:
                 at, *near = residuals(moved)
                 left = float(np.hypot(effect.rest, costs[best]))
                 sigma = deviations((np.array(near) - at) / _SMALL, left, evidence.tau.size)
-            answers = effect.answers(evidence, (moments_of(*found) - J)[_UPPER])
+            other = moments_of(*found)
+            answers = effect.answers(evidence, (other - J)[_UPPER])
             text = family.say(x, sigma)
             change = text.replace("LINK", where)
-            yield Change(family.kind, where, change, answers, len(x), count_digits(text))
+            slopes = [
+                effect.columns @ (moments_of(*family.make(x + _SMALL * unit)) - other)[_UPPER]
+                for unit in np.eye(len(x))
+            ]
+            yield Change(
+                family.kind,
+                where,
+                change,
+                answers,
+                len(x),
+                count_digits(text),
+                moments={k: other},
+                slopes=np.array(slopes) / _SMALL,
+            )
 
 
 def _principal(effect: LinkEffect, J: Array) -> Array:
@@ -213,15 +235,16 @@ def _families(
         ),
         (one,),
     )
-    yield _Family(
-        mass,
-        lambda x: parts_of(J + m * x[0] * _POINT),
-        lambda x, s: (
-            f"a point mass of {give(m * abs(x[0]), m * s[0])} kg {'more' if x[0] > 0 else 'less'} "
-            f"at the origin of LINK (mass {m:.6g} kg)"
-        ),
-        (one,),
-    )
+    if c.any():
+        yield _Family(
+            mass,
+            lambda x: parts_of(J + m * x[0] * _POINT),
+            lambda x, s: (
+                f"a point mass of {give(m * abs(x[0]), m * s[0])} kg "
+                f"{'more' if x[0] > 0 else 'less'} at the origin of LINK (mass {m:.6g} kg)"
+            ),
+            (one,),
+        )
     size = float(np.sqrt(max(np.trace(inertia), 1e-12 * m) / m))
     for axis, name in zip(np.eye(3), "xyz", strict=True):
         yield _move_along(m, c, inertia, size * axis, name)

@@ -60,7 +60,8 @@ def joint_changes(evidence: Evidence) -> Iterator[Change]:
                 left = float(evidence.residual(answers))
                 sigma = deviations(slope, left, evidence.tau.size) if evidence.is_measured else [0]
                 text = _text(kind, where, amounts[0], own[k], unit, float(sigma[0]))
-                yield Change(kind, where, text, answers, 1, count_digits(text, where))
+                digits = count_digits(text, where)
+                yield Change(kind, where, text, answers, 1, digits, slopes=columns[k : k + 1])
         if len(free) > 1:
             amounts, answers = fit(evidence, columns.sum(axis=0)[None])
             if amounts[0] + own.min() > -1e-9 * abs(amounts[0]):

@@ -46,7 +46,8 @@ def link_changes(evidence: Evidence) -> Iterator[Change]:
         where, root = f"link {link.body!r}", link.parent < 0
         for kind, text, other in _variants(J, standing[k], recursion.origins[k][:3, :3], root=root):
             effect = np.einsum("nvab,ab->nv", Y[:, :, k], other - J)
-            yield Change(kind, where, f"{text} of {where}", evidence.base + effect)
+            answers = evidence.base + effect
+            yield Change(kind, where, f"{text} of {where}", answers, moments={k: other})
             of_all[kind, text] = of_all.get((kind, text), 0.0) + effect
     if len(places) > 1:
         for (kind, text), effect in of_all.items():

@@ -48,15 +48,14 @@ class _Family:
 def placement_changes(evidence: Evidence) -> Iterator[Change]:
     """Joints moved, turned and with tilted axes by amounts that fit."""
     rows = np.arange(len(evidence.inputs))
-    weighted = ((evidence.base - evidence.tau) * evidence.weights).ravel()
+    weighted = evidence.weigh(evidence.base - evidence.tau)
 
     def residuals(trials: list[Frames]) -> Array:
         parts = [
             answers_of(evidence, trials[k : k + _PART], rows) for k in range(0, len(trials), _PART)
         ]
-        off = (np.concatenate(parts) - evidence.tau) * evidence.weights
-        flat: Array = np.nan_to_num(off.reshape(len(trials), -1), nan=1e9, posinf=1e9, neginf=-1e9)
-        return flat
+        flat = evidence.weigh(np.concatenate(parts) - evidence.tau)
+        return np.nan_to_num(flat, nan=1e9, posinf=1e9, neginf=-1e9)
 
     families = [one for k in range(len(evidence.recursion.tree)) for one in _families(evidence, k)]
     if not families:
@@ -70,10 +69,20 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
     found = [family.make(x) for family, x in zip(kept, unknowns, strict=True)]
     good = [k for k in range(len(kept)) if costs[k] < evidence.before]
     for k in good:
-        answers = answers_of(evidence, [found[k]], rows)[0]
-        where, text = found[k].where, found[k].text
-        digits = count_digits(text, where)
-        yield Change(found[k].kind, where, text, answers, kept[k].numbers, digits)
+        family, x, frames = kept[k], unknowns[k], found[k]
+        near = [family.make(x + _SMALL * unit) for unit in np.eye(family.numbers)]
+        answers, *others = answers_of(evidence, [frames, *near], rows)
+        yield Change(
+            frames.kind,
+            frames.where,
+            frames.text,
+            answers,
+            family.numbers,
+            count_digits(frames.text, frames.where),
+            frames.origins,
+            frames.moments,
+            (np.array(others) - answers) / _SMALL,
+        )
 
 
 def _choose(

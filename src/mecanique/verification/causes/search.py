@@ -31,6 +31,20 @@ _REMOVED = 1e-4
 _WORTH = 0.5
 """Changes that leave more than this part of the difference are not reported."""
 
+_STARTS = 6
+"""Places where a search for two mistakes begins."""
+
+_FEW = 2
+"""Places where it begins in mechanisms with more than `_SMALL` velocities, to save time."""
+
+_SMALL = 12
+_HINT = 0.95
+"""Where every single change leaves more than this part of the difference, no pair is looked for."""
+
+_TURNS = 8
+_HALFWAY = 0.5
+"""After two turns, that search goes on if at most this part of the difference is left."""
+
 _MOST = 5
 _MOST_VALUES = 30_000
 """About how many forces are predicted for each change."""
@@ -64,7 +78,12 @@ def causes_of(
     )
     if evidence is None or not REMOVED / 10 < evidence.before < np.inf:
         return ()
-    return _rank(evidence, _changes(evidence))
+    changes = _changes(evidence)
+    causes = _rank(evidence, changes)
+    if evidence.is_measured or (causes and causes[0].after <= _limit(evidence.before, 0.0)):
+        return causes
+    pair = _find_pair(evidence, changes)
+    return causes if pair is None else (pair, *causes[: _MOST - 1])
 
 
 def _changes(evidence: Evidence) -> list[Change]:
@@ -120,6 +139,58 @@ def _rank(evidence: Evidence, changes: list[Change]) -> tuple[Cause, ...]:
         cause for cause in causes[1:] if cause.after <= bound and cause.kind != "other inertia"
     ]
     return (replace(causes[0], alike=tuple(twins)), *causes[1:_MOST])
+
+
+def _find_pair(evidence: Evidence, changes: list[Change]) -> Cause | None:
+    """Two changes in different places that explain everything together.
+
+    Each is fitted in turn beside the other; together they converge, as their effects are nearly
+    independent of each other.
+    """
+    known = [change for change in changes if change.where]
+    after = np.array([float(evidence.residual(change.answers)) for change in known])
+    order = [k for k in np.argsort(after, kind="stable") if after[k] < _HINT * evidence.before]
+    starts = {known[k].where: known[k] for k in reversed(order)}
+    most = _STARTS if evidence.mechanism.nv <= _SMALL else _FEW
+    places = list(dict.fromkeys(known[k].where for k in order))[:most]
+    for place in places:
+        found = _alternate(evidence, starts[place])
+        if found:
+            return found
+    return None
+
+
+def _alternate(evidence: Evidence, first: Change) -> Cause | None:
+    """Fit a second change beside the first, then the first beside the second, and so on."""
+    limit, worst = _limit(evidence.before, 0.0), _HALFWAY * evidence.before
+    this, cause = first, None
+    for turn in range(_TURNS):
+        left = evidence.after(this.answers - evidence.base, this.origins, this.moments, this.slopes)
+        changes = [
+            change
+            for change in _changes(left)
+            if change.where and change.where != this.where and change.kind != "other inertia"
+        ]
+        causes = _rank(left, changes)
+        if not causes:
+            return None
+        other = next(c for c in changes if c.text == causes[0].text)
+        left.chosen = None
+        size = float(left.residual(other.answers))
+        if size <= limit and cause is not None:
+            return _join(evidence, cause, causes[0], size)
+        if turn and size > worst:
+            return None
+        worst, cause = size if turn else worst, causes[0]
+        this = replace(other, answers=evidence.base + other.answers - left.base)
+    return None
+
+
+def _join(evidence: Evidence, one: Cause, other: Cause, left: float) -> Cause:
+    """Two causes as one."""
+    parts = tuple(sorted((one, other), key=lambda cause: cause.where))
+    text = f"{parts[0].text}, and {parts[1].text}"
+    return Cause("two mistakes", "", text, evidence.before, left, parts=parts)
 
 
 def _first_of_each(changes: list[Change], order: list[int]) -> Iterator[int]:
