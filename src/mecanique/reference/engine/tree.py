@@ -317,15 +317,22 @@ class Tree:
         """Return position, velocity, acceleration of the moving bodies' center, shape (3, 3)."""
         self.move(q, v, t, a)
         model, data = self.engine.model, self.engine.data
-        total = np.zeros((3, 3))
-        for joint in range(1, model.njoints):
-            mass, at = model.inertias[joint].mass, model.inertias[joint].lever
-            pose, twist, rate = data.oMi[joint], data.v[joint], data.a[joint]
-            velocity = twist.linear + np.cross(twist.angular, at)
-            change = rate.linear + np.cross(rate.angular, at) + np.cross(twist.angular, velocity)
-            turned = pose.rotation @ velocity, pose.rotation @ change
-            total += mass * np.array([pose.act(at), *turned])
-        return total / self.moving_mass
+        joints = range(1, model.njoints)
+        masses = np.array([model.inertias[joint].mass for joint in joints])
+        levers = np.array([model.inertias[joint].lever for joint in joints]).reshape(-1, 3)
+        twists = np.array([data.v[joint].vector for joint in joints]).reshape(-1, 6)
+        rates = np.array([data.a[joint].vector for joint in joints]).reshape(-1, 6)
+        turns = np.array([data.oMi[joint].rotation for joint in joints]).reshape(-1, 3, 3)
+        places = np.array([data.oMi[joint].translation for joint in joints]).reshape(-1, 3)
+        velocities = twists[:, :3] + np.cross(twists[:, 3:], levers)
+        # from the spatial to the classical acceleration
+        changes = (
+            rates[:, :3] + np.cross(rates[:, 3:], levers) + np.cross(twists[:, 3:], velocities)
+        )
+        own = np.stack([levers, velocities, changes], axis=1)
+        turned = np.einsum("jik,jrk->jri", turns, own)
+        turned[:, 0] += places
+        return np.asarray(masses @ turned.reshape(len(masses), 9)).reshape(3, 3) / self.moving_mass
 
     def followers(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return the driven joint coordinates, their rates and second rates, shape (3, k)."""
