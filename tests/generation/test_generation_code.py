@@ -358,3 +358,15 @@ def test_packages_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) ->
         assert code.verdict is None
         missing = f"expected {target}, which is not installed: pip install 'mecanique[{target}]'"
         assert missing in str(code)
+
+
+def test_code_of_a_locked_mechanism_is_not_called_wrong_for_the_rounding_of_its_forces() -> None:
+    arms = [mq.Body(name, mq.rod(1.0, 1.0, direction=(1, 0, 0))) for name in "ab"]
+    joints = [
+        mq.Revolute("A", "ground", "a", axis=(0, -1, 0)),
+        mq.Revolute("C", "ground", "b", axis=(0, -1, 0), origin=mq.Placement((1.5, 0, 0))),
+    ]
+    loop = mq.Loop.pin("L", "a", (1, 0, 0), "b", (1, 0, 0))
+    triangle = mq.Mechanism("triangle", (mq.Body("ground"), *arms), tuple(joints), loops=(loop,))
+    code = mq.generate(mq.derive(triangle), target="python", what="acceleration")
+    assert "rounding allows" in str(code.verdict)

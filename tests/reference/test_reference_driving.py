@@ -36,6 +36,7 @@ def test_the_torque_that_holds_a_crank_against_the_piston(theta: float) -> None:
     held = reference.driving_forces(("O",), q)["O"]
     assert held == pytest.approx(weight - 300.0 * R * sin(theta) * ratio, rel=1e-10)
     assert reference.acceleration(q, tau={"O": float(held)}) == pytest.approx([0, 0, 0], abs=1e-9)
+    assert reference.driving_forces("theta", q) == {"theta": held}
     push = reference.driving_forces(["guide"], q)["guide"]
     assert push == pytest.approx(-held / (R * sin(theta) * ratio), rel=1e-9)
 

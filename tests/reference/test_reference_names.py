@@ -22,7 +22,7 @@ from mecanique.model import (
     particle,
     rod,
 )
-from mecanique.motion import simulate
+from mecanique.motion import simulate, simulate_many
 from mecanique.reference import Reference, assemble
 from mecanique.textbook import load
 from mecanique.textbook.catalogue import entry
@@ -150,6 +150,23 @@ def test_positions_by_joints_that_follow_are_solved_or_refused() -> None:
         mechanism.position({"z2": 0.1})
     with pytest.raises(InputError, match="follows r, which is given, too"):
         mechanism.position({"z1": 0.1, "r": 1.0})
+
+
+def test_rates_by_joints_that_follow_are_solved_or_refused() -> None:
+    mechanism = geared()
+    for name in ("z1", "z1'"):
+        assert mechanism.velocity({name: 6.0}) == pytest.approx([2.0], rel=1e-15)
+    for name in ("z1", "z1'", "z1''"):
+        assert mechanism.acceleration({name: 6.0}) == pytest.approx([2.0], rel=1e-15)
+    assert simulate(geared(), v={"z1'": 0.6}, duration=0.01).v[0] == pytest.approx([0.2])
+    runs = simulate_many(geared(), q={"z1": [0.5, 3.5]}, v={"z1": 0.6}, duration=0.01)
+    assert runs.q[:, 0, 0] == pytest.approx([0.0, 1.0])
+    with pytest.raises(InputError, match=r"z2' follows .* z2 = sin\(r\), .*; give r'"):
+        mechanism.velocity({"z2'": 0.1})
+    with pytest.raises(InputError, match="z1' follows r, which is given, too"):
+        mechanism.velocity({"z1'": 0.1, "r": 1.0})
+    with pytest.raises(UnknownNameError, match="unknown velocity \"z1''\""):
+        mechanism.velocity({"z1''": 0.1})
 
 
 def test_a_motion_gives_pose_and_velocity_by_name() -> None:

@@ -232,18 +232,23 @@ def list_left_out(
     if isinstance(q, Mapping) and q and (rank is None or len(q) < enough):
         found += _left_out(mechanism, q, position)
     if isinstance(v, Mapping) and v and rank is None:
-        given = {f"{name.removesuffix(chr(39))}'" for name in v} | {*v}
+        stems = {name.removesuffix("'") for name in v}
+        given = {f"{name}'" for name in stems | _leaders(mechanism, stems)} | {*v}
         values = zip(mechanism.velocities, velocity.tolist(), strict=True)
         found += [f"{name} = {value:.6g}" for name, value in values if name not in given]
     return _say(found)
 
 
 def _left_out(mechanism: Mechanism, q: Mapping[str, Any], position: np.ndarray) -> list[str]:
-    driven = mechanism.coordinates.driven
-    given = {*q}
-    given |= {leader for name in given & driven.keys() for leader in symbols_in(driven[name])}
+    given = q.keys() | _leaders(mechanism, {*q})
     values = zip(mechanism.coordinates, position.tolist(), strict=True)
     return [f"{name} = {value:.6g}" for name, value in values if name not in given]
+
+
+def _leaders(mechanism: Mechanism, names: set[str]) -> set[str]:
+    """Return the coordinates that some joint coordinates follow."""
+    driven = mechanism.coordinates.driven
+    return {leader for name in names & driven.keys() for leader in symbols_in(driven[name])}
 
 
 def _say(left_out: list[str]) -> str:

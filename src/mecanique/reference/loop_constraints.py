@@ -162,7 +162,7 @@ class LoopConstraints(Answering):
 
     def driving_forces(
         self,
-        drives: Sequence[str],
+        drives: str | Sequence[str],
         q: Given,
         v: Given = None,
         a: Given = None,
@@ -174,7 +174,7 @@ class LoopConstraints(Answering):
         account. If more joints drive than motions are free, the least forces, by sum of squares.
 
         Args:
-            drives: names of joints with one coordinate.
+            drives: names of joints with one coordinate, or of their coordinates.
             q: shape (nq,), the loops closed.
             v: shape (nv,), as the loops allow.
             a: shape (nv,), as the loops allow.
@@ -189,7 +189,9 @@ class LoopConstraints(Answering):
             EngineError: if a loop is open.
             ClosureError: if the loops do not allow v or a, or the drives cannot make them.
         """
-        joints = [self.mechanism.joint(name) for name in drives]
+        drives = (drives,) if isinstance(drives, str) else drives
+        owners = {j.coordinate: j.name for j in self.mechanism.joints if isinstance(j, Single)}
+        joints = [self.mechanism.joint(owners.get(name, name)) for name in drives]
         for joint in joints:
             if not isinstance(joint, Single):
                 raise InputError(

@@ -247,9 +247,11 @@ class Balances(BatchDynamics):
         at = self._bodies.at(states)
         if self._mechanism.rolls:
             A, known = self._held_system(at, states)
-            return np.array(
-                [np.linalg.lstsq(*pair, rcond=_RANK)[0] for pair in zip(A, known, strict=True)]
-            )
+            inverse, found = np.linalg.pinv(A, rcond=_RANK), np.zeros_like(known)
+            # again for what rounding left: forces and accelerations differ much in size
+            for _ in range(_REFINED):
+                found += times(inverse, known - times(A, found))
+            return found
         if self._mechanism.nv + 6 * len(at.bodies) <= _DENSE:
             A, known = self._system(at)
             return solve(self._mechanism, A, known)
@@ -345,6 +347,9 @@ _SHARE = 1e-4
 
 _RANK = 1e-12
 """Singular values of the balances below this part of the largest count as zero."""
+
+_REFINED = 3
+"""How often held balances are solved, each time for the rest of the last."""
 
 _DENSE = 200
 """In systems with more equations than this the reactions are eliminated before solving."""

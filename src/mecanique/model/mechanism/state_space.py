@@ -14,7 +14,7 @@ from mecanique.model.expression import coordinate, symbols_in
 from mecanique.model.mechanism.description import Description
 from mecanique.model.values import Given, numbers_of
 
-__all__ = ["StateSpace"]
+__all__ = ["StateSpace", "by_leaders"]
 
 _SHORTEST, _LONGEST = 1e-9, 1e9
 """Lengths between which four numbers count as a quaternion to be normalized."""
@@ -121,8 +121,7 @@ class StateSpace(Description):
         """
         by_name = q is None or isinstance(q, Mapping)
         default = self.neutral() if by_name else np.zeros(self.nq)
-        if isinstance(q, Mapping) and q.keys() & self.coordinates.driven.keys():
-            q = self._by_leaders(q)
+        q = by_leaders(self, q, self.coordinates.names)
         names = self.coordinates.names
         found = self.normalize(numbers_of(q, names, "coordinate", default, many=many))
         self.refuse_outside(found)
@@ -133,6 +132,7 @@ class StateSpace(Description):
 
         Args:
             v: shape (nv,), or values by velocity name, q or q' (those left out are zero), or None.
+                That of a joint coordinate that follows another in proportion may stand for it.
             many: whether several velocities may be given, shape (n, nv), or by name shape (n,); the
                 answer then has that shape.
 
@@ -140,7 +140,7 @@ class StateSpace(Description):
             InputError: if the shape is wrong or a number is not finite.
             UnknownNameError: if a name is no velocity.
         """
-        zero = np.zeros(self.nv)
+        v, zero = by_leaders(self, v, self.velocities, primes=1), np.zeros(self.nv)
         return numbers_of(v, self.velocities, "velocity", zero, self._rates, many=many)
 
     def acceleration(self, a: Given, *, many: bool = False) -> np.ndarray:
@@ -156,27 +156,8 @@ class StateSpace(Description):
             InputError: if the shape is wrong or a number is not finite.
             UnknownNameError: if a name is no acceleration.
         """
-        zero = np.zeros(self.nv)
+        a, zero = by_leaders(self, a, self.velocities, primes=2), np.zeros(self.nv)
         return numbers_of(a, self.velocities, "acceleration", zero, self._changes, many=many)
-
-    def _by_leaders(self, q: Mapping[str, Any]) -> dict[str, Any]:
-        """Replace the joint coordinates that follow the map by what they follow."""
-        found = {name: value for name, value in q.items() if name not in self.coordinates.driven}
-        for name in q.keys() - found.keys():
-            law = self.coordinates.driven[name]
-            leaders = symbols_in(law) - self.values.keys()
-            leader = min(leaders, default="")
-            slope = law.diff(coordinate(leader)) if leader in self.coordinates else 0
-            if len(leaders) != 1 or not slope or symbols_in(slope) - self.values.keys():
-                raise InputError(
-                    f"{name} follows the coordinate map, {name} = {law}, and does not determine "
-                    f"the coordinates in it by itself; give {', '.join(self.coordinates)}"
-                )
-            if leader in found:
-                raise InputError(f"{name} = {law} follows {leader}, which is given, too")
-            rest = self.evaluate(law.subs({coordinate(leader): 0}))
-            found[leader] = (np.asarray(q[name], dtype=float) - rest) / self.evaluate(slope)
-        return found
 
     @cached_property
     def _rates(self) -> dict[str, str]:
@@ -187,6 +168,48 @@ class StateSpace(Description):
     def _changes(self) -> dict[str, str]:
         """The velocity whose change is meant by the name of a coordinate or of an acceleration."""
         return {**self._rates, **{f"{name}'": name for name in self.velocities}}
+
+
+def by_leaders(space: StateSpace, given: Given, names: tuple[str, ...], primes: int = 0) -> Given:
+    """Replace what is given of joint coordinates that follow the map by what they follow.
+
+    Args:
+        space: of the mechanism.
+        given: positions, velocities or accelerations.
+        names: of what determines them, for the message.
+        primes: how many a name may end with: one of a velocity, two of an acceleration.
+    """
+    driven = space.coordinates.driven
+    if not isinstance(given, Mapping):
+        return given
+    stems = {name: _stem(name, primes) for name in given}
+    found: dict[str, Any] = {
+        name: value for name, value in given.items() if stems[name] not in driven
+    }
+    taken = {stems[name] for name in found}
+    for name in given.keys() - found.keys():
+        law = driven[stems[name]]
+        leaders = symbols_in(law) - space.values.keys()
+        leader = min(leaders, default="")
+        slope = law.diff(coordinate(leader)) if leader in space.coordinates else 0
+        if len(leaders) != 1 or not slope or symbols_in(slope) - space.values.keys():
+            raise InputError(
+                f"{name} follows the coordinate map, {stems[name]} = {law}, and does not "
+                f"determine the coordinates in it by itself; give {', '.join(names)}"
+            )
+        if leader in taken:
+            raise InputError(f"{name} follows {leader}, which is given, too: {stems[name]} = {law}")
+        rest = 0.0 if primes else space.evaluate(law.subs({coordinate(leader): 0}))
+        found[leader] = (np.asarray(given[name], dtype=float) - rest) / space.evaluate(slope)
+        taken.add(leader)
+    return found
+
+
+def _stem(name: str, primes: int) -> str:
+    """Return the name of the coordinate whose rate a name means."""
+    for _ in range(primes):
+        name = name.removesuffix("'")
+    return name
 
 
 def _middle(lower: float, upper: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.state_space import by_leaders
 from mecanique.model.values import column_of, numbers_of
 
 __all__ = ["sweep"]
@@ -25,6 +26,7 @@ def sweep(
         MechanismError: if the mechanism is not sound with some of the parameters.
     """
     names = mechanism.coordinates.names
+    q = by_leaders(mechanism, q, names)
     positions = numbers_of(q, names, "coordinate", mechanism.neutral(), many=True)
     rates = mechanism.velocity(v, many=True)
     given = {} if parameters is None else parameters

@@ -80,7 +80,9 @@ class Linearization:
     @property
     def at_equilibrium(self) -> bool:
         """Whether the mechanism can rest there."""
-        return bool(not self.v.any() and np.abs(self.acceleration).max(initial=0.0) < 1e-8)
+        # a position that is off by 1e-11 accelerates by this times the stiffness
+        stiff = max(1.0, 1e-3 * float((np.abs(self.eigenvalues) ** 2).max(initial=0.0)))
+        return bool(not self.v.any() and np.abs(self.acceleration).max(initial=0.0) < 1e-8 * stiff)
 
     @cached_property
     def undamped(self) -> bool:
