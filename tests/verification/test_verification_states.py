@@ -18,6 +18,7 @@ from mecanique.model import (
     Force,
     Input,
     JointForce,
+    Loop,
     Mechanism,
     Placement,
     Planar,
@@ -220,3 +221,30 @@ def test_states_of_a_governor_are_none_where_its_links_fall_together(seed: int) 
     closed = Reference(mechanism)
     for q in states.q:
         assert np.linalg.matrix_rank(closed.constraint_jacobian(q), tol=1e-6) == 2
+
+
+def test_states_of_a_long_chain_of_loops_are_met_on_a_walk_along_them() -> None:
+    # no random position of its 33 hinges leads to one at which its 16 loops are closed
+    chain = four_bars_in_series(16)
+    states = random_states(chain, 4, 0, lot=4)
+    assert Reference(chain).drift(states.q, states.v)[:, 0].max() < 1e-12
+    assert np.ptp(states.q[:, 0]) > 0.5
+
+
+def four_bars_in_series(count: int) -> Mechanism:
+    """Squares side by side: each upright hangs from the rod across that comes before it."""
+    up, down, across = (rod(1.0, 1.0, direction=d) for d in ((0, 1, 0), (0, -1, 0), (1, 0, 0)))
+    bodies = [Body("ground"), Body("down0", up)]
+    joints, loops = [Revolute("A0", "ground", "down0")], list[Loop]()
+    place: tuple[float, float, float] = (0, 1, 0)
+    for k in range(1, count + 1):
+        bodies += [Body(f"across{k}", across), Body(f"down{k}", down)]
+        joints += [
+            Revolute(f"C{k}", f"down{k - 1}", f"across{k}", origin=Placement(place)),
+            Revolute(f"B{k}", f"across{k}", f"down{k}", origin=Placement((1, 0, 0))),
+        ]
+        place = (0, 0, 0)
+        loops.append(
+            Loop.pin(f"A{k}", "ground", (k, 0, 0), f"down{k}", (0, -1, 0), normal=(0, 0, 1))
+        )
+    return Mechanism("series", tuple(bodies), tuple(joints), loops=tuple(loops))

@@ -17,7 +17,7 @@ from mecanique.arrays import Array
 from mecanique.errors import ClosureError
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["ClosedStates", "closed_states", "refuse_locked"]
+__all__ = ["ClosedStates", "closed_states", "refuse_locked", "wander"]
 
 _RANK = 1e-9
 _REGULAR = 0.03
@@ -25,6 +25,13 @@ _REGULAR = 0.03
 
 _TREMBLING = 1e-5
 """The same, absolute: positions that close the loops without being held in them."""
+
+
+_STRIDE = 0.5
+"""Length of a step along the loops, in radians or characteristic lengths."""
+
+_STRIDES = 4
+"""How many steps lead from one state to the next."""
 
 
 class ClosedStates(NamedTuple):
@@ -106,3 +113,40 @@ def refuse_locked(mechanism: Mechanism) -> None:
     if closed is not None:
         with suppress(ClosureError):
             refuse(closed, 0.0)
+
+
+def wander(mechanism: Mechanism, t: Array, random: np.random.Generator) -> Array:
+    """Return positions met on a random walk along the loops, shape (n, nq).
+
+    It finds states of long chains of loops, which close from no random position.
+
+    Args:
+        mechanism: a mechanism with loops.
+        t: time of each, shape (n,) [s].
+        random: makes the steps.
+
+    Raises:
+        ClosureError: if no position is found at which all loops are closed.
+    """
+    from mecanique.reference import Reference
+    from mecanique.reference.loops.assembly import position_near
+    from mecanique.reference.loops.closing import close_position
+    from mecanique.reference.loops.newton import displace
+
+    closed, q = Reference.of(mechanism).closed, mechanism.neutral()
+    if closed is None:
+        return np.tile(q, (len(t), 1))
+    still = np.zeros(mechanism.nv)
+    q, met = position_near(closed, None, q, float(t[0]), still.astype(bool)), []
+    for time in t.tolist():
+        heading = random.normal(size=len(still))
+        for _ in range(_STRIDES):
+            J = closed.closures.scale(q, still, time).jacobian[closed.closures.positional]
+            along = heading - np.linalg.pinv(J, rcond=_RANK) @ (J @ heading)
+            step = along * (_STRIDE / max(float(np.abs(along).max(initial=0.0)), _STRIDE))
+            with suppress(ClosureError):
+                q = close_position(
+                    closed, displace(closed, q, closed.closures.columns * step), time
+                )
+        met.append(q)
+    return np.array(met)

@@ -14,7 +14,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles, draw_positions
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
-from mecanique.verification.states.loops import closed_states, refuse_locked
+from mecanique.verification.states.loops import closed_states, refuse_locked, wander
 from mecanique.verification.states.validity import is_possible
 
 __all__ = ["random_states"]
@@ -61,13 +61,16 @@ def random_states(
     """
     samples, seed = whole(samples, "samples", 1), whole(seed, "seed", 0)
     random = np.random.default_rng(seed)
-    lot, found, rank = max(samples, lot), list[States](), 0
+    lot, found, rank, near = max(samples, lot), list[States](), 0, False
     for _ in range(_ROUNDS):
         candidates = _draw(mechanism, lot, random)
         if mechanism.constrained:
+            if near:
+                candidates = replace(candidates, q=wander(mechanism, candidates.t, random))
             closed = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
             if not len(closed.at) and not any(map(len, found)):
                 refuse_locked(mechanism)
+                near = True
             if closed.rank > rank:
                 # what was found before is special
                 rank = closed.rank
