@@ -78,6 +78,13 @@ def test_every_name_in_the_list_is_defined_before_it_is_used() -> None:
     assert_names_are_defined(write_recursion(derive(mq.read_urdf(mq.robot("panda")))))
 
 
+def test_long_labels_stand_above_what_they_mean() -> None:
+    written = write_recursion(derive(mq.read_urdf(mq.robot("panda")))).latex()
+    items = [line for line in written.splitlines() if line.startswith("\\item")]
+    assert any("\\hfill \\\\ angular acceleration" in line for line in items)
+    assert any("\\hfill" not in line for line in items)
+
+
 def held(written: Written, equations: mq.Equations, off: float = 0.0) -> np.ndarray:
     """What is left of the equations of what rolls where it moves as it does, shape (n, rows)."""
     mechanism = equations.mechanism

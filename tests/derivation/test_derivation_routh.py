@@ -93,6 +93,12 @@ def test_coupled_velocities_and_a_damper_on_another_coordinate() -> None:
     assert "∂D/∂q'" in reduced.text()
 
 
+def test_a_wide_denominator_is_written_in_latex() -> None:
+    written = mq.routh(textbook.load("gyroscope")).latex()
+    assert "\\frac{1}{" in written
+    assert "Equations of motion" in written
+
+
 def test_no_cyclic_coordinate_is_said() -> None:
     with pytest.raises(mq.DerivationError, match="has no cyclic coordinate: on each of q1, q2 T"):
         mq.routh(textbook.load("double_pendulum"))

@@ -121,7 +121,8 @@ def _open(piece: str, page: float, depth: int) -> list[str]:
         return [piece]
     atoms = list(_atoms(piece))
     for k, atom in enumerate(atoms):
-        if atom.startswith("\\frac") and width(atom) > page / 2:
+        opened = atom.startswith("\\frac{1}")  # its denominator alone is wide
+        if atom.startswith("\\frac") and not opened and width(atom) > page / 2:
             above, below = _groups(atom)
             if len(_pieces(above, page, _DEEPEST + 1)) > 1:
                 above = f"({above})"

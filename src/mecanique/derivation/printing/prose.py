@@ -96,6 +96,9 @@ def _is_formula(core: str, sign: str, near: set[str], names: Collection[str]) ->
         return called[1] in names or called[1] in ("sin", "cos")
     if core in names and (core in GREEK or not (core.isalpha() and len(core) > 2)):
         return True
+    bare = core.rstrip("²").rstrip("'")
+    if bare != core and bare in names:
+        return True
     if core == "dm" or (len(core) == 1 and core.isalpha() and core.isascii()):
         return True
     if re.fullmatch(r"[a-zA-Z]'+|[A-Z]_\w+|[A-Za-z]·[A-Za-z]", core):

@@ -10,7 +10,7 @@ from html import escape
 from typing import final
 
 from mecanique.derivation.printing.layout import write
-from mecanique.derivation.printing.lines import display
+from mecanique.derivation.printing.lines import display, width
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.generation.writing.formulas import Line
@@ -18,6 +18,7 @@ from mecanique.generation.writing.formulas import Line
 __all__ = ["Part", "Written"]
 
 _WIDTH = 100
+_LABEL = 120.0  # points of symbols above which what they mean stands below them
 _FRAGMENT = "% part of a document with \\usepackage{amsmath}"
 _MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="{}">{}</math>'
 
@@ -98,7 +99,8 @@ class Written:
         out.append("\\begin{description}\\setlength{\\itemsep}{0pt}\\setlength{\\parskip}{0pt}")
         for symbols, sentence in self.meanings:
             said = ", ".join(self._latex_letter(name) for name in symbols)
-            out.append(f"\\item[{{{said}}}] {to_latex(sentence, names)}")
+            below = " \\hfill \\\\" if width(said) > _LABEL else ""
+            out.append(f"\\item[{{{said}}}]{below} {to_latex(sentence, names)}")
         out.append("\\end{description}")
         for part in self._parts:
             out += [f"\\subsection*{{{part.heading}}}", to_latex(part.said, names)]

@@ -42,14 +42,14 @@ _FOLLOW = (
 )
 _CHANGE = (
     "How the coefficients change with {0}, L = dK/d{0}, follows from the loops differentiated once "
-    "more: the acceleration of the coordinate is K {0}'' + L {0}'^2."
+    "more: the acceleration of the coordinate is K {0}'' + L {0}'²."
 )
 _INERTIA = (
-    "With these the kinetic energy is J {0}'^2/2: J is the inertia that {0} meets, each mass with "
-    "the square of its coefficient. C = ½ dJ/d{0} is what its change adds to the equation."
+    "With these the kinetic energy is ½ J {0}'² and J is the inertia that {0} meets, each mass "
+    "with the square of its coefficient. C = ½ dJ/d{0} is what its change adds to the equation."
 )
 _CLOSING = (
-    "J {0}'' + C {0}'^2 and the forces along {0}, each times the coefficient of the coordinate it "
+    "J {0}'' + C {0}'² and the forces along {0}, each times the coefficient of the coordinate it "
     "acts along, leave one equation without multipliers. It holds where none of the divisors above "
     "vanishes; the loops give the other coordinates at each {0}."
 )
