@@ -17,6 +17,7 @@ _CALL = re.compile(r"([\w']+)\(([^()]*)\)")
 _POINT = re.compile(r"[A-Z]'+")
 _NUMBER = re.compile(r"\d+")
 _PARTIAL = re.compile(r"∂([^\W\d]\w*)/∂([^\W\d]\w*'?)")
+_SLOPE = re.compile(r"d(²?)([^\W\d]\w*)/d([^\W\d]\w*?)(²?)")
 _WORD = re.compile(
     r"(?P<before>[(\[]*)(?P<sign>-?)(?P<core>[\w']+\([^()]*\)|.*?)(?P<after>[,.;:)\]]*)", re.DOTALL
 )
@@ -96,6 +97,9 @@ def _is_formula(core: str, sign: str, near: set[str], names: Collection[str]) ->
         return called[1] in names or called[1] in ("sin", "cos")
     if core in names and (core in GREEK or not (core.isalpha() and len(core) > 2)):
         return True
+    slope = _SLOPE.fullmatch(core)
+    if slope is not None:
+        return slope[3] in names
     bare = core.rstrip("²").rstrip("'")
     if bare != core and bare in names:
         return True
@@ -126,6 +130,11 @@ def _formula(core: str, names: Collection[str]) -> str:
     if partial is not None:
         above, below = (writer.letter(name, False, "") for name in partial.groups())
         return f"\\frac{{\\partial {above}}}{{\\partial {below}}}"
+    slope = _SLOPE.fullmatch(core)
+    if slope is not None:
+        above, below = (writer.letter(slope[k], False, "") for k in (2, 3))
+        power = "^{2}" if slope[1] else ""
+        return f"\\frac{{d{power} {above}}}{{d {below}{power}}}"
     if "·" in core:
         return core.replace("·", " \\cdot ")
     power = "2" if core.endswith("²") else ""
