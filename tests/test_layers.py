@@ -150,7 +150,7 @@ ORDER: dict[str, list[str]] = {
         "camera",
         "solids",
         "setting",
-        "coordinates loads measures supports",
+        "coordinates given_motions loads measures supports",
         "connections",
         "mechanism",
         "freebody",

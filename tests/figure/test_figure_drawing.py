@@ -17,6 +17,7 @@ from mecanique.figure.camera import FRONT, ISOMETRIC, TOP, side_of
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_text
 from mecanique.figure.freebody import cut_free
+from mecanique.figure.given_motions import given_motions
 from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.marks import STYLES, Circle, Stroke, Words, bounds, rich
 from mecanique.figure.paper.signs import dashpot, hatch, label, spring
@@ -319,3 +320,22 @@ def test_the_nut_of_a_screw_stands_where_the_screw_starts(theta: float) -> None:
 
 def test_only_screws_have_nuts() -> None:
     assert list(nuts(seen("cart_pole"))) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("kapitza_pendulum", "z=Acos(Wt)"),
+        ("crane", "l=l0-wt"),
+        ("foucault_pendulum", "turn=Wt"),
+    ],
+)
+def test_prescribed_motions_are_drawn_with_their_law(name: str, law: str) -> None:
+    (written,) = [mark for mark in given_motions(seen(name)) if isinstance(mark, Words)]
+    text = "".join(piece for piece, _ in written.parts).replace(" ", "").replace("\u2212", "-")
+    assert text == law
+
+
+def test_what_is_not_prescribed_has_no_such_arrow() -> None:
+    assert not list(given_motions(seen("double_pendulum")))
+    assert not list(given_motions(seen("snakeboard")))

@@ -9,6 +9,7 @@ import numpy as np
 
 from mecanique.figure.connections import connections
 from mecanique.figure.coordinates import coordinates
+from mecanique.figure.given_motions import given_motions
 from mecanique.figure.loads import loads
 from mecanique.figure.measures import lengths, masses
 from mecanique.figure.paper.lettering import clear_letters
@@ -46,7 +47,8 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
         *nuts(setting),
     ]
     if lettered:
-        marks += [*lengths(setting), *coordinates(setting), *masses(setting)]
+        marks += [*lengths(setting), *coordinates(setting), *given_motions(setting)]
+        marks += [*masses(setting)]
     marks = [*clear_letters([*marks, *loads(setting)])]
     if marks:
         marks += _gravity(setting, marks)
