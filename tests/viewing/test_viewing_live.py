@@ -27,6 +27,7 @@ from tornado.iostream import IOStream
 from tornado.websocket import WebSocketClientConnection, WebSocketHandler, websocket_connect
 from viewing_browser import Visit
 from viewing_scenes import about_y, instants, pendulum, swarm, swing
+from viewing_watcher import Watcher
 
 from mecanique.errors import InputError
 from mecanique.viewing.live.commands import read
@@ -296,6 +297,19 @@ def test_a_taken_port_is_named(view: LiveView) -> None:
         LiveView(pendulum(), port=urlsplit(view.url).port or 0)
     with pytest.raises(InputError, match=r"token of a live view"):
         LiveView(pendulum(), token="../../")
+
+
+def test_a_slow_page_is_sent_every_place_of_the_traces() -> None:
+    scene = pendulum(1.0)
+    with LiveView(scene) as view, Watcher(view.url, pause=0.05) as watcher:
+        watcher.until(lambda seen: bool(seen.times))
+        for k in range(1, len(scene.t)):
+            view.send(scene.frame(k))
+        watcher.reach(float(scene.t[-1]))
+        shown, passed = watcher.times, np.concatenate(watcher.passed)
+    assert len(shown) < 10
+    between = [k for k, t in enumerate(scene.t) if t not in shown]
+    assert passed == pytest.approx(scene.traces[0].points[between].ravel(), abs=1e-6)
 
 
 def test_a_slow_page_is_sent_only_the_latest_frame() -> None:

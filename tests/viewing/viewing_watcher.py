@@ -31,6 +31,7 @@ class Watcher:
         self.times: list[float] = []
         self.walls: list[float] = []
         self.rows: list[NDArray[np.float32]] = []
+        self.passed: list[NDArray[np.float32]] = []
         self.states: list[dict[str, Any]] = []
         self.notes: dict[str, str] = {}
         self._url, self._pause = url, pause
@@ -85,7 +86,7 @@ class Watcher:
 
     def forget(self) -> None:
         """Start the record again."""
-        self.times, self.walls, self.rows = [], [], []
+        self.times, self.walls, self.rows, self.passed = [], [], [], []
 
     def _run(self) -> None:
         self._loop.run_until_complete(self._watch())
@@ -105,11 +106,13 @@ class Watcher:
                 else:
                     self.states.append(told)
                 continue
-            kind, number = struct.unpack_from("<II", message)
+            kind, number, count = struct.unpack_from("<III", message)
             if kind == 1:
                 (t,) = struct.unpack_from("<d", message, 16)
                 self.walls.append(time.monotonic())
-                self.rows.append(np.frombuffer(message, "<f4", offset=24))
+                numbers = np.frombuffer(message, "<f4", offset=24)
+                self.rows.append(numbers[: len(numbers) - count])
+                self.passed.append(numbers[len(numbers) - count :])
                 self.times.append(t)
                 if self._pause:
                     await asyncio.sleep(self._pause)

@@ -4,6 +4,7 @@ import { test } from "node:test";
 import { assets } from "./pages.js";
 
 const { History } = await import(new URL("clock/history.js", assets));
+const { LiveClock } = await import(new URL("clock/live.js", assets));
 const { Player } = await import(new URL("clock/player.js", assets));
 const { Gauge } = await import(new URL("picture/gauge.js", assets));
 
@@ -25,6 +26,45 @@ test("a history begins anew when time goes back, and is bounded", () => {
   assert.equal(history.value(history.n - 1, 0), 9999);
   history.add(0, [0]);
   assert.equal(history.n, 1);
+});
+
+test("a live clock looks back at the recent past, and returns to the present", () => {
+  const sent = [];
+  globalThis.WebSocket = class {
+    static OPEN = 1;
+    readyState = 1;
+    send = (text) => sent.push(JSON.parse(text));
+  };
+  globalThis.location = { host: "here", pathname: "/" };
+  const clock = new LiveClock({ first: 0, id: "a" }, 2);
+  const frame = (time, row, passed) => {
+    const bytes = new ArrayBuffer(24 + 4 * (row.length + passed.length));
+    new Uint32Array(bytes, 0, 2).set([1, 7]);
+    new Float64Array(bytes, 16, 1).set([time]);
+    new Float32Array(bytes, 24).set([...row, ...passed]);
+    clock.receive(bytes);
+  };
+  frame(1, [10, 11], []);
+  assert.ok(clock.tick() && !clock.seekable);
+  // of a frame that comes before the one before it is drawn, the places passed are kept
+  frame(1.5, [15, 16], [1, 2, 3]);
+  frame(2, [20, 21], [4, 5, 6]);
+  assert.ok(clock.tick() && clock.seekable);
+  assert.deepEqual(
+    clock.passed.map((each) => [...each]),
+    [
+      [1, 2, 3],
+      [4, 5, 6],
+    ],
+  );
+  clock.seek(1.2);
+  assert.ok(clock.tick() && clock.past);
+  assert.deepEqual([clock.time, ...clock.row], [1.2, 10, 11]);
+  clock.play();
+  frame(3, [30, 31], []);
+  assert.ok(clock.tick() && !clock.past);
+  assert.deepEqual([clock.time, ...clock.row], [3, 30, 31]);
+  assert.deepEqual(sent.at(-1), { do: "ack", value: 7 });
 });
 
 const table = { first: 0, last: 2, n: 121, dt: 1 / 60 };

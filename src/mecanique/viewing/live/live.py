@@ -149,7 +149,8 @@ class LiveView:
         Raises:
             InputError: if it has other bodies, arrows, lines, traces or series than the scene.
         """
-        self._server.publish(frame.t, row(frame, self._scene))
+        points = np.asarray(frame.traces).astype("<f4").tobytes()
+        self._server.publish(frame.t, row(frame, self._scene), points)
         self._latest = frame
 
     def await_page(self) -> None:

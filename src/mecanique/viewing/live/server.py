@@ -9,6 +9,7 @@ import secrets
 import socket
 import struct
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import suppress
@@ -32,6 +33,9 @@ IN_FLIGHT = 2
 """Frames sent to a page before it has shown one; a slow page skips those in between."""
 
 _FRAME, _COMMAND = 1, 2
+
+_MOST_PASSED = 240
+"""Frames of which a page still gets the traces if it was slow."""
 
 
 @final
@@ -61,6 +65,7 @@ class Server:
         self._identity = ""
         self._notes: dict[str, str] = {}
         self._frame: tuple[float, bytes] = (0.0, b"")
+        self._passed: deque[tuple[int, bytes]] = deque(maxlen=_MOST_PASSED)
         self._number = 0
         self._due = False
         self._lock = threading.Lock()
@@ -105,16 +110,26 @@ class Server:
         with self._lock:
             self.page, self._identity = made, identity
             self._frame, self._notes = (0.0, b""), {}
+            self._passed.clear()
         making = partial(_make, made, scene, stream)
         self._maker = threading.Thread(target=making, name="mecanique page", daemon=True)
         self._maker.start()
         self.announce()
         return made
 
-    def publish(self, t: float, row: bytes) -> None:
-        """Make a frame the present one; a page gets it when ready unless a later one comes."""
+    def publish(self, t: float, row: bytes, points: bytes = b"") -> None:
+        """Make a frame the present one; a page gets it when ready unless a later one comes.
+
+        Args:
+            t: its time [s].
+            row: its numbers, as a page reads them.
+            points: the places of the traces, which a page gets of every frame.
+        """
         with self._lock:
+            if t < self._frame[0]:
+                self._passed.clear()
             self._frame, self._number = (t, row), self._number + 1
+            self._passed.append((self._number, points))
         self._wake()
 
     def note(self, notes: dict[str, str]) -> None:
@@ -155,13 +170,18 @@ class Server:
         with self._lock:
             return dict(self._notes)
 
-    def latest(self) -> tuple[int, bytes | None]:
-        """Return the present frame's number, and the frame as a page reads it."""
+    def latest(self, since: int = 0) -> tuple[int, bytes | None]:
+        """Return the present frame's number, and the frame as a page reads it.
+
+        Args:
+            since: number of the frame that the page has had before; what the traces passed since
+                then comes with the frame, so that a slow page draws no chords.
+        """
         with self._lock:
             (t, row), number = self._frame, self._number
-        return number, struct.pack(
-            "<IIIId", _FRAME, number & 0xFFFFFFFF, 0, 0, t
-        ) + row if row else None
+            passed = b"".join(points for k, points in self._passed if 0 < since < k < number)
+        head = struct.pack("<IIIId", _FRAME, number & 0xFFFFFFFF, len(passed) // 4, 0, t)
+        return number, head + row + passed if row else None
 
     def _wake(self) -> None:
         with self._lock:
@@ -339,7 +359,7 @@ class _Socket(tornado.websocket.WebSocketHandler):
         for command in self.debt.commands():
             self._write_command(command)
         self.debt = Latest()
-        number, frame = self.server.latest()
+        number, frame = self.server.latest(self.last)
         if frame is None or number == self.last:
             return
         self.sent.append(number)

@@ -110,7 +110,7 @@ async function start() {
   picture.camera.look(scene.planar ? "front" : "free");
   if (live) {
     wireLive(live, picture, transport);
-    findPlace();
+    findPlace(picture.camera);
   }
   plots.draw();
   const extras = wireExtras(setup, motion);

@@ -1,10 +1,12 @@
 // What the page of a live view does when the server reports, and when it is gone.
 
+import { keepPlace } from "../panels/place.js";
 import { wireNotes } from "../panels/notes.js";
 import { wireSliders } from "../panels/sliders.js";
 
 export function wireLive(live, picture, transport) {
   const notice = document.getElementById("notice");
+  live.onleave = () => keepPlace(picture.camera);
   live.onlink = (on) => {
     notice.textContent = on ? "" : "The connection is lost; waiting for the program to come back.";
     notice.hidden = on;

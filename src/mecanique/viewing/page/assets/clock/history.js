@@ -24,6 +24,11 @@ export class History {
     }
   }
 
+  // The row of the instant next before a time.
+  at(t) {
+    return this.rows[Math.floor(this.index(t))];
+  }
+
   get n() {
     return this.times.length;
   }

@@ -1,7 +1,6 @@
 // The clock of a live view: frames from the server, and what the page asks of it.
 
 import { History } from "./history.js";
-import { keepPlace } from "../panels/place.js";
 import { setSliders } from "../panels/sliders.js";
 
 // The kind of message that is a command of meshcat's; any other is a frame.
@@ -10,7 +9,8 @@ const COMMAND = 2;
 export class LiveClock {
   constructor(scene, width) {
     this.history = new History(width);
-    this.seekable = false;
+    this.width = width;
+    this.chosen = null; // a time of the recent past that is looked at
     this.speed = 1;
     this.playing = true;
     this.time = scene.first;
@@ -27,6 +27,10 @@ export class LiveClock {
 
   get last() {
     return this.history.last;
+  }
+
+  get seekable() {
+    return this.history.n > 1;
   }
 
   // How much of time a plot shows at least: a stream has just begun, and goes on [s].
@@ -48,7 +52,8 @@ export class LiveClock {
     };
   }
 
-  // A frame is four integers (kind, number, 0, 0), the time and a row of the table.
+  // A frame is four integers (kind, number, count, 0), the time, a row of the table, and so many
+  // numbers of the places that the traces passed since the frame before.
   receive(buffer) {
     const [kind, number] = new Uint32Array(buffer, 0, 2);
     if (kind === COMMAND) {
@@ -57,7 +62,8 @@ export class LiveClock {
     }
     if (this.leaving) return;
     const [time] = new Float64Array(buffer, 16, 1);
-    this.newest = { time, row: new Float32Array(buffer, 24), number };
+    const passed = [...(this.newest?.passed ?? []), new Float32Array(buffer, 24 + 4 * this.width)];
+    this.newest = { time, row: new Float32Array(buffer, 24, this.width), number, passed };
   }
 
   hear(state) {
@@ -68,7 +74,7 @@ export class LiveClock {
     if (state.scene !== this.scene.id) {
       // what still comes before the page has gone belongs to the new scene
       this.leaving = true;
-      keepPlace();
+      this.onleave?.();
       location.reload();
       return;
     }
@@ -83,6 +89,7 @@ export class LiveClock {
   }
 
   play() {
+    this.chosen = null;
     this.send({ do: "resume" });
   }
 
@@ -91,6 +98,7 @@ export class LiveClock {
   }
 
   reset() {
+    this.chosen = null;
     this.history.clear();
     this.send({ do: "reset" });
   }
@@ -99,21 +107,36 @@ export class LiveClock {
     this.send({ do: "speed", value: speed });
   }
 
-  // A stream shows the present alone: no other time can be chosen, neither by seeking nor by steps.
-  seek() {}
+  // Looks back at the recent past; playing returns to the present.
+  seek(t) {
+    if (this.seekable) this.chosen = Math.min(this.last, Math.max(this.first, t));
+  }
 
-  step() {
+  step(frames) {
     this.pause();
+    const { history } = this;
+    const k = Math.round(history.index(this.time)) + frames;
+    if (this.seekable) this.chosen = history.time(Math.min(history.n - 1, Math.max(0, k)));
   }
 
   // Takes the newest frame, if one came since the last picture, and lets the server send another.
   // Until then the time stays that of the picture.
   tick() {
-    if (!this.newest) return false;
-    const { time, row, number } = this.newest;
-    Object.assign(this, { time, row, number, newest: null });
-    this.history.add(time, row);
-    this.send({ do: "ack", value: number });
-    return true;
+    const fresh = this.newest;
+    this.past = this.chosen !== null;
+    this.passed = fresh?.passed ?? [];
+    if (fresh) {
+      this.newest = null;
+      this.history.add(fresh.time, fresh.row);
+      this.send({ do: "ack", value: fresh.number });
+    }
+    if (!this.past) {
+      if (fresh) Object.assign(this, { time: fresh.time, row: fresh.row, number: fresh.number });
+      return Boolean(fresh);
+    }
+    const moved = this.time !== this.chosen;
+    this.time = this.chosen;
+    this.row = this.history.at(this.time);
+    return moved;
   }
 }

@@ -65,6 +65,7 @@ export class Player {
 export class Transport {
   constructor(clock) {
     this.clock = clock;
+    this.digits = 2;
     this.find("play").onclick = () => this.toggle();
     this.find("reset").onclick = () => clock.reset();
     this.find("speed").onchange = (event) => clock.setSpeed(Number(event.target.value));
@@ -87,7 +88,7 @@ export class Transport {
     slider.max = this.clock.last;
     slider.step = "any";
     slider.disabled = !this.clock.seekable;
-    this.digits = this.clock.last - this.clock.first < 2 ? 3 : 2;
+    if (!this.clock.history) this.digits = this.clock.last - this.clock.first < 2 ? 3 : 2;
   }
 
   toggle() {
@@ -98,14 +99,14 @@ export class Transport {
   show() {
     const { time, playing, last, seekable } = this.clock;
     const text = time.toFixed(this.digits);
+    if (this.clock.history) this.refit(); // a stream has no end yet
     if (this.shown === text && this.playing === playing) return;
     Object.assign(this, { shown: text, playing });
     const slider = this.find("slider");
     slider.value = time;
     slider.setAttribute("aria-valuetext", `${text} seconds`);
-    this.find("time").textContent = seekable
-      ? `${text} / ${last.toFixed(this.digits)} s`
-      : `${text} s`;
+    this.find("time").textContent =
+      seekable && !this.clock.history ? `${text} / ${last.toFixed(this.digits)} s` : `${text} s`;
     const button = this.find("play");
     button.classList.toggle("playing", playing);
     button.setAttribute("aria-label", playing ? "Pause" : "Play");

@@ -59,15 +59,19 @@ export class Stream {
     return Infinity;
   }
 
-  // Take the newest frame, if one came since the last picture; time that goes back is a new start.
+  // Take the newest frame, if one came since the last picture, or one of the past; time that goes
+  // back is a new start.
   advance() {
     if (!this.clock.tick()) return false;
     const { picture, clock } = this;
-    if (clock.time < this.shown) picture.restart();
     picture.row.set(clock.row);
-    picture.arrows.learn(picture.row);
-    picture.traces.add(picture.row);
     this.shown = clock.time;
+    if (clock.past) return true;
+    if (clock.time < this.newest) picture.restart();
+    this.newest = clock.time;
+    picture.arrows.learn(picture.row);
+    for (const points of clock.passed) picture.traces.pass(points);
+    picture.traces.add(picture.row);
     this.behind = true;
     return true;
   }

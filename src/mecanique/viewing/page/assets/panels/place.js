@@ -1,16 +1,25 @@
 // A page that must be loaded anew opens where it was: the same tab, the same view.
 
-export function keepPlace() {
+export function keepPlace(camera) {
   const tab = document.querySelector("[role=tab][aria-selected=true]")?.id;
   const view = document.querySelector("[data-camera][aria-pressed=true]")?.dataset.camera;
-  sessionStorage.setItem("place", JSON.stringify({ tab, view }));
+  const [center, eye] = [camera.center().toArray(), camera.eye().toArray()];
+  const scroll = document.querySelector("[role=tabpanel]:not(.off)")?.parentElement.scrollTop;
+  sessionStorage.setItem("place", JSON.stringify({ tab, view, center, eye, scroll }));
 }
 
-export function findPlace() {
-  const { tab, view } = JSON.parse(sessionStorage.getItem("place") ?? "{}");
+export function findPlace(camera) {
+  const { tab, view, center, eye, scroll } = JSON.parse(sessionStorage.getItem("place") ?? "{}");
   sessionStorage.removeItem("place");
   if (tab) document.getElementById(tab)?.click();
   if (view) document.querySelector(`[data-camera=${CSS.escape(view)}]`)?.click();
+  else if (eye) {
+    const { Vector3 } = camera.stage.three;
+    camera.chosen(null);
+    camera.place(new Vector3(...center), new Vector3(...eye));
+  }
+  const panel = document.querySelector("[role=tabpanel]:not(.off)")?.parentElement;
+  if (scroll && panel) panel.scrollTop = scroll;
 }
 
 // In a slide or on a learning platform the page shows picture and controls alone, and tells the page

@@ -178,6 +178,13 @@ export class Traces {
     for (const item of this.items) this.append(item, row.subarray(item.column, item.column + 3));
   }
 
+  // Adds places that were passed between two pictures: of all traces, instant by instant.
+  pass(points) {
+    const width = 3 * this.items.length;
+    for (let o = 0; width && o + width <= points.length; o += width)
+      this.items.forEach((item, i) => this.append(item, points.subarray(o + 3 * i, o + 3 * i + 3)));
+  }
+
   clear() {
     for (const item of this.items) item.count = 0;
   }
