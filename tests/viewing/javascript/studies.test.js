@@ -9,7 +9,7 @@ const load = (name) => import(new URL(`${name}.js`, assets));
 const { Bench, readFragment, writeFragment } = await load("engine/bench");
 const { Machine } = await load("engine/machine");
 const { SmallMotions, eigen } = await load("engine/modes");
-const { Section } = await load("engine/section");
+const { Section, describeSwing } = await load("engine/section");
 const { Pull } = await load("engine/pull");
 const { exaggerate } = await load("picture/exaggeration");
 const { apart, describeParting } = await load("studies/beside");
@@ -134,4 +134,18 @@ test("displacements and turns from rest are multiplied", () => {
   const row = Float64Array.of(1.1, 2, 2.9, ...half(0.4), 6);
   const out = exaggerate(row, rest, 5, LAYOUT, new Float64Array(8));
   [1.5, 2, 2.5, ...half(0.8), 6].forEach((x, k) => near(out[k], x));
+});
+
+test("what a single coordinate does is said in words", () => {
+  const own = bench();
+  const free = own.set([["parameter", "c", 0]]);
+  assert.equal(describeSwing(own.machine, free.path), "Period 2.09 s. ");
+  const damped = own.set([["parameter", "c", 12]]);
+  assert.equal(describeSwing(own.machine, damped.path), "");
+  const gone = own.set([
+    ["parameter", "c", 0],
+    ["parameter", "k", 0],
+    ["initial", "x'", 2],
+  ]);
+  assert.equal(describeSwing(own.machine, gone.path), "Swings through. ");
 });

@@ -17,6 +17,19 @@ const STALLED = 1e-5;
 const GOOD = 0.1;
 const LONGEST_HOP = 2;
 
+// Weights with the stages they belong to, as arrays of numbers: a step sums many of them.
+const pack = (pairs) => ({
+  of: Int32Array.from(pairs, ([stage]) => stage),
+  by: Float64Array.from(pairs, ([, weight]) => weight),
+});
+const [SUMS, ERROR_SUMS, DENSE_SUMS] = [STAGES, ERRORS, DENSE].map((rows) => rows.map(pack));
+
+function weigh({ of: places, by }, stages, i) {
+  let sum = 0;
+  for (let k = 0; k < places.length; k++) sum += by[k] * stages[places[k]][i];
+  return sum;
+}
+
 // The states of a motion at any time between its first and its last.
 export class Path {
   constructor(size, t) {
@@ -109,12 +122,10 @@ export class Integrator {
   }
 
   // y + h Σ weight k, in place.
-  combine(weights, h, out) {
+  combine(sum, h, out) {
     const { n, y, stages } = this;
     for (let i = 0; i < n; i++) {
-      let sum = 0;
-      for (const [stage, weight] of weights) sum += weight * stages[stage][i];
-      out[i] = y[i] + h * sum;
+      out[i] = y[i] + h * weigh(sum, stages, i);
     }
   }
 
@@ -124,7 +135,7 @@ export class Integrator {
     const last = this.h * 1.000001 >= left;
     const h = last ? left : Math.min(this.h, left / (left < 2 * this.h ? 2 : 1));
     for (let stage = 1; stage <= STEP; stage++) {
-      this.combine(STAGES[stage], h, trial);
+      this.combine(SUMS[stage], h, trial);
       this.evaluate(stage, t + NODES[stage] * h, trial);
     }
     const error = this.measure(h);
@@ -190,11 +201,7 @@ export class Integrator {
     const squares = [0, 0];
     for (let i = 0; i < counted; i++) {
       const scale = this.atol + this.rtol * Math.max(Math.abs(y[i]), Math.abs(trial[i]));
-      ERRORS.forEach((weights, k) => {
-        let sum = 0;
-        for (const [stage, weight] of weights) sum += weight * stages[stage][i];
-        squares[k] += (sum / scale) ** 2;
-      });
+      for (let k = 0; k < 2; k++) squares[k] += (weigh(ERROR_SUMS[k], stages, i) / scale) ** 2;
     }
     const [fifth, third] = squares;
     if (fifth === 0 && third === 0) return 0;
@@ -206,7 +213,7 @@ export class Integrator {
     const { n, y, trial, stages, t } = this;
     const between = new Float64Array(n);
     for (let stage = STEP + 1; stage < NODES.length; stage++) {
-      this.combine(STAGES[stage], h, between);
+      this.combine(SUMS[stage], h, between);
       this.evaluate(stage, t + NODES[stage] * h, between);
     }
     const piece = new Float64Array(8 * n);
@@ -216,11 +223,8 @@ export class Integrator {
       piece[n + i] = change;
       piece[2 * n + i] = h * stages[0][i] - change;
       piece[3 * n + i] = 2 * change - h * (stages[0][i] + stages[STEP][i]);
-      DENSE.forEach((weights, k) => {
-        let sum = 0;
-        for (const [stage, weight] of weights) sum += weight * stages[stage][i];
-        piece[(4 + k) * n + i] = h * sum;
-      });
+      for (let k = 0; k < DENSE_SUMS.length; k++)
+        piece[(4 + k) * n + i] = h * weigh(DENSE_SUMS[k], stages, i);
     }
     return piece;
   }

@@ -6,6 +6,22 @@ import { findEvents } from "./dop853.js";
 const STRETCH = 40; // turns of the clock that are computed at a time, in steps of the motion
 const MOST_PASSES = 2000;
 
+const REGULAR = 1e-3; // two periods differ by less than this part
+
+// In words, what a single coordinate does: how long it takes to and fro, or that it goes one way.
+export function describeSwing({ nq, nv }, path) {
+  if (nq !== 1 || nv !== 1) return "";
+  const turns = findEvents(path, (t, y) => y[1], 0);
+  if (!turns.length) {
+    const state = new Float64Array(path.size);
+    const [from, to] = [path.first, path.last].map((t) => path.at(t, state)[0]);
+    return Math.abs(to - from) > 2 * Math.PI ? "Swings through. " : "";
+  }
+  const [a, b, c, d] = turns;
+  if (d === undefined || Math.abs(c - a - (d - b)) > REGULAR * (c - a)) return "";
+  return `Period ${(c - a).toPrecision(3)} s. `;
+}
+
 export class Section {
   // `turns` says whether the number of the state that is watched is an angle; angles are the columns
   // of angles in a row.

@@ -1,6 +1,7 @@
 // Number fields and sliders of a page that integrates by itself: what is set moves at once.
 
 import { readFragment, writeFragment, writePython } from "../engine/bench.js";
+import { describeSwing } from "../engine/section.js";
 import { measure } from "../data/numbers.js";
 import { copyText } from "../equations/copies.js";
 import { round } from "./sliders.js";
@@ -125,7 +126,8 @@ export class Setup {
     const ends = path.stopped
       ? ` The motion stops ${path.stopped}, at ${measure(path.last)} s.`
       : "";
-    return `${setting.duration.toPrecision(3)} s in ${path.steps} steps.${ends}`;
+    const swing = describeSwing(this.bench.machine, path);
+    return `${swing}${setting.duration.toPrecision(3)} s in ${path.steps} steps.${ends}`;
   }
 
   say(text, wrong = false) {
