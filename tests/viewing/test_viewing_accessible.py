@@ -68,6 +68,40 @@ def test_the_keyboard_alone_sets_a_parameter(pendulum: Scene, show: Callable[...
     seen.clean()
 
 
+def test_the_focus_goes_from_the_picture_over_the_clock_to_the_panel(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    """As docs/tutorials/pages_for_a_class.md says."""
+    seen = show(pendulum, viewport={"width": 1280, "height": 700})
+    order = []
+    for _ in range(21):
+        seen.page.keyboard.press("Tab")
+        order.append(seen.js("document.activeElement.id"))
+    named = [name for name in order if name]
+    picture = ["follow", "free-body", "drag", "arrow-scale", "arrow-mode"]
+    clock = ["reset", "play", "slider", "speed", "loop"]
+    assert named == [*picture, *clock, "splitter", "tab-equations", "panel-equations"]
+    seen.page.keyboard.press("Shift+Tab")
+    seen.page.keyboard.press("ArrowRight")
+    assert seen.js("document.activeElement.id") == "tab-plots"
+    seen.page.keyboard.press("3")
+    assert seen.page.get_attribute("[data-camera=top]", "aria-pressed") == "true"
+    seen.clean()
+
+
+def test_studies_are_reached_and_said(pendulum: Scene, show: Callable[..., Visit]) -> None:
+    seen = show(pendulum, viewport={"width": 1280, "height": 700})
+    seen.page.click("#tab-parameters")
+    seen.page.click("#modes-find")
+    assert "2 natural modes" in seen.page.inner_text("#modes-told")
+    seen.page.click("[aria-label='Show mode 2']")
+    assert seen.js("mecanique.clock.last") == pytest.approx(4 * 0.874, abs=0.01)
+    seen.page.click("#beside-on")
+    assert "apart" in seen.page.inner_text("#beside-told")
+    assert seen.js("mecanique.picture.ghost.shown")
+    seen.clean()
+
+
 def test_the_panel_widens_by_keyboard(pendulum: Scene, show: Callable[..., Visit]) -> None:
     seen = show(pendulum, viewport={"width": 1280, "height": 700})
     wide = "document.getElementById('panel').clientWidth"
