@@ -73,3 +73,9 @@ def test_no_two_scripts_declare_the_same_name() -> None:
 def test_nothing_of_modules_is_left_in_the_page() -> None:
     joined = join_scripts()
     assert not re.search(r"^(import|export)\b", joined, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_no_text_of_a_script_goes_over_lines(name: str) -> None:
+    """The page leaves out indentation, which would change such a text."""
+    assert [line for line in text(name).splitlines() if line.count("`") % 2] == []
