@@ -4,7 +4,7 @@
 
 // Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
 const SPREAD = 2.5;
-const FAR = 4;
+const FAR = 5;
 // Of the first box's size: how wide the view may become, and how far off its middle all is lost.
 const WIDEST = 1.7;
 const LOST = 1.5;
