@@ -64,6 +64,14 @@ class Paper:
     cause: str = ""
     remark: str = ""
 
+    @property
+    def compared(self) -> bool:
+        """Whether it was compared with a public text of the formula, not written from memory."""
+        return self.source.startswith(_COMPARED)
+
+
+_COMPARED = ("Neumann", "Barto, Sutton & Anderson", "Florian")
+
 
 def system(name: str) -> Callable[[], Mechanism]:
     """Return what loads a textbook system."""
@@ -529,7 +537,8 @@ def page() -> str:
         "text; the letters of a source",
         "are defined in those of the system. `tests/checking/papers.py` holds them, and a test "
         "keeps this page true.",
-        f"Of {len(PAPERS)} formulas {rights} are right as they stand.",
+        f"Of {len(PAPERS)} formulas {rights} are right as they stand. Those marked * are cited "
+        "from memory, not from a copy of the source.",
         "",
         "| source | formula | verdict | why |",
         "|---|---|---|---|",
@@ -539,6 +548,7 @@ def page() -> str:
         why = [*found.forms, *(cause.text for cause in found.causes[:1])]
         why += [paper.remark] if paper.remark else []
         formula = "<br>".join(f"`{line}`" for line in paper.text.splitlines())
-        cells = (paper.source, f"{paper.what}: {formula}", found.outcome, "; ".join(why))
+        source = paper.source + ("" if paper.compared else " *")
+        cells = (source, f"{paper.what}: {formula}", found.outcome, "; ".join(why))
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines) + "\n"

@@ -57,6 +57,7 @@ def test_it_is_written_with_its_figure(tmp_path: Path) -> None:
         ("pendulm", "equation of motion", "unknown system"),
         ("double_pendulum", "frequency", "one degree of freedom"),
         ("bricard_linkage", "equation of motion", "no exercise about"),
+        ("rattleback", "equation of motion", "no exercise about 'rattleback': contact"),
     ],
 )
 def test_what_has_no_answer_is_refused(system: str, ask: str, message: str) -> None:

@@ -15,7 +15,7 @@ from mecanique.derivation import derive
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.small_motions import linearize_equations
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.errors import DerivationError, InputError, UnknownNameError
+from mecanique.errors import DerivationError, InputError, MechanismError, UnknownNameError
 from mecanique.figure.draw import picture
 from mecanique.files import write_whole
 from mecanique.model.coordinates import Coordinates
@@ -112,7 +112,11 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
     found = entry(system)
     draw = random.Random(f"{system} {ask} {seed}")
     numbers = {p.symbol: _vary(p, draw) for p in found.parameters}
-    mechanism = found.mechanism(**numbers)
+    try:
+        mechanism = found.mechanism(**numbers)
+    except MechanismError:
+        # moments of inertia that no body has together; the catalogue's are those of one
+        mechanism = found.mechanism()
     mechanism, note = _turn(mechanism, draw) if ask != "frequency" else (mechanism, "")
     answer, steps = _answer(mechanism, ask)
     verdict = Checker(mechanism).check(answer, ask)
