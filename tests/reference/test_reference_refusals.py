@@ -198,6 +198,7 @@ def test_a_massless_bar_that_carries_a_particle_is_refused_only_where_they_align
     assert not np.isfinite(reference.rhs()(0.0, np.array([0.4, 0.0, 0.0, 0.0]))[2:]).all()
 
 
+@pytest.mark.engine
 def test_masses_that_the_parser_loses() -> None:
     heavy = chain(
         Revolute("j", "ground", "electron", axis=(0, 1, 0)),
@@ -276,6 +277,7 @@ def test_a_mechanism_without_mass_has_no_center() -> None:
     assert reference.momentum(None).linear == pytest.approx([0, 0, 0])
 
 
+@pytest.mark.engine
 def test_the_engine_tells_its_version(pendulum: Reference) -> None:
     from importlib.metadata import version
 

@@ -8,7 +8,6 @@ from textwrap import dedent
 from typing import Any
 
 import numpy as np
-import pinocchio
 import pytest
 from scipy.spatial.transform import Rotation
 
@@ -23,6 +22,8 @@ FIELDS = ("v", "a_gf", "f")
 @pytest.fixture(params=[*NAMES, "panda", "solo"])
 def both(request: pytest.FixtureRequest) -> tuple[Any, Any, np.ndarray, np.ndarray, np.ndarray]:
     """A model in Pinocchio and in its stand-in, with a state in which each moves alike."""
+    import pinocchio
+
     name = request.param
     mechanism = (
         mq.textbook.load(name)
@@ -56,7 +57,10 @@ def positions(a: Any, b: Any, q: np.ndarray) -> np.ndarray:
     return np.concatenate(parts)
 
 
+@pytest.mark.engine
 def test_recursions_are_those_of_pinocchio(both: Any) -> None:
+    import pinocchio
+
     a, b, q, v, acc = both
     own = order(a, b)
     there, here = a.createData(), b.createData()

@@ -107,7 +107,7 @@ class ContactRows:
         moved = {name: self._carried[holder.joint] for name, holder in engine.holders.items()}
         self.meets = np.array(
             [moved[c.body] + moved[c.on] for c in mechanism.contacts], dtype=bool
-        ).reshape(-1, engine.model.nv)[self.owner]
+        ).reshape(len(mechanism.contacts), engine.model.nv)[self.owner]
         """Whether a velocity may enter each row, shape (m, n)."""
         self._shapes = [_numbers(mechanism, contact) for contact in mechanism.contacts]
         self._contacts = mechanism.contacts

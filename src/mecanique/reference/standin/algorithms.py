@@ -54,6 +54,7 @@ def rnea(
     _move(model, data, v, a)
     gravity = np.zeros(6)
     gravity[:3] = -model.gravity.linear
+    data.a_gf[0].vector[:] = gravity  # what is welded to the ground is asked for its weight
     fields = [gravity]
     for i in range(1, model.njoints):
         fields.append(data.liMi[i].twist_inside() @ fields[model.parents[i]])
