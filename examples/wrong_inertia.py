@@ -25,7 +25,7 @@ def main() -> None:
     tau = mq.derive(true).inverse_dynamics(q, v, a)
     with TemporaryDirectory() as folder:
         path = Path(folder, "samples.csv")
-        with path.open("w", newline="") as stream:
+        with path.open("w", encoding="utf-8", newline="") as stream:
             csv.writer(stream).writerows(
                 [["q", "q'", "q''", "tau_q"], *np.hstack([q, v, a, tau]).tolist()]
             )

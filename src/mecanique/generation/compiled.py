@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
@@ -159,15 +160,18 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
     Raises:
         InputError: if no C compiler is installed, or it refuses the code.
     """
-    with tempfile.TemporaryDirectory() as folder:
+    # Windows removes no library that is loaded
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         directory = Path(folder)
         for name, text in files.items():
             (directory / name).write_text(text, encoding="utf-8")
-        library = directory / "library.so"
+        library = directory / ("library.dll" if os.name == "nt" else "library.so")
         sources = [str(directory / name) for name in files if name.endswith(".c")]
         shared = ["-std=c99", "-shared", "-fPIC", "-o", str(library)]
         command = [compiler(), *options, *shared, *sources, "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", check=False
+        )
         if done.returncode:
             raise InputError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
         return ctypes.CDLL(str(library))

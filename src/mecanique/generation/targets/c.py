@@ -81,7 +81,11 @@ class C:
     def version(self) -> str:
         """Return the first line in which the compiler names itself."""
         said = subprocess.run(
-            [compiler(), "--version"], capture_output=True, text=True, check=False
+            [compiler(), "--version"],
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
         )
         return (said.stdout.splitlines() or [Path(compiler()).name])[0]
 

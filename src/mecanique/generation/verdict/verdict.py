@@ -86,7 +86,9 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
             (directory / name).write_bytes(as_bytes(content))
         done = None
         for command in target.commands(program, directory):
-            done = subprocess.run(command, capture_output=True, text=True, check=False)
+            done = subprocess.run(
+                command, capture_output=True, encoding="utf-8", errors="replace", check=False
+            )
             if done.returncode and not done.stdout:
                 raise DerivationError(
                     f"the {target.title} of {program.mechanism.name!r} does not run: "

@@ -49,7 +49,7 @@ class Store:
         try:
             directory.mkdir(parents=True, exist_ok=True)
             if description.exists():
-                found = json.loads(description.read_text())
+                found = json.loads(description.read_text(encoding="utf-8"))
                 if found != about:
                     differing = ", ".join(
                         sorted(k for k in {*found, *about} if found.get(k) != about.get(k))

@@ -95,6 +95,8 @@ class MeshSearch:
                 raise OutsideError
             candidates: Iterable[Path] = (root / inside for root in self._packages(package))
         elif scheme in ("", "file"):
+            if os.name == "nt":
+                rest = re.sub(r"^/(?=[A-Za-z]:/)", "", rest)  # file:///C:/parts/arm.stl
             if os.path.isabs(rest):
                 candidates = [Path(os.path.normpath(rest))]
             elif self._folder is None:
