@@ -1,8 +1,14 @@
-"""How many tests run at once, and which come first."""
+"""How many tests run at once, which come first, and which need Pinocchio itself."""
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
+import runpy
+import subprocess
+import sys
+from importlib.util import find_spec
 
 import pytest
 
@@ -16,6 +22,32 @@ def pytest_xdist_auto_num_workers() -> int | None:
     return 3 * len(os.sched_getaffinity(0)) // 2 if hasattr(os, "sched_getaffinity") else None
 
 
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Run the Python code that is generated in this process, which has imported numpy already."""
+    start = subprocess.run
+
+    def run(command: list[str], **options: object) -> subprocess.CompletedProcess[str]:
+        if command[0] != sys.executable or len(command) != 2:
+            return start(command, **options)  # type: ignore[call-overload, no-any-return]
+        said, complaint = io.StringIO(), io.StringIO()
+        with (
+            contextlib.redirect_stdout(said),
+            contextlib.redirect_stderr(complaint),
+            pytest.raises(SystemExit) as ended,
+        ):
+            runpy.run_path(command[1], run_name="__main__")
+        returned = int(ended.value.code or 0)
+        return subprocess.CompletedProcess(command, returned, said.getvalue(), complaint.getvalue())
+
+    monkeypatch.setattr("mecanique.generation.verdict.verdict.subprocess.run", run)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Begin with the pages, so that one process has them and waits while others compute."""
     items.sort(key=lambda item: "viewing" not in item.path.parts)
+    if find_spec("pinocchio") is None:
+        reason = "needs Pinocchio itself, which is not installed"
+        for item in items:
+            if item.get_closest_marker("engine"):
+                item.add_marker(pytest.mark.skip(reason=reason))

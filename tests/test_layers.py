@@ -265,7 +265,7 @@ def outside(text: str) -> set[str]:
 @cache
 def edges() -> dict[str, set[str]]:
     """Return what each module of the package imports from it."""
-    return {name: own_modules(path.read_text()) for name, path in NAMES.items()}
+    return {name: own_modules(path.read_text(encoding="utf-8")) for name, path in NAMES.items()}
 
 
 def place(room: str, name: str) -> str | None:
@@ -324,14 +324,22 @@ def test_every_module_can_be_imported_by_its_dotted_name(name: str) -> None:
 
 @pytest.mark.parametrize("name", sorted(NAMES))
 def test_inside_the_package_imports_are_absolute_and_name_a_room(name: str) -> None:
-    names = set(imports(NAMES[name].read_text()))
+    names = set(imports(NAMES[name].read_text(encoding="utf-8")))
     assert "." not in names
     assert "mecanique" not in names or name.startswith("cli")
 
 
 def test_the_derivation_never_sees_the_engine_and_the_engine_never_sees_the_derivation() -> None:
-    derivation = [path.read_text() for name, path in NAMES.items() if name.startswith("derivation")]
-    engine = [path.read_text() for name, path in NAMES.items() if name.startswith("reference")]
+    derivation = [
+        path.read_text(encoding="utf-8")
+        for name, path in NAMES.items()
+        if name.startswith("derivation")
+    ]
+    engine = [
+        path.read_text(encoding="utf-8")
+        for name, path in NAMES.items()
+        if name.startswith("reference")
+    ]
     assert derivation
     assert engine
     for text in derivation:
@@ -345,7 +353,7 @@ def test_only_the_reference_imports_pinocchio() -> None:
     users = {
         name_of(path).split(".")[0]
         for path in MODULES
-        if outside(path.read_text()) & {"pinocchio", "pin"}
+        if outside(path.read_text(encoding="utf-8")) & {"pinocchio", "pin"}
     }
     assert users == {"reference"}
 
@@ -353,14 +361,14 @@ def test_only_the_reference_imports_pinocchio() -> None:
 def test_only_the_verdict_on_code_sees_the_engine() -> None:
     for name, path in NAMES.items():
         if name.startswith("generation") and not name.startswith("generation.verdict."):
-            assert "reference" not in rooms_in(path.read_text()), name
+            assert "reference" not in rooms_in(path.read_text(encoding="utf-8")), name
 
 
 def test_only_the_reference_mentions_pinocchio_as_a_module() -> None:
     """No way around by an attribute of the reference room either."""
     for name, path in NAMES.items():
         if not name.startswith("reference"):
-            for node in ast.walk(ast.parse(path.read_text())):
+            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
                 assert not (isinstance(node, ast.Attribute) and node.attr == "pinocchio"), path
 
 

@@ -37,8 +37,10 @@ def install(folder: Path, entry_points: str) -> None:
     """Write what an installer writes, so that importlib.metadata finds the package."""
     data = folder / "mecanique_example-1.0.dist-info"
     data.mkdir()
-    (data / "METADATA").write_text("Metadata-Version: 2.1\nName: mecanique-example\nVersion: 1.0\n")
-    (data / "entry_points.txt").write_text(entry_points)
+    (data / "METADATA").write_text(
+        "Metadata-Version: 2.1\nName: mecanique-example\nVersion: 1.0\n", encoding="utf-8"
+    )
+    (data / "entry_points.txt").write_text(entry_points, encoding="utf-8")
 
 
 @pytest.fixture

@@ -89,7 +89,7 @@ def cases() -> Iterator[Case]:
     yield Case("cart_pole", cart(), np.array([0.0, 2.0]))
     yield Case("five", chain(5), np.array([0.5, 0.1, 0.1, 0.1, 0.1]))
     yield Case("twenty", chain(20), np.full(20, 0.02))
-    panda = mq.read_urdf(arm(Path(mq.robot("panda")).read_text()))
+    panda = mq.read_urdf(arm(Path(mq.robot("panda")).read_text(encoding="utf-8")))
     yield Case("panda", panda, panda.neutral() + 0.1, 1.0, 1e-9)  # it falls in chaos soon after
 
 

@@ -231,7 +231,7 @@ def every_place() -> list[tuple[Path, int]]:
 
 def change_at(path: Path, number: int) -> Change:
     """Return a module with one place changed."""
-    tree = ast.parse(path.read_text())
+    tree = ast.parse(path.read_text(encoding="utf-8"))
     node, shown = list(places(tree))[number]
     before = ast.unparse(shown)
     changed(node)
@@ -387,7 +387,7 @@ def note(session: pytest.Session, into: Path) -> int:
         }
         for file in data.measured_files()
     }
-    into.write_text(json.dumps({"seconds": seconds, "tests": tests}))
+    into.write_text(json.dumps({"seconds": seconds, "tests": tests}), encoding="utf-8")
     return session.testsfailed
 
 
@@ -398,7 +398,7 @@ def main() -> None:
     mutation = Mutation(number, seed, noted)
     sys.path.insert(0, str(SOURCE))
     os.chdir(ROOT)
-    with open(os.devnull, "w") as nowhere:
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
         os.dup2(nowhere.fileno(), 1)
         os.dup2(nowhere.fileno(), 2)
     options = ["-q", "-x", "-n", "0", "--assert=plain", "-p", "no:cacheprovider"]

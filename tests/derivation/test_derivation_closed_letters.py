@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from systems import derive_system
 
 from mecanique import Reference, textbook
 from mecanique.derivation import derive
@@ -36,7 +37,7 @@ METHODS = ("newton_euler", "virtual_work", "lagrange")
 
 @cache
 def _derived(name: str, method: str) -> Equations:
-    return derive(textbook.load(name), method)
+    return derive_system(name, method)
 
 
 def _values(equations: Equations, states: States) -> dict[str, np.ndarray]:

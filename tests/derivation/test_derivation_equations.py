@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from derivation_samples import everything, sample
 from sympy import Matrix, cos, sin, symbols
+from systems import FREE, derive_system
 
 from mecanique import textbook
 from mecanique.derivation import METHODS, derive
@@ -29,7 +30,7 @@ from mecanique.model import (
 
 
 def test_rigid_bar_pendulum() -> None:
-    equations = derive(textbook.load("rigid_bar_pendulum"))
+    equations = derive_system("rigid_bar_pendulum")
     assert str(equations) == "q'' + 3 g sin(q)/(2 l) = 0"
     m, length, g, q = symbols("m l g q")
     assert Matrix([m * length**2 / 3]) == equations.M
@@ -38,7 +39,7 @@ def test_rigid_bar_pendulum() -> None:
 
 
 def test_two_blocks() -> None:
-    equations = derive(textbook.load("two_blocks"))
+    equations = derive_system("two_blocks")
     assert str(equations).splitlines() == [
         "m1 q1'' + (k1 + k2) q1 - k2 q2 = 0",
         "m2 q2'' + k2 (q2 - q1) = F",
@@ -84,13 +85,13 @@ def test_no_more_terms_than_by_hand(name: str) -> None:
     def letters(text: str) -> int:
         return len(re.findall(r"[A-Za-z]\w*", text))
 
-    text = str(derive(textbook.load(name)))
+    text = str(derive_system(name))
     assert len(text.splitlines()) == 2
     assert letters(text) <= sum(map(letters, SHORTEST[name]))
 
 
 def test_mass_matrix_as_sympy() -> None:
-    equations = derive(textbook.load("cart_pole"))
+    equations = derive_system("cart_pole")
     M, m, length, q = symbols("M m l q")
     assert (
         equations.M - Matrix([[M + m, m * length * cos(q)], [m * length * cos(q), m * length**2]])
@@ -100,20 +101,18 @@ def test_mass_matrix_as_sympy() -> None:
 @pytest.mark.parametrize("steps", [False, True])
 def test_mathml_is_well_formed(steps: bool) -> None:
     for name in ("two_blocks", "free_rigid_body", "coupled_pendulums"):
-        ElementTree.fromstring(f"<div>{derive(textbook.load(name)).mathml(steps=steps)}</div>")
+        ElementTree.fromstring(f"<div>{derive_system(name).mathml(steps=steps)}</div>")
 
 
 def test_latex_in_notebooks() -> None:
-    latex = derive(textbook.load("rigid_bar_pendulum"))._repr_latex_()
+    latex = derive_system("rigid_bar_pendulum")._repr_latex_()
     assert latex.startswith("$\\displaystyle \\begin{aligned}")
     assert "\\ddot{q} + \\frac{3 g}{2 l} \\sin q &= 0" in latex
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in textbook.names() if not textbook.load(name).constrained]
-)
+@pytest.mark.parametrize("name", FREE)
 def test_steps_define_every_symbol(name: str) -> None:
-    equations = derive(textbook.load(name))
+    equations = derive_system(name)
     text = equations.text(steps=True)
     symbols_part, *rest = text.split("\n\n1. ")
     defined = {line.split()[0] for line in symbols_part.splitlines() if line.startswith("  ")}
@@ -128,14 +127,14 @@ def test_steps_define_every_symbol(name: str) -> None:
 
 
 def test_a_named_root_comes_with_its_definition() -> None:
-    equations = derive(textbook.load("coupled_pendulums"))
+    equations = derive_system("coupled_pendulums")
     radicand = "d^2 + 2 a^2 + 2 d a sin(q2) - 2 d a sin(q1) - 2 a^2 cos(q1 - q2)"
     assert f"length of spring [m], rho = sqrt({radicand})" in equations.text(steps=True)
     assert r"\rho &= \sqrt{d^{2} + 2 a^{2}" in equations.latex(steps=True)
 
 
 def test_steps_in_latex() -> None:
-    latex = derive(textbook.load("cart_pole")).latex(steps=True)
+    latex = derive_system("cart_pole").latex(steps=True)
     assert "\\item[{$c$}] damping of the cart" in latex
     assert "\\frac{d}{dt} \\frac{\\partial T}{\\partial \\dot{x}}" in latex
     assert latex.count("\\begin{align*}") == latex.count("\\end{align*}") > 5
@@ -143,13 +142,13 @@ def test_steps_in_latex() -> None:
 
 
 def test_a_free_body_has_eulers_equations() -> None:
-    text = str(derive(textbook.load("tennis_racket")))
+    text = str(derive_system("tennis_racket"))
     assert "center_wy center_wz" in text
     assert len(text.splitlines()) == 3
 
 
 def test_assumptions_are_told() -> None:
-    text = derive(textbook.load("two_blocks")).text(steps=True)
+    text = derive_system("two_blocks").text(steps=True)
     assert "Taken for granted: the length of spring1 is q1 + a, which must stay positive." in text
 
 
@@ -186,7 +185,7 @@ def test_long_chains_are_computed_not_written() -> None:
 
 def test_unknown_method() -> None:
     with pytest.raises(UnknownNameError, match="unknown method 'lagrang'; did you mean 'lagrange'"):
-        derive(textbook.load("cart_pole"), method="lagrang")
+        derive_system("cart_pole", method="lagrang")
     assert "lagrange" in METHODS
 
 
@@ -194,11 +193,11 @@ def test_matrices_of_what_is_not_linear_are_refused() -> None:
     with pytest.raises(
         DerivationError, match="'cart_pole' are not linear with constant coefficients; linearize"
     ):
-        derive(textbook.load("cart_pole")).matrix_form()
+        derive_system("cart_pole").matrix_form()
 
 
 def test_one_state_and_many() -> None:
-    equations = derive(textbook.load("cart_pole"))
+    equations = derive_system("cart_pole")
     q, v = np.array([[0.1, 0.2], [0.3, 0.4], [0.5, 0.6]]), np.ones((3, 2))
     assert equations.mass_matrix(q).shape == (3, 2, 2)
     assert equations.mass_matrix(q[0]).shape == (2, 2)
@@ -251,7 +250,7 @@ def test_acceleration_solves_the_equations_of_motion() -> None:
     ],
 )
 def test_bad_states_are_refused(q: object, v: object, t: object, message: str) -> None:
-    equations = derive(textbook.load("cart_pole"))
+    equations = derive_system("cart_pole")
     with pytest.raises(InputError, match=message):
         equations.bias(q, v, t)  # type: ignore[arg-type]  # what is not typed is refused, too
 
@@ -263,7 +262,7 @@ def test_a_quaternion_without_length_is_refused() -> None:
 
 
 def test_a_coordinate_beyond_its_range_is_refused() -> None:
-    equations = derive(textbook.load("particle_on_circle_x"))
+    equations = derive_system("particle_on_circle_x")
     with pytest.raises(InputError, match=r"x must stay within \(-R, R\) = \(-1, 1\), got 10"):
         equations.bias([10.0], [1.0])
 
@@ -328,6 +327,5 @@ def test_loops_determine_the_accelerations_and_stand_in_the_closed_form() -> Non
 
 def test_repr() -> None:
     assert (
-        repr(derive(textbook.load("cart_pole")))
-        == "<Equations of 'cart_pole' by lagrange, v = (x', q')>"
+        repr(derive_system("cart_pole")) == "<Equations of 'cart_pole' by lagrange, v = (x', q')>"
     )

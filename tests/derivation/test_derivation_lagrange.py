@@ -10,6 +10,7 @@ import pytest
 from derivation_reading import residual, value_of_text
 from derivation_samples import sample
 from sympy import diff
+from systems import FREE, derive_system
 
 from mecanique import textbook
 from mecanique.derivation import derive
@@ -21,12 +22,12 @@ from mecanique.model.expression import evaluate
 from mecanique.model.states import States
 
 READABLE = ("planar", "rheonomic", "three_dimensional", "functions", "free")
-NAMES = (*(name for name in textbook.names() if not textbook.load(name).constrained), *READABLE)
+NAMES = (*FREE, *READABLE)
 
 
 @cache
 def equations_of(name: str) -> Equations:
-    return derive(sample(name) if name in READABLE else textbook.load(name))
+    return derive(sample(name)) if name in READABLE else derive_system(name)
 
 
 def around_start(name: str, mechanism: Mechanism, n: int = 4) -> States:

@@ -11,8 +11,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from systems import derive_system
 
-from mecanique import derive, textbook
+from mecanique import textbook
 from mecanique.derivation import readable
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.lines import PAGE, align, display, width
@@ -79,7 +80,7 @@ def fragments() -> dict[str, str]:
     found = {}
     for name in textbook.names():
         for method in readable(textbook.load(name)):
-            equations = derive(textbook.load(name), method)
+            equations = derive_system(name, method)
             if equations.symbolic:
                 found[f"{name} {method}"] = equations.latex(steps=True)
     return found
@@ -106,13 +107,13 @@ def test_all_formulas_of_all_systems_are_rendered_by_katex() -> None:
 
 
 def test_steps_of_one_system_compile(tmp_path: Path) -> None:
-    text = derive(textbook.load("bars_and_springs"), "newton_euler").latex(steps=True)
+    text = derive_system("bars_and_springs", "newton_euler").latex(steps=True)
     assert "Overfull" not in compile_latex(to_page([text]), tmp_path)
 
 
 def test_formulas_for_a_notebook_are_rendered_by_katex() -> None:
     names = ("two_blocks", "crane", "slider_crank", "n_link_pendulum")
-    formulas = [derive(textbook.load(name)).latex() for name in names]
+    formulas = [derive_system(name).latex() for name in names]
     assert render_with_katex(formulas) == len(formulas)
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from derivation_reading import residual
+from systems import CLOSED, derive_system
 
 from mecanique import assemble, textbook
 from mecanique.derivation import derive
@@ -45,7 +46,6 @@ BOXES = (
     Body("ground"),
     *(Body(name, box(mass, (0.1, 0.2, 0.3))) for name, mass in zip("abc", (1, 2, 3), strict=True)),
 )
-CLOSED = [name for name in textbook.names() if textbook.load(name).loops]
 
 
 def tied_where_it_stands(tree: Mechanism, q: np.ndarray, kind: str) -> Loop:
@@ -266,13 +266,13 @@ def test_printed_equations_with_multipliers_hold_on_the_loops(name: str) -> None
 
 
 def test_the_printed_multipliers_are_the_force_of_the_loop() -> None:
-    lines = derive(textbook.load("slider_crank")).text().splitlines()
+    lines = derive_system("slider_crank").text().splitlines()
     assert lines[2:] == [
         "m2 x'' - lambda_B_x = 0",
         "x - r cos(theta) - l cos(theta + beta) = 0",
         "r sin(theta) + l sin(theta + beta) = 0",
     ]
-    steps = derive(textbook.load("slider_crank")).text(steps=True)
+    steps = derive_system("slider_crank").text(steps=True)
     assert steps.startswith("Slider crank: Lagrange's equations with multipliers")
     assert (
         "lambda_B_x     force of rod on slider in the loop B, x component in the axes of the world"

@@ -10,6 +10,7 @@ from functools import cache
 import numpy as np
 import pytest
 from derivation_samples import SAMPLES, sample, states
+from systems import FREE, derive_system
 
 from mecanique import textbook
 from mecanique.derivation import derive
@@ -28,7 +29,6 @@ from mecanique.model import Body, Loop, Mechanism, Parameter, Revolute, rod
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
-TREES = tuple(name for name in textbook.names() if not textbook.load(name).constrained)
 READ = (
     "rigid_bar_pendulum",
     "two_blocks",
@@ -62,7 +62,7 @@ def some_states(name: str, n: int = 4) -> States:
     return States.of(mechanism_of(name), drawn.q, drawn.v, drawn.t)
 
 
-@pytest.mark.parametrize("name", [*SAMPLES, *TREES])
+@pytest.mark.parametrize("name", [*SAMPLES, *FREE])
 @pytest.mark.parametrize("method", [Balances, Works])
 def test_the_methods_give_the_numbers_of_lagrange(
     name: str, method: Callable[[Mechanism], Balances | Works]
@@ -78,7 +78,7 @@ def test_the_methods_give_the_numbers_of_lagrange(
             assert np.abs(one - other).max() <= 1e-12 * max(scale, np.abs(other).max()), quantity
 
 
-@pytest.mark.parametrize("name", [*TREES, "planar", "rheonomic", "functions"])
+@pytest.mark.parametrize("name", [*FREE, "planar", "rheonomic", "functions"])
 @pytest.mark.parametrize("method", [NewtonEuler, VirtualWork])
 def test_the_methods_give_the_series_of_lagrange(
     name: str, method: Callable[[Mechanism, Algebra], NewtonEuler | VirtualWork]
@@ -96,7 +96,7 @@ def test_the_methods_give_the_series_of_lagrange(
 
 def test_reactions_of_the_rod_pendulum_are_the_chapters() -> None:
     """Fundamentals of Dynamics, eqs. 1.14, 1.23, 1.24."""
-    equations = derive(textbook.load("rigid_bar_pendulum"), "newton_euler")
+    equations = derive_system("rigid_bar_pendulum", "newton_euler")
     ring = equations.derivation.algebra.ring
     m, length, g, q, v, a = (ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
     assert dict(equations.derivation.reactions) == {
@@ -169,7 +169,7 @@ def test_a_disk_has_no_distribution_along_a_line() -> None:
     "name", ["double_pendulum", "cart_pole", "rotating_plate", "spherical_pendulum"]
 )
 def test_reactions_do_no_virtual_work(name: str) -> None:
-    equations = derive(textbook.load(name), "virtual_work")
+    equations = derive_system(name, "virtual_work")
     (stage,) = [
         stage for stage in equations.steps if stage.title == "Virtual work of the reactions"
     ]
@@ -187,7 +187,7 @@ def test_what_guides_coordinates_does_no_work_in_all() -> None:
 @pytest.mark.parametrize("method", ["newton_euler", "virtual_work"])
 @pytest.mark.parametrize("name", READ)
 def test_every_derivation_can_be_read_with_its_symbols_defined(name: str, method: str) -> None:
-    equations = derive(textbook.load(name), method)
+    equations = derive_system(name, method)
     text = equations.text(steps=True)
     assert "Equations of motion" in text
     assert equations.latex(steps=True).count("{") == equations.latex(steps=True).count("}")
@@ -215,7 +215,7 @@ def test_methods_without_reactions_and_loops_are_refused() -> None:
 
 
 def test_reactions_come_for_one_state_and_for_many() -> None:
-    equations = derive(textbook.load("rigid_bar_pendulum"), "newton_euler")
+    equations = derive_system("rigid_bar_pendulum", "newton_euler")
     one = equations.reactions({"q": 0.0}, {"q": 2.0})["pin"]
     np.testing.assert_allclose(one.force, [0, 0, 9.81 + 2.0], atol=1e-12)
     many = equations.reactions(np.array([[0.0], [0.1]]), np.array([[2.0], [0.0]]))["pin"]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from derivation_samples import SAMPLES, sample, states
+from systems import derive_system
 
 import mecanique as mq
 from mecanique.derivation.numeric.lagrange import Definition
@@ -65,7 +66,7 @@ def test_gravity_is_the_slope_of_the_potential() -> None:
 
 
 def test_one_state_takes_many_accelerations_but_not_two_states_three() -> None:
-    equations = mq.derive(mq.textbook.load("double_pendulum"))
+    equations = derive_system("double_pendulum")
     assert equations.inverse_dynamics([0.1, 0.2], [0, 0], np.eye(2)).shape == (2, 2)
     with pytest.raises(
         InputError, match="expected one number of states in q, v, a and t, got q: 2, v: 2, a: 3"

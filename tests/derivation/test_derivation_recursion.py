@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from derivation_samples import SAMPLES, sample, states
+from systems import FREE
 
 from mecanique import textbook
 from mecanique.derivation.numeric.lagrange import Definition
@@ -43,9 +44,7 @@ def test_energies_agree(name: str) -> None:
         assert difference(fast, exact) < 1e-12
 
 
-@pytest.mark.parametrize(
-    "name", [name for name in textbook.names() if not textbook.load(name).constrained]
-)
+@pytest.mark.parametrize("name", FREE)
 def test_textbook_systems_agree(name: str) -> None:
     mechanism = textbook.load(name)
     some = near_start(mechanism, name, 3)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 import sympy
+from systems import derive_system
 
 from mecanique import textbook
 from mecanique.derivation import derive
@@ -58,7 +59,7 @@ def test_moments_are_taken_about_the_center_of_mass_of_a_body_that_moves_freely(
 
 
 def test_inertia_forces_of_a_rod_act_at_two_thirds_and_leave_no_couple() -> None:
-    text = derive(textbook.load("rigid_bar_pendulum"), "virtual_work").text(steps=True)
+    text = derive_system("rigid_bar_pendulum", "virtual_work").text(steps=True)
     assert "δr_inertia_rod_t = 2 l δq/3" in text
     assert "δW_inertia_rod = -m l^2 q'' δq/3" in text
     assert "C_inertia_rod" not in text
@@ -244,8 +245,8 @@ def test_a_damper_pulls_as_rayleighs_function_rises_with_the_rate() -> None:
 
 
 def test_energies_of_bodies_are_written_where_there_is_more_than_one() -> None:
-    assert "T_rod = " not in derive(textbook.load("rigid_bar_pendulum")).text(steps=True)
-    assert "T_rod1 = " in derive(textbook.load("double_pendulum")).text(steps=True)
+    assert "T_rod = " not in derive_system("rigid_bar_pendulum").text(steps=True)
+    assert "T_rod1 = " in derive_system("double_pendulum").text(steps=True)
 
 
 def test_a_rod_drawn_aslant_is_no_rod_along_an_axis() -> None:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from systems import derive_system
 
 from mecanique import textbook
 from mecanique.cli import derivations
-from mecanique.derivation import derive
 from mecanique.derivation.term_units import find_units
 
 NUMBERS = {"squeezer"}
@@ -17,7 +17,7 @@ READ = [name for name in textbook.names() if textbook.load(name).nv <= 5 and nam
 
 @pytest.mark.parametrize("name", READ)
 def test_all_terms_of_an_equation_are_in_one_unit(name: str) -> None:
-    equations = derive(textbook.load(name))
+    equations = derive_system(name)
     if not equations.symbolic:
         pytest.skip(equations.why_not)
     for equation in equations.equations:
@@ -27,11 +27,11 @@ def test_all_terms_of_an_equation_are_in_one_unit(name: str) -> None:
 
 
 def test_units_are_those_of_the_printed_line() -> None:
-    cart = derive(textbook.load("two_blocks"))
+    cart = derive_system("two_blocks")
     assert cart.units == ("N", "N")
-    pendulum = derive(textbook.load("rigid_bar_pendulum"))
+    pendulum = derive_system("rigid_bar_pendulum")
     assert pendulum.units == ("1/s²",)
-    loop = derive(textbook.load("slider_crank"), "newton_euler")
+    loop = derive_system("slider_crank", "newton_euler")
     assert loop.units == ("N·m", "N", "N", "m", "m")
     said = derivations.derivation(
         textbook.load("two_blocks"), "lagrange", "text", False, units=True

@@ -256,12 +256,16 @@ def test_pictures_of_a_motion(tmp_path: Path) -> None:
     motion = mq.simulate(mq.textbook.load("cart_pole"), q={"q": 1.0}, duration=1.0)
     path = mq.picture(motion, 0.0, tmp_path / "a.svg")
     assert path == tmp_path / "a.svg"
-    first = path.read_text()
-    assert first == mq.picture(motion, path=tmp_path / "b.svg").read_text()
-    assert first != mq.picture(motion, 1.0, tmp_path / "b.svg").read_text()
-    assert "cart" in mq.picture(motion, 0.5, tmp_path / "c.svg", free_body="cart").read_text()
+    first = path.read_text(encoding="utf-8")
+    assert first == mq.picture(motion, path=tmp_path / "b.svg").read_text(encoding="utf-8")
+    assert first != mq.picture(motion, 1.0, tmp_path / "b.svg").read_text(encoding="utf-8")
+    assert "cart" in mq.picture(motion, 0.5, tmp_path / "c.svg", free_body="cart").read_text(
+        encoding="utf-8"
+    )
     assert (
-        mq.picture(motion.mechanism, path=tmp_path / "d.svg", q={"q": 1.0, "x": 0.2}).read_text()
+        mq.picture(motion.mechanism, path=tmp_path / "d.svg", q={"q": 1.0, "x": 0.2}).read_text(
+            encoding="utf-8"
+        )
         != first
     )
     png = mq.picture(motion, 0.0, tmp_path / "e.png").read_bytes()

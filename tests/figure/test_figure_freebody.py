@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from mecanique.figure.setting import Setting, setting
 from mecanique.reference import Reference
 
 
+@cache
 def seen(name: str, speed: float = 0.0) -> Setting:
     mechanism = textbook.load(name)
     q = posture(mechanism, textbook.entry(name).start)

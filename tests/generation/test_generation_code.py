@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from systems import CLOSED, FREE, derive_system
 
 import mecanique as mq
 from mecanique.generation.identifiers import identifiers, mangle, unmangle
@@ -17,10 +18,10 @@ from mecanique.generation.targets.c import WARNINGS, compiler
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 
-TREES = [name for name in mq.textbook.names() if not mq.textbook.load(name).constrained]
+pytestmark = pytest.mark.usefixtures("in_process")
+
 QUICK = {"crane", "double_pendulum", "foucault_pendulum", "free_rigid_body", "two_blocks"}
 """Compiled in every run; the others where slow tests run."""
-CLOSED = [name for name in mq.textbook.names() if mq.textbook.load(name).loops]
 OF_TREES = (
     "rhs",
     "acceleration",
@@ -35,25 +36,22 @@ OF_TREES = (
 )
 
 
-def equations(name: str) -> mq.Equations:
-    return mq.derive(mq.textbook.load(name))
-
-
 def assert_code_agrees(name: str, target: str) -> None:
-    verdict = mq.generate(equations(name), target, OF_TREES).verdict
+    samples = 100 if name in QUICK else 20
+    verdict = mq.generate(derive_system(name), target, OF_TREES, samples=samples).verdict
     assert verdict is not None
-    assert verdict.samples == 100
+    assert verdict.samples == samples
     assert verdict.worst.keys() == set(OF_TREES)
     for quantity, worst in verdict.worst.items():
         assert worst <= max(1e-13, verdict.rounded[quantity])
 
 
-@pytest.mark.parametrize("name", TREES)
+@pytest.mark.parametrize("name", FREE)
 def test_the_python_code_of_every_tree_gives_what_pinocchio_gives(name: str) -> None:
     assert_code_agrees(name, "python")
 
 
-COMPILED = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in TREES]
+COMPILED = [name if name in QUICK else pytest.param(name, marks=pytest.mark.slow) for name in FREE]
 
 
 @pytest.mark.parametrize("target", ["c", "javascript"])
@@ -79,7 +77,7 @@ def test_the_code_of_every_closed_mechanism_gives_what_pinocchio_gives(name: str
     what = ["rhs", "acceleration_by_tau", "energy", "closure"]
     if name != "bricard_linkage":  # where they are not determined
         what.append("multipliers")
-    verdict = mq.generate(equations(name), "python", what, samples=40).verdict
+    verdict = mq.generate(derive_system(name), "python", what, samples=10).verdict
     assert verdict is not None
     for quantity in ("rhs", "closure"):
         assert verdict.worst[quantity] <= max(1e-13, verdict.rounded[quantity])
@@ -89,7 +87,7 @@ def test_the_code_of_every_closed_mechanism_gives_what_pinocchio_gives(name: str
     "name", ["cart_pole", "double_pendulum", "crane", "spherical_pendulum", "four_bar_linkage"]
 )
 def test_reactions_are_those_that_pinocchio_gives(name: str) -> None:
-    code = mq.generate(equations(name), "python", "reactions,jacobians", samples=20)
+    code = mq.generate(derive_system(name), "python", "reactions,jacobians", samples=20)
     assert code.verdict is not None
     assert code.verdict.worst["reactions"] <= 1e-12
     mechanism = mq.textbook.load(name)
@@ -117,12 +115,12 @@ def test_reactions_that_nothing_determines_are_refused() -> None:
         ("rolling_disk", "have no program: its elements, contacts or velocity constraints share"),
     ):
         with pytest.raises(mq.DerivationError, match=message):
-            mq.generate(equations(name), "python", "reactions", samples=2)
+            mq.generate(derive_system(name), "python", "reactions", samples=2)
 
 
 def test_multipliers_that_are_not_determined_are_refused() -> None:
     with pytest.raises(mq.DerivationError, match="redundant, which leaves their multipliers undet"):
-        mq.generate(equations("bricard_linkage"), "python", "multipliers", samples=2)
+        mq.generate(derive_system("bricard_linkage"), "python", "multipliers", samples=2)
 
 
 OPERATIONS = {
@@ -141,16 +139,16 @@ OPERATIONS = {
 def test_programs_stay_short(name: str) -> None:
     from mecanique.generation.build import build_program
 
-    program = build_program(equations(name), ("rhs", "energy"))
+    program = build_program(derive_system(name), ("rhs", "energy"))
     found = program.count("rhs").total, program.count("energy").total
     assert found == OPERATIONS[name]
 
 
 def test_the_head_states_operations_states_and_versions(tmp_path: Path) -> None:
-    code = mq.generate(equations("cart_pole"), what=("acceleration", "energy"), samples=20)
+    code = mq.generate(derive_system("cart_pole"), what=("acceleration", "energy"), samples=20)
     paths = code.write(tmp_path / "new" / "place")
     assert [path.name for path in paths] == ["cart_pole.h", "cart_pole.c", "test_cart_pole.c"]
-    head = paths[0].read_text()
+    head = paths[0].read_text(encoding="utf-8")
     assert code.verdict is not None
     assert "the mechanism 'cart_pole' in C99" in head
     assert "at 20 random states (seed 0), 10 of them with other parameters:" in head
@@ -165,7 +163,7 @@ def test_the_head_states_operations_states_and_versions(tmp_path: Path) -> None:
 
 
 def test_the_test_that_comes_along_passes_and_fails_rightly(tmp_path: Path) -> None:
-    code = mq.generate(equations("furuta_pendulum"), what="rhs,energy", samples=20)
+    code = mq.generate(derive_system("furuta_pendulum"), what="rhs,energy", samples=20)
     code.write(tmp_path)
     name = "furuta_pendulum"
 
@@ -177,7 +175,10 @@ def test_the_test_that_comes_along_passes_and_fails_rightly(tmp_path: Path) -> N
 
     assert run().returncode == 0
     source = tmp_path / f"{name}.c"
-    source.write_text(source.read_text().replace("out[3] = ", "out[3] = 1e-9 + "))
+    source.write_text(
+        source.read_text(encoding="utf-8").replace("out[3] = ", "out[3] = 1e-9 + "),
+        encoding="utf-8",
+    )
     wrong = run()
     assert wrong.returncode == 1
     assert "rhs differs by" in wrong.stderr
@@ -198,7 +199,7 @@ def test_code_that_gives_something_else_is_not_handed_out(monkeypatch: pytest.Mo
             },
         )
         with pytest.raises(mq.DerivationError, match="and Pinocchio disagree: rhs differs by"):
-            mq.generate(equations("simple_pendulum"), target, "rhs")
+            mq.generate(derive_system("simple_pendulum"), target, "rhs")
 
 
 def test_compiled_functions_take_one_state_or_many() -> None:
@@ -239,15 +240,15 @@ def test_without_a_compiler_the_code_says_so(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setenv("PATH", "")
     monkeypatch.delenv("CC", raising=False)
     for target, missing in (("c", "a C compiler"), ("javascript", "node")):
-        code = mq.generate(equations("simple_pendulum"), target)
+        code = mq.generate(derive_system("simple_pendulum"), target)
         assert code.verdict is None
         assert f"Not run where it was written: expected {missing}" in str(code)
     with pytest.raises(mq.InputError, match="expected a C compiler, found none: install gcc"):
-        mq.generate(equations("simple_pendulum")).compile()
+        mq.generate(derive_system("simple_pendulum")).compile()
 
 
 def test_what_is_asked_wrongly_is_refused(tmp_path: Path) -> None:
-    pendulum = equations("simple_pendulum")
+    pendulum = derive_system("simple_pendulum")
     for arguments, message in (
         ({"target": "fortran"}, "unknown target 'fortran'; known: c, javascript, python, jax"),
         ({"what": "accelerations"}, "unknown quantity 'accelerations'; did you mean 'accel"),
@@ -263,13 +264,13 @@ def test_what_is_asked_wrongly_is_refused(tmp_path: Path) -> None:
     code = mq.generate(pendulum, "python")
     with pytest.raises(mq.InputError, match='expected code with target="c" to compile, got'):
         code.compile()
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(mq.InputError, match="expected a directory to write in, got"):
         code.write(tmp_path / "file")
 
 
 def test_numbers_take_the_place_of_letters_where_asked() -> None:
-    code = mq.generate(equations("double_pendulum"), parameters=("m2",))
+    code = mq.generate(derive_system("double_pendulum"), parameters=("m2",))
     assert code.parameters == ("m2",)
     assert code.count("acceleration").total < 49
 
@@ -314,7 +315,7 @@ def test_names_that_are_words_of_a_language_do_no_harm() -> None:
 
 
 def test_python_text_runs_without_the_package(tmp_path: Path) -> None:
-    mq.generate(equations("spherical_pendulum"), "python", "rhs").write(tmp_path)
+    mq.generate(derive_system("spherical_pendulum"), "python", "rhs").write(tmp_path)
     test = str(tmp_path / "test_spherical_pendulum.py")
     done = subprocess.run([sys.executable, "-I", test], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("rhs ")
@@ -324,7 +325,7 @@ def test_python_text_runs_without_the_package(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["double_pendulum", "two_blocks", "free_rigid_body", "crane"])
 def test_the_code_for_jax_and_casadi_gives_what_pinocchio_gives(target: str, name: str) -> None:
     pytest.importorskip(target)
-    verdict = mq.generate(equations(name), target, OF_TREES).verdict
+    verdict = mq.generate(derive_system(name), target, OF_TREES).verdict
     assert verdict is not None
     assert max(verdict.worst.values()) < 2e-13
 
@@ -336,13 +337,13 @@ def test_jax_and_casadi_differentiate_the_code(tmp_path: Path) -> None:
     jax.config.update("jax_enable_x64", True)
     made = {
         target: runpy.run_path(
-            str(mq.generate(equations("cart_pole"), target, "rhs").write(tmp_path / target)[0])
+            str(mq.generate(derive_system("cart_pole"), target, "rhs").write(tmp_path / target)[0])
         )
         for target in ("jax", "casadi")
     }
     y, tau = np.array([0.1, 0.4, -0.3, 0.2]), np.array([1.0, 0.0])
     p = np.array(made["casadi"]["PARAMETERS"])
-    ours = mq.generate(equations("cart_pole"), "c", "rhs_by_y").compile().rhs_by_y(0.0, y, tau)
+    ours = mq.generate(derive_system("cart_pole"), "c", "rhs_by_y").compile().rhs_by_y(0.0, y, tau)
     by_jax = jax.jit(jax.jacfwd(made["jax"]["rhs"], argnums=1))(0.0, y, tau)
     symbols = [casadi.SX.sym(name, size) for name, size in (("y", 4), ("tau", 2))]
     slope = casadi.jacobian(made["casadi"]["rhs"](0.0, *symbols, p), symbols[0])
@@ -354,7 +355,7 @@ def test_jax_and_casadi_differentiate_the_code(tmp_path: Path) -> None:
 def test_packages_that_are_missing_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mecanique.generation.targets.python.find_spec", lambda _: None)
     for target in ("jax", "casadi"):
-        code = mq.generate(equations("simple_pendulum"), target)
+        code = mq.generate(derive_system("simple_pendulum"), target)
         assert code.verdict is None
         missing = f"expected {target}, which is not installed: pip install 'mecanique[{target}]'"
         assert missing in str(code)

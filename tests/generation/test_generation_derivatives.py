@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from systems import derive_system
 
 import mecanique as mq
 from mecanique.generation.build import build_program
 from mecanique.generation.program.evaluation import evaluate
 from mecanique.generation.program.sweeps import pull_back, push_forward
 from mecanique.generation.program.tape import Tape, Value
+
+pytestmark = pytest.mark.usefixtures("in_process")
 
 
 def test_both_sweeps_know_every_operation() -> None:
@@ -66,7 +69,7 @@ def test_derivatives_agree_with_differences_of_what_pinocchio_gives(name: str) -
 
 
 def test_derivatives_by_parameters_agree_with_differences() -> None:
-    equations = mq.derive(mq.textbook.load("cart_pole"))
+    equations = derive_system("cart_pole")
     verdict = mq.generate(equations, "python", "rhs_by_p,energy_by_p", samples=5).verdict
     assert verdict is not None
     assert max(verdict.worst.values()) < 1e-8
@@ -83,16 +86,16 @@ def test_inverse_dynamics_by_accelerations_is_the_mass_matrix() -> None:
 
 
 def test_derivatives_stay_short() -> None:
-    program = build_program(mq.derive(mq.textbook.load("double_pendulum")), ("rhs_by_y", "rhs"))
+    program = build_program(derive_system("double_pendulum"), ("rhs_by_y", "rhs"))
     assert program.count("rhs_by_y").total <= 115
     assert program.count("rhs").total == 49
 
 
 def test_derivatives_that_mean_nothing_are_refused() -> None:
-    linkage = mq.derive(mq.textbook.load("four_bar_linkage"))
+    linkage = derive_system("four_bar_linkage")
     with pytest.raises(mq.InputError, match="expected no loops for 'rhs_by_q': positions next"):
         mq.generate(linkage, "c", "rhs_by_q")
-    pendulum = mq.derive(mq.textbook.load("simple_pendulum"))
+    pendulum = derive_system("simple_pendulum")
     for name in ("mass_matrix_by_v", "energy_by_tau", "rhs_by_m", "weight_by_q"):
         with pytest.raises(mq.UnknownNameError, match=f"unknown quantity '{name}'"):
             mq.generate(pendulum, "c", name)

@@ -151,7 +151,7 @@ def test_runs_are_drawn(tmp_path: Path) -> None:
     lengths = [hypot(*(line.points[0, 1] - line.points[0, 0])) for line in lines]
     assert lengths == pytest.approx([sqrt(APART**2 - (BIG - SMALL) ** 2)] * 2)
     mq.picture(motion, 0.0, tmp_path / "drive.svg")
-    assert "svg" in (tmp_path / "drive.svg").read_text()
+    assert "svg" in (tmp_path / "drive.svg").read_text(encoding="utf-8")
 
 
 def test_wrong_belts_are_refused_with_place_and_remedy() -> None:

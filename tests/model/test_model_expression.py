@@ -71,7 +71,7 @@ def test_arithmetic_of_parameters_is_exact(made: Any, expected: Any) -> None:
         M - M,
     ],
 )
-@settings(deadline=None)
+@settings(deadline=None, max_examples=10)
 @given(a=NUMBERS, b=NUMBERS)
 def test_every_way_of_evaluating_gives_what_sympy_gives(
     expression: Any, a: float, b: float

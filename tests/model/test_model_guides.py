@@ -151,6 +151,8 @@ def test_a_page_and_a_free_body_show_no_false_force(tmp_path: Path) -> None:
     assert f"{TOGETHER} on pulley" in [arrow.name for arrow in scene.arrows]
     assert not [series for series in scene.series if series.group == "Reactions"]
     mq.export(motion, tmp_path / "page.html")
-    assert "Undetermined reactions: the coordinate map" in (tmp_path / "page.html").read_text()
+    assert "Undetermined reactions: the coordinate map" in (tmp_path / "page.html").read_text(
+        encoding="utf-8"
+    )
     mq.picture(motion, 0.0, tmp_path / "pulley.svg", free_body="pulley")
-    assert "each by itself is undetermined" in (tmp_path / "pulley.svg").read_text()
+    assert "each by itself is undetermined" in (tmp_path / "pulley.svg").read_text(encoding="utf-8")

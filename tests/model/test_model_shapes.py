@@ -167,7 +167,7 @@ SHAPES: dict[str, tuple[Callable[..., Shape], Callable[..., Points]]] = {
 
 
 @pytest.mark.parametrize("name", SHAPES)
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(mass=SIDES, a=SIDES, b=SIDES, c=SIDES)
 def test_center_and_inertia_are_those_of_the_points(
     name: str, mass: float, a: float, b: float, c: float
@@ -183,7 +183,7 @@ def test_center_and_inertia_are_those_of_the_points(
 
 
 @pytest.mark.parametrize("name", SHAPES)
-@settings(deadline=None)
+@settings(deadline=None, max_examples=25)
 @given(xyz=st.tuples(SIDES, SIDES, SIDES), rpy=st.tuples(ANGLES, ANGLES, ANGLES))
 def test_a_moved_shape_has_moved_points(
     name: str, xyz: tuple[float, float, float], rpy: tuple[float, float, float]

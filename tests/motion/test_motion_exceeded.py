@@ -37,7 +37,7 @@ def test_nothing_is_told_of_a_motion_within_its_limits() -> None:
 
 def test_the_command_tells_it_in_json(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "fall.urdf").write_text(FALL.format(-0.2))
+    (tmp_path / "fall.urdf").write_text(FALL.format(-0.2), encoding="utf-8")
     run = CliRunner().invoke(app, ["simulate", "fall.urdf", "--duration", "1", "--json"])
     (passed,) = json.loads(run.stdout)["limits passed"]
     assert (passed["joint"], passed["lower"]) == ("z", -0.2)
@@ -73,7 +73,7 @@ def test_a_start_beyond_a_limit_is_refused_where_limits_count() -> None:
 
 def test_the_command_line_takes_limits(tmp_path: Path) -> None:
     file = tmp_path / "fall.urdf"
-    file.write_text(FALL.format(-0.2))
+    file.write_text(FALL.format(-0.2), encoding="utf-8")
     told = CliRunner().invoke(app, ["simulate", str(file), "--limits", "stop", "--json"])
     assert told.exit_code == 0
     assert json.loads(told.stdout)["limits passed"] == []

@@ -81,9 +81,11 @@ def test_points_go_by_equation_and_reasons_are_given(course: Path) -> None:
 
 def test_a_table_for_each_student_and_a_json_sheet_will_do(tmp_path: Path) -> None:
     question = {"id": "1", "system": "rigid_bar_pendulum", "parameters": {"l": 2.0}}
-    (tmp_path / "sheet.json").write_text(json.dumps({"question": [question]}))
+    (tmp_path / "sheet.json").write_text(json.dumps({"question": [question]}), encoding="utf-8")
     (tmp_path / "answers").mkdir()
-    (tmp_path / "answers" / "dora.toml").write_text("1 = \"q'' + 3*9.81 sin(q)/4\"\n")
+    (tmp_path / "answers" / "dora.toml").write_text(
+        "1 = \"q'' + 3*9.81 sin(q)/4\"\n", encoding="utf-8"
+    )
     found = grade(tmp_path / "sheet.json", tmp_path / "answers")
     assert found.totals == {"dora": 1.0}
     assert found.marks[0].outcome == "right except for form"
@@ -125,7 +127,7 @@ def test_the_csv_is_a_table_that_no_spreadsheet_executes(course: Path) -> None:
     ],
 )
 def test_a_sheet_that_cannot_be_used_is_refused(tmp_path: Path, text: str, message: str) -> None:
-    (tmp_path / "sheet.toml").write_text(text)
+    (tmp_path / "sheet.toml").write_text(text, encoding="utf-8")
     (tmp_path / "answers" / "anna").mkdir(parents=True)
     with pytest.raises(mq.InputError, match=message):
         grade(tmp_path / "sheet.toml", tmp_path / "answers")

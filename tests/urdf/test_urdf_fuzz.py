@@ -23,7 +23,7 @@ def test_the_sample_is_read() -> None:
     assert (len(mechanism.forces), len(mechanism.loops), mechanism.nq) == (5, 1, 5)
 
 
-@settings(max_examples=300, deadline=5000, derandomize=True)
+@settings(max_examples=150, deadline=5000, derandomize=True)
 @given(rng=st.randoms(use_true_random=False), count=st.integers(1, 6))
 def test_damaged_texts(rng: random.Random, count: int) -> None:
     assert outcome(mutated(SAMPLE, rng, count)) in ("read", "refused")
@@ -49,11 +49,12 @@ def test_any_bytes(data: bytes, tmp_path_factory: pytest.TempPathFactory) -> Non
 
 @pytest.mark.parametrize("strange", STRANGE)
 def test_each_strange_value_at_each_place(strange: str) -> None:
-    """Every seventh value of the sample is replaced, by every strange value."""
+    """Every 14th value of the sample is replaced; the next strange value begins one further on."""
     parts = SAMPLE.split('"')
+    first = 3 + 2 * (STRANGE.index(strange) % 14)
     outcomes = {
         outcome('"'.join([*parts[:k], strange, *parts[k + 1 :]]))
-        for k in range(3, len(parts) - 1, 14)
+        for k in range(first, len(parts) - 1, 28)
     }
     assert outcomes <= {"read", "refused"}
 

@@ -338,7 +338,7 @@ def test_lint_refuses_what_is_neither_path_nor_text() -> None:
 
 def test_files_are_named(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
-    file.write_text(CASES["M303"][0])
+    file.write_text(CASES["M303"][0], encoding="utf-8")
     (finding,) = lint(file)
     assert (
         str(finding) == f"{file}:35: warning M303 joint 'wrist': its axis '0 0 2' has the length 2"
@@ -435,7 +435,7 @@ def test_sarif_output(tmp_path: Path) -> None:
         assert result["locations"][0]["physicalLocation"]["region"]["startLine"] >= 1
     assert run["results"][0]["locations"][0]["logicalLocations"][0]["name"] == "link 'arm'"
     file = tmp_path / "ein arm.urdf"
-    file.write_text(CASES["M303"][0])
+    file.write_text(CASES["M303"][0], encoding="utf-8")
     (result,) = json.loads(as_sarif(lint(file)))["runs"][0]["results"]
     uri = result["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
     assert uri == f"file://{tmp_path}/ein%20arm.urdf"

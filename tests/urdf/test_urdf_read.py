@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 
 import mecanique as mq
@@ -193,8 +192,8 @@ def test_visuals(tmp_path: Path) -> None:
     <visual><geometry><mesh filename="shape.stl" scale="1 1 2"/></geometry></visual>"""
     text = f"""<robot name="r"><material name="red"><color rgba="1 0 0 0.5"/></material>
     <link name="base">{visuals}</link></robot>"""
-    (tmp_path / "shape.stl").write_text("solid")
-    (tmp_path / "robot.urdf").write_text(text)
+    (tmp_path / "shape.stl").write_text("solid", encoding="utf-8")
+    (tmp_path / "robot.urdf").write_text(text, encoding="utf-8")
     a, b, c, d = read_urdf(tmp_path / "robot.urdf").body("base").visuals
     assert a == mq.Visual(mq.Box((1, 2, 3)), mq.Placement((1, 2, 3)), (1, 0, 0, 0.5), "a")
     assert b == mq.Visual(mq.Cylinder(1, 2), rgba=(0, 1, 0, 1))
@@ -206,7 +205,7 @@ def _mesh(tmp_path: Path, uri: str, **arguments: str) -> mq.Mesh:
     file = tmp_path / "here" / "robot.urdf"
     file.parent.mkdir(exist_ok=True)
     visual = f'<visual><geometry><mesh filename="{uri}"/></geometry></visual>'
-    file.write_text(f'<robot name="r"><link name="base">{visual}</link></robot>')
+    file.write_text(f'<robot name="r"><link name="base">{visual}</link></robot>', encoding="utf-8")
     geometry = read_urdf(file, **arguments).body("base").visuals[0].geometry  # type: ignore[arg-type]  # strings fit
     assert isinstance(geometry, mq.Mesh)
     return geometry
@@ -216,7 +215,7 @@ def test_mesh_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     package = tmp_path / "elsewhere" / "things"
     package.mkdir(parents=True)
-    (package / "a.STL").write_text("solid")
+    (package / "a.STL").write_text("solid", encoding="utf-8")
     uri = "package://things/a.STL"
     assert _mesh(tmp_path, uri) == mq.Mesh(uri, None)
     assert _mesh(tmp_path, uri, package_path=str(package.parent)).path == package / "a.STL"
@@ -228,13 +227,13 @@ def test_mesh_search(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_packages_around_the_file_are_searched(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
-    (tmp_path / "meshes" / "a.dae").write_text("<x/>")
+    (tmp_path / "meshes" / "a.dae").write_text("<x/>", encoding="utf-8")
     assert (
         _mesh(tmp_path, f"package://{tmp_path.name}/meshes/a.dae").path
         == tmp_path / "meshes" / "a.dae"
     )
     assert _mesh(tmp_path, "package://meshes/a.dae").path == tmp_path / "meshes" / "a.dae"
-    (tmp_path / "package.xml").write_text("<package/>")
+    (tmp_path / "package.xml").write_text("<package/>", encoding="utf-8")
     assert _mesh(tmp_path, "../meshes/a.dae").path == tmp_path / "meshes" / "a.dae"
 
 
@@ -250,14 +249,14 @@ def test_packages_around_the_file_are_searched(tmp_path: Path) -> None:
     ],
 )
 def test_mesh_paths_that_climb_are_never_opened(tmp_path: Path, uri: str) -> None:
-    (tmp_path.parent / "secret.stl").write_text("solid")
+    (tmp_path.parent / "secret.stl").write_text("solid", encoding="utf-8")
     assert _mesh(tmp_path, uri).path is None
 
 
 def test_other_files_are_never_opened(tmp_path: Path) -> None:
     (tmp_path / "here").mkdir()
-    (tmp_path / "here" / "secret.txt").write_text("secret")
-    (tmp_path / "secret.stl").write_text("solid")
+    (tmp_path / "here" / "secret.txt").write_text("secret", encoding="utf-8")
+    (tmp_path / "secret.stl").write_text("solid", encoding="utf-8")
     for uri in (
         "secret.txt",
         str(tmp_path / "secret.stl"),
@@ -427,7 +426,7 @@ def test_all_errors_are_told_at_once() -> None:
 
 def test_an_error_names_file_and_line(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
-    file.write_text(arm("hinge"))
+    file.write_text(arm("hinge"), encoding="utf-8")
     with pytest.raises(
         mq.UrdfError, match=r"arm\.urdf:10: joint 'shoulder': expected a type among revolute"
     ) as caught:
@@ -538,8 +537,11 @@ def poses(mechanism: mq.Mechanism, r: dict[str, float]) -> dict[str, np.ndarray]
     return placed
 
 
+@pytest.mark.engine
 @pytest.mark.parametrize("name", [name for name in robots() if name not in REFUSED])
 def test_every_robot_is_read_as_by_pinocchio(name: str) -> None:
+    import pinocchio as pin
+
     if name in FLAWED:
         with pytest.raises(mq.UrdfError, match=FLAWED[name]):
             read_urdf(robot(name), strict=True)

@@ -497,7 +497,7 @@ def test_what_is_not_finite_is_refused_by_name() -> None:
 
 def test_a_file_is_written_whole_or_not_at_all(tmp_path: Path) -> None:
     path = tmp_path / "pendulum.urdf"
-    path.write_text("old")
+    path.write_text("old", encoding="utf-8")
     text = write_urdf(load("rigid_bar_pendulum"), path)
     assert path.read_bytes() == text.encode()
     assert list(tmp_path.iterdir()) == [path]

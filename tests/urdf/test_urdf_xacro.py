@@ -33,10 +33,10 @@ ARM = """<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">
 def arm(tmp_path: Path) -> Path:
     rods = tmp_path / "elsewhere" / "rods"
     rods.mkdir(parents=True)
-    (rods / "rod.xacro").write_text(MACRO)
+    (rods / "rod.xacro").write_text(MACRO, encoding="utf-8")
     (tmp_path / "here").mkdir()
     file = tmp_path / "here" / "arm.urdf.xacro"
-    file.write_text(ARM)
+    file.write_text(ARM, encoding="utf-8")
     return file
 
 
@@ -66,13 +66,13 @@ def test_a_package_that_is_not_found_is_told_with_where(
 
 def test_a_folder_is_the_package_that_its_package_xml_names(arm: Path) -> None:
     home = arm.parent
-    (home / "package.xml").write_text("<package><name> rods </name></package>")
-    (home / "rod.xacro").write_text(MACRO)
+    (home / "package.xml").write_text("<package><name> rods </name></package>", encoding="utf-8")
+    (home / "rod.xacro").write_text(MACRO, encoding="utf-8")
     assert read_urdf(arm).name == "arm"
 
 
 def test_what_xacro_cannot_expand_is_told(arm: Path) -> None:
-    arm.write_text(ARM.replace("${$(arg length)}", "${nothing}"))
+    arm.write_text(ARM.replace("${$(arg length)}", "${nothing}"), encoding="utf-8")
     with pytest.raises(mq.UrdfError, match=r"xacro does not expand it: .*nothing"):
         read_urdf(arm, package_path=arm.parents[1] / "elsewhere")
 

@@ -137,8 +137,8 @@ def test_the_command_and_the_verdict_show_the_summary_first(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "a.urdf").write_text(ARM)
-    (tmp_path / "b.urdf").write_text(ARM.replace('value="2"', 'value="2000"'))
+    (tmp_path / "a.urdf").write_text(ARM, encoding="utf-8")
+    (tmp_path / "b.urdf").write_text(ARM.replace('value="2"', 'value="2000"'), encoding="utf-8")
     run = CliRunner().invoke(app, ["diff", "a.urdf", "b.urdf"])
     assert run.exit_code == 1
     assert run.stdout.startswith("arm and the other arm: 1 difference, 1 likely slip\n")

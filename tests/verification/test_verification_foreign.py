@@ -22,7 +22,7 @@ void crane_mass_matrix(const double *q, double *out);
 
 
 def build(folder: Path, text: str) -> Path:
-    (folder / "lib.c").write_text(text)
+    (folder / "lib.c").write_text(text, encoding="utf-8")
     command = [compiler(), "-shared", "-fPIC", "-o", str(folder / "lib.so"), str(folder / "lib.c")]
     subprocess.run([*command, "-lm"], check=True)
     return folder / "lib.so"
@@ -35,7 +35,7 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Path:
     what = "acceleration,mass_matrix,bias,gravity,forces,inverse_dynamics,energy"
     code = mq.generate(mq.derive(mq.textbook.load("cart_pole")), "c", what, samples=2)
     code.write(folder)
-    return build(folder, (folder / "cart_pole.c").read_text())
+    return build(folder, (folder / "cart_pole.c").read_text(encoding="utf-8"))
 
 
 def test_a_library_agrees_and_a_heavier_cart_does_not(library: Path) -> None:
@@ -78,10 +78,10 @@ def test_what_a_header_says_wrongly_is_refused(tmp_path: Path) -> None:
         ("void a_bias(float *q, float *out);", "expected arguments of a_bias in double precision"),
         ("void a_mass_matrix(double *q, double *out);", "declares a_mass_matrix, which"),
     ):
-        header.write_text(text)
+        header.write_text(text, encoding="utf-8")
         with pytest.raises(mq.InputError, match=message):
             mq.verify(crane, against=path, header=header)
-    header.write_text("void crane_mass_matrix(const double *q, double *out);")
+    header.write_text("void crane_mass_matrix(const double *q, double *out);", encoding="utf-8")
     written = rf"expected {crane.nv**2} numbers from crane_mass_matrix, it wrote 1"
     with pytest.raises(mq.InputError, match=written):
         mq.verify(crane, against=path, header=header)
@@ -91,7 +91,7 @@ def test_what_a_header_says_wrongly_is_refused(tmp_path: Path) -> None:
         mq.verify(crane, against=path, header=tmp_path / "none.h")
     with pytest.raises(mq.InputError, match="expected a shared library with a header"):
         mq.verify(crane, against=crane, header=header)
-    (tmp_path / "text.so").write_text("no library")
+    (tmp_path / "text.so").write_text("no library", encoding="utf-8")
     with pytest.raises(mq.InputError, match=r"expected a shared library, but .* does not load"):
         mq.verify(crane, against=tmp_path / "text.so", header=header)
 
@@ -146,7 +146,7 @@ def test_an_fmu_stands_in(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     assert not mq.verify(lighter, samples=10, against=path).agrees
     with pytest.raises(mq.InputError, match=r"expected the states .* in the FMU, got .*; it lacks"):
         mq.verify(mq.textbook.load("cart_pole"), against=path)
-    (tmp_path / "text.fmu").write_text("none")
+    (tmp_path / "text.fmu").write_text("none", encoding="utf-8")
     with pytest.raises(mq.InputError, match=r"expected an FMU, but .* cannot be read"):
         mq.verify(pendulum, against=tmp_path / "text.fmu")
     monkeypatch.setattr("mecanique.verification.foreign.fmu.find_spec", lambda _: None)

@@ -50,10 +50,10 @@ def slider(*forces: Any, **more: Any) -> Mechanism:
 @pytest.mark.parametrize("name", textbook.names())
 def test_one_seed_gives_one_set_of_states(name: str) -> None:
     mechanism = textbook.load(name)
-    first, again, other = (random_states(mechanism, 7, seed) for seed in (1, 1, 2))
-    assert len(first) == 7
-    assert first.q.shape == (7, mechanism.nq)
-    assert first.v.shape == (7, mechanism.nv)
+    first, again, other = (random_states(mechanism, 3, seed) for seed in (1, 1, 2))
+    assert len(first) == 3
+    assert first.q.shape == (3, mechanism.nq)
+    assert first.v.shape == (3, mechanism.nv)
     for part in ("q", "v", "t"):
         np.testing.assert_array_equal(getattr(first, part), getattr(again, part))
     assert not np.array_equal(first.q, other.q)

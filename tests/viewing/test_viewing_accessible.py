@@ -208,7 +208,8 @@ def test_a_slide_shows_picture_and_controls_alone(
     (tmp_path / "page.html").write_text(page(pendulum), encoding="utf-8")
     (tmp_path / "around.html").write_text(
         "<body class=ready><iframe src='page.html#embed' width=640 height=400></iframe><script>"
-        "addEventListener('message', ({ data }) => (window.told = data));</script>"
+        "addEventListener('message', ({ data }) => (window.told = data));</script>",
+        encoding="utf-8",
     )
     seen = visit((tmp_path / "around.html").as_uri(), offline=True)
     inner = seen.page.frame_locator("iframe")

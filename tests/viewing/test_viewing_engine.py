@@ -79,7 +79,7 @@ def engine_of(motion: mq.Motion) -> Engine:
 
 def run(tasks: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
     path = folder / "tasks.json"
-    path.write_text(json.dumps(tasks))
+    path.write_text(json.dumps(tasks), encoding="utf-8")
     done = subprocess.run(
         ["node", str(SCRIPT), str(path)], capture_output=True, text=True, check=False
     )
@@ -161,7 +161,7 @@ def test_a_program_that_moves_otherwise_is_refused() -> None:
 
 
 def test_the_tableau_is_that_of_dormand_and_prince() -> None:
-    text = TABLEAU.read_text()
+    text = TABLEAU.read_text(encoding="utf-8")
     tables = {}
     for part in text.split("export const ")[1:]:
         name, rows = part.split(" = ", 1)

@@ -50,7 +50,8 @@ def test_requests_and_complaints_would_be_noticed(fox: Firefox, tmp_path: Path) 
     bad = tmp_path / "bad.html"
     image = "http://127.0.0.1:49999/a.png"
     bad.write_text(
-        f"<body class=ready><p id=notice hidden></p><img src='{image}'><script>nothing()</script>"
+        f"<body class=ready><p id=notice hidden></p><img src='{image}'><script>nothing()</script>",
+        encoding="utf-8",
     )
     fox.open(bad.as_uri())
     assert set(fox.requests()) == {image}  # a refused one may be tried again

@@ -77,7 +77,7 @@ def test_what_fails_is_told_in_the_index(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(import_module("mecanique.viewing.gallery"), "export", refuse)
     (card,) = gallery(tmp_path, ["two_blocks"], duration=0.1)
     assert card.fault == "no <motion> today"
-    text = (tmp_path / "index.html").read_text()
+    text = (tmp_path / "index.html").read_text(encoding="utf-8")
     assert "no &lt;motion&gt; today" in text
     assert 'href="two_blocks.html"' not in text
 
@@ -86,7 +86,9 @@ def test_hostile_words_are_only_words(visit: Callable[..., Visit], tmp_path: Pat
     every = "</script><script>alert(1)</script><img src=x onerror=alert(1)>\"' & שלום"
     picture = "<svg xmlns='http://www.w3.org/2000/svg'/>"
     path = tmp_path / "i.html"
-    path.write_text(index([Card("x", every, (every, "constructor"), picture, every)]))
+    path.write_text(
+        index([Card("x", every, (every, "constructor"), picture, every)]), encoding="utf-8"
+    )
     seen = visit(path.as_uri(), wait=False, offline=True)
     assert seen.page.locator("article p").first.inner_text() == every
     assert seen.page.locator("script").count() == 1
@@ -95,7 +97,7 @@ def test_hostile_words_are_only_words(visit: Callable[..., Visit], tmp_path: Pat
 
 
 def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
-    (tmp_path / "file").write_text("")
+    (tmp_path / "file").write_text("", encoding="utf-8")
     with pytest.raises(mq.InputError, match="expected a directory to write to"):
         pictures(tmp_path / "file", [])
     with pytest.raises(UnknownNameError, match="pendulum"):

@@ -184,7 +184,8 @@ def test_an_open_page_survives_a_program_that_is_killed(
         "from mecanique.viewing.live.live import LiveView\n"
         f"with LiveView(pendulum(duration=0.5), port={port}, token='remembered-token') as view:\n"
         "    print(view.url, flush=True)\n"
-        "    view.stream(lambda _: instants(view.scene), hold=True)\n"
+        "    view.stream(lambda _: instants(view.scene), hold=True)\n",
+        encoding="utf-8",
     )
 
     def start() -> subprocess.Popen[str]:
@@ -276,7 +277,8 @@ def test_control_c_ends_it_and_leaves_nothing(tmp_path: Path) -> None:
         "from mecanique.viewing.live.live import LiveView\n"
         "with LiveView(pendulum(duration=0.5)) as view:\n"
         "    print(view.url, flush=True)\n"
-        "    view.stream(lambda _: instants(view.scene), hold=True)\n"
+        "    view.stream(lambda _: instants(view.scene), hold=True)\n",
+        encoding="utf-8",
     )
     with subprocess.Popen(
         [sys.executable, str(script)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -44,7 +44,7 @@ def test_what_is_not_well_formed_is_escaped() -> None:
     assert safe("<math><mi>a</math>") == "&lt;math&gt;&lt;mi&gt;a&lt;/math&gt;"
 
 
-@settings(deadline=None)
+@settings(deadline=None, max_examples=30)
 @given(st.text(max_size=60))
 def test_plain_text_is_escaped(text: str) -> None:
     found = safe(text)

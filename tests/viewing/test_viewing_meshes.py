@@ -336,7 +336,7 @@ def test_a_file_that_changes_is_read_again(tmp_path: Path) -> None:
     path = written(tmp_path, "a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     body = SceneBody("a", (Shape("mesh", (1, 1, 1), path=path),))
     assert mesh_parcel([body])[0]["surfaces"][0]["triangles"] == 1
-    path.write_text(path.read_text() + "v 0 0 1\nf 1 2 4\n")
+    path.write_text(path.read_text(encoding="utf-8") + "v 0 0 1\nf 1 2 4\n", encoding="utf-8")
     os.utime(path, ns=(0, 0))
     assert mesh_parcel([body])[0]["surfaces"][0]["triangles"] == 2
 

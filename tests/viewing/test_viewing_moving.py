@@ -136,7 +136,8 @@ def test_the_motion_waits_for_its_first_page(tmp_path: Path) -> None:
     script = tmp_path / "wait.py"
     script.write_text(
         "import mecanique as mq\n"
-        "mq.view(mq.textbook.load('rigid_bar_pendulum'), open_browser=False)\n"
+        "mq.view(mq.textbook.load('rigid_bar_pendulum'), open_browser=False)\n",
+        encoding="utf-8",
     )
     run = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)
     try:

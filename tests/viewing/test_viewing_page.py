@@ -409,7 +409,7 @@ def test_quantities_are_saved_as_csv(show: Show) -> None:
     with seen.page.expect_download() as download:
         seen.page.click("#csv")
     assert download.value.suggested_filename == "rigid_bar_pendulum.csv"
-    lines = Path(download.value.path()).read_text().splitlines()
+    lines = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
     assert lines[0] == '"t [s]","theta [rad]","theta rate [rad/s]"'
     table = np.array([[float(x) for x in line.split(",")] for line in lines[1:]])
     assert table[:, 0] == pytest.approx(scene.t, abs=1e-6)
@@ -501,7 +501,7 @@ endsolid a
 def test_meshes_of_every_format_are_drawn(show: Show, tmp_path: Path) -> None:
     files = {"a.stl": STL, "b.obj": "v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n", "c.dae": DAE}
     for name, text in files.items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     scene = replace(
         pendulum(duration=0.1),
         bodies=(

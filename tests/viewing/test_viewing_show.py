@@ -215,7 +215,8 @@ def live(tmp_path: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
         "mechanism = mq.textbook.load('rigid_bar_pendulum')\n"
         "motion = mq.simulate(mechanism, q={'q': 2.0}, duration=20.0)\n"
         "mq.view(motion, open_browser=False)\n"
-        "print('ended')\n"
+        "print('ended')\n",
+        encoding="utf-8",
     )
     run = subprocess.Popen(
         [sys.executable, str(script)],
@@ -304,7 +305,8 @@ def moving(
     """A mechanism shown by a program of its own while its motion is computed."""
     script = tmp_path / "move.py"
     script.write_text(
-        f"import mecanique as mq\nmq.view({request.param}, open_browser=False)\nprint('ended')\n"
+        f"import mecanique as mq\nmq.view({request.param}, open_browser=False)\nprint('ended')\n",
+        encoding="utf-8",
     )
     run = subprocess.Popen(
         [sys.executable, str(script)],

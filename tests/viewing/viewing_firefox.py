@@ -167,7 +167,7 @@ def firefox(profile: Path) -> Iterator[Firefox]:
         f"user_pref({json.dumps(name)}, {json.dumps(value)});"
         for name, value in PREFERENCES.items()
     ]
-    (profile / "user.js").write_text("\n".join(lines))
+    (profile / "user.js").write_text("\n".join(lines), encoding="utf-8")
     program = _program()
     assert program is not None
     command = [

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping
+from copy import copy
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
@@ -56,6 +58,14 @@ class System:
             InputError: if a value is not finite, or an option is no whole number of at least 1.
             MechanismError: if the mechanism is not sound with these values.
         """
+        return self._build(values) if values else copy(self._typical)
+
+    @cached_property
+    def _typical(self) -> Mechanism:
+        """The mechanism with the typical values; a copy of it needs no validation."""
+        return self._build({})
+
+    def _build(self, values: Mapping[str, float]) -> Mechanism:
         known = {parameter.symbol: parameter for parameter in self.parameters}
         for name in values:
             if name not in known and name not in self.options:
