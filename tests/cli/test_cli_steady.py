@@ -40,7 +40,7 @@ def test_speeds_make_a_table_and_a_plot(tmp_path: Path) -> None:
         "rolling_coin: exponents of small deviations [1/s] by speed\n        15 "
     )
     assert "stability changes at: none in this range" in text
-    assert "<svg" in file.read_text()
+    assert "<svg" in file.read_text(encoding="utf-8")
 
 
 def test_one_motion_is_told_in_words() -> None:
