@@ -175,3 +175,10 @@ def test_the_command_line_takes_files_functions_and_names() -> None:
     assert ends("--against", "broken.py")[1].startswith("error: broken.py raised ZeroDivisionError")
     assert ends("--against", "none.py")[0] == ends("--against", "none.csv")[0] == 2
     assert CliRunner().invoke(app, ["verify", "--all", "--against", "mine.py"]).exit_code == 2
+
+
+def test_a_state_is_given_also_where_a_function_may_do_without() -> None:
+    mechanism = mq.textbook.load("double_pendulum")
+    reference = mq.Reference(mechanism)
+    given: dict[str, Callable[..., Any]] = {"M": reference.mass_matrix, "bias": reference.bias}
+    assert mq.verify(mechanism, 5, against=given).agrees

@@ -271,5 +271,10 @@ def _find_names(function: Any, rows: Mapping[str, Array]) -> tuple[str, ...]:
             parameters = inspect.signature(function).parameters.values()
         except (TypeError, ValueError):
             return ()
-        names = [each.name for each in parameters if each.default is each.empty]
+        names = [
+            each.name
+            for each in parameters
+            # a state is given also where it may be left out, as by `Reference.bias`
+            if each.default is each.empty or each.name in ("q", "v", "a")
+        ]
     return tuple(names) if "q" in names and all(name in rows for name in names) else ()
