@@ -97,8 +97,7 @@ async function start() {
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
   wireCopies(document.getElementById("panel"));
-  const equations = document.getElementById("panel-equations");
-  if (equations) wireBreaking(equations);
+  wireBreaking(document.getElementById("panel-equations"));
   wireSplitter(document.getElementById("splitter"));
 
   const source = live
