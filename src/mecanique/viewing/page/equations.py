@@ -36,13 +36,21 @@ def _result(derivation: Derivation) -> str:
         return ""
     latex = escape(derivation.latex, quote=True)
     copies = f'<button type="button" data-copy="{latex}">Copy LaTeX</button>' if latex else ""
+    if derivation.listed:
+        shown = f'<p class="note">{_LISTED}</p>'
+    else:
+        shown = "".join(map(_block, final))
+        copies += '<button type="button" data-copy-mathml>Copy MathML</button>'
     return (
         '<section class="equations"><h3>Equations of motion</h3>'
-        f"{''.join(map(_block, final))}"
-        f'<div class="bar">{copies}'
-        '<button type="button" data-copy-mathml>Copy MathML</button></div>'
-        "</section>"
+        f'{shown}<div class="bar">{copies}</div></section>'
     )
+
+
+_LISTED = (
+    "One closed form would be too long to read. Each method below writes them as a list of named "
+    "results, from body to body, with the equations of motion at its end."
+)
 
 
 def _figure(document: Document) -> str:

@@ -40,11 +40,13 @@ class Derivation:
         method: e.g. "Lagrange".
         blocks: its steps, in order.
         latex: the equations of motion in LaTeX, to be copied; empty if there are none.
+        listed: whether they are a list of named results, because a closed form is too long.
     """
 
     method: str
     blocks: tuple[Block, ...]
     latex: str = ""
+    listed: bool = False
 
 
 @final

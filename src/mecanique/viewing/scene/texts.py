@@ -143,7 +143,7 @@ def _named_results(equations: Equations) -> Derivation:
         for k, formula in enumerate(formulas):
             head, lead = (heading, said) if k == 0 else ("", "")
             blocks.append(Block(head, formula, final=place > 0, lead=lead))
-    return Derivation(equations.title, tuple(blocks), written.latex())
+    return Derivation(equations.title, tuple(blocks), written.latex(), listed=True)
 
 
 def table_of(verdict: Verdict) -> VerdictTable:

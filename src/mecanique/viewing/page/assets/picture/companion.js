@@ -13,16 +13,24 @@ const RAMP = 0.35;
 const CENTERING = 0.6;
 const CALM = 3;
 
+const sizeOf = (box) => (box.isEmpty() ? 0 : box.min.distanceTo(box.max));
+
+// How large the bodies that move are together. What rests says nothing of how large that is which
+// moves away from it, nor do lines, such as the slides along which it goes.
+function ownSize(stage, rows) {
+  const changes = (i) => rows.some((row) => row[i] !== rows[0][i]);
+  const moves = (b) => [0, 1, 2, 3, 4, 5, 6].some((i) => changes(7 * b + i));
+  return Math.max(...rows.map((row) => sizeOf(stage.boundsOfBodies([row], moves))));
+}
+
 // The box to begin with: all that the first rows sweep, unless that is much larger than the
-// mechanism itself.
+// mechanism as it starts.
 export function startBox(stage, rows, layout) {
-  const size = (box) => box.getSize(new stage.three.Vector3()).length();
-  const boxes = rows.map((row) => stage.bounds([row], layout));
-  const largest = Math.max(...boxes.map(size));
-  const swept = boxes[0].clone();
-  for (const box of boxes) {
-    const wider = swept.clone().union(box);
-    if (size(wider) > SPREAD * largest) break;
+  const swept = stage.bounds([rows[0]], layout);
+  const largest = sizeOf(swept);
+  for (const row of rows) {
+    const wider = swept.clone().union(stage.bounds([row], layout));
+    if (sizeOf(wider) > SPREAD * largest) break;
     swept.copy(wider);
   }
   return swept;
@@ -30,12 +38,8 @@ export function startBox(stage, rows, layout) {
 
 // Whether a motion goes so far that the mechanism would be small in a picture of all of it.
 export function travelsFar(stage, rows, layout) {
-  const size = (box) => box.getSize(new stage.three.Vector3()).length();
-  // what rests at the start says nothing of how large that is which moves away from it
-  const moving = (b) =>
-    rows.some((row) => [0, 1, 2, 3, 4, 5, 6].some((i) => row[7 * b + i] !== rows[0][7 * b + i]));
-  const largest = Math.max(...rows.map((row) => size(stage.bounds([row], layout, moving))));
-  return size(stage.bounds(rows, layout)) > FAR * largest;
+  const size = ownSize(stage, rows);
+  return size > 0 && sizeOf(stage.bounds(rows, layout)) > FAR * size;
 }
 
 export class Companion {

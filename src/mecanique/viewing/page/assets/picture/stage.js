@@ -53,23 +53,14 @@ export class Stage {
     return box.isEmpty() ? null : box;
   }
 
-  // The box around all that ever moves, from rows of the table; of some bodies alone, if told.
-  bounds(rows, layout, counts = () => true) {
-    const { Box3, Vector3, Quaternion, Matrix4 } = this.three;
-    const box = new Box3();
-    const one = new Vector3(1, 1, 1);
-    for (const row of rows) {
-      this.boxes.forEach((own, b) => {
-        const [x, y, z, qx, qy, qz, qw] = row.subarray(7 * b, 7 * b + 7);
-        const place = new Vector3(x, y, z);
-        if (!own || !counts(b)) return;
-        const pose = new Matrix4().compose(place, new Quaternion(qx, qy, qz, qw), one);
-        box.union(own.clone().applyMatrix4(pose));
-      });
+  // The box around all that ever moves, from rows of the table.
+  bounds(rows, layout) {
+    const { Vector3 } = this.three;
+    const box = this.boundsOfBodies(rows);
+    for (const row of rows)
       for (let j = layout.lines; j < layout.series; j += 3)
         // what a program does not know is not a number
         if (!Number.isNaN(row[j])) box.expandByPoint(new Vector3(row[j], row[j + 1], row[j + 2]));
-    }
     if (box.isEmpty()) box.set(new Vector3(-0.5, -0.5, -0.5), new Vector3(0.5, 0.5, 0.5));
     const size = box.getSize(new Vector3());
     const least = 0.1 * Math.max(size.x, size.y, size.z, 1e-3);
@@ -79,6 +70,25 @@ export class Stage {
       Math.max(0, least - size.z),
     );
     return box.expandByVector(grow.multiplyScalar(0.5));
+  }
+
+  // The box of the bodies that count, empty if there are none.
+  boundsOfBodies(rows, counts = () => true) {
+    const { Box3, Vector3, Quaternion, Matrix4 } = this.three;
+    const box = new Box3();
+    const one = new Vector3(1, 1, 1);
+    for (const row of rows)
+      this.boxes.forEach((own, b) => {
+        if (!own || !counts(b)) return;
+        const [x, y, z, qx, qy, qz, qw] = row.subarray(7 * b, 7 * b + 7);
+        const pose = new Matrix4().compose(
+          new Vector3(x, y, z),
+          new Quaternion(qx, qy, qz, qw),
+          one,
+        );
+        box.union(own.clone().applyMatrix4(pose));
+      });
+    return box;
   }
 
   // Draws shapes that follow the parameters in another size and at another place: size and twelve
