@@ -67,6 +67,9 @@ class Closed:
             *((contact.body, contact.on) for contact in self.mechanism.contacts),
         )
         """Which body each loop and contact acts on, and which one acts."""
+        place = {name: k for k, name in enumerate(self.mechanism.coordinates.names)}
+        names = [name[:-1] for name in self.mechanism.velocities]
+        self._integrals = np.array([place.get(name, -1) for name in names], dtype=int)
 
     def with_rank(self, most: int | None) -> Closed:
         """Return the same with another rank of the constraints; None if that is not known."""
@@ -197,6 +200,10 @@ class Closed:
         out: Array = np.empty(self.mechanism.nq)
         self._tree.chart.rates(q, v, out)
         return out
+
+    def sizes(self, q: Array) -> Array:
+        """Return the size of what each velocity is the rate of; 0 if it is no coordinate's."""
+        return np.where(self._integrals >= 0, np.abs(q[self._integrals]), 0.0)
 
     def poses(self, q: Array, t: float) -> Array:
         """Return the pose of every body, in their order, shape (nb, 4, 4)."""

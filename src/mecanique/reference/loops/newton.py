@@ -14,7 +14,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.metric import Metric
-from mecanique.reference.loops.tolerances import EXACT
+from mecanique.reference.loops.tolerances import EPSILON, EXACT
 
 __all__ = ["Landing", "Tangent", "displace", "newton"]
 
@@ -47,6 +47,7 @@ class Landing(NamedTuple):
         jacobian: scaled, by the directions of the tangent space if there is one.
         rates: shape (m,), scaled rates of the gaps.
         gap: the largest one, in plain units.
+        rounding: the gap that rounding leaves there.
     """
 
     q: Array
@@ -54,6 +55,7 @@ class Landing(NamedTuple):
     jacobian: Array
     rates: Array
     gap: float
+    rounding: float
 
 
 def newton(
@@ -103,7 +105,10 @@ def newton(
             bend = bend + step
             there = _within(closed, q, metric, tangent, bend)
     rates = metric.rows * (closure.jacobian @ v + closure.drift)
-    return Landing(there, bend, J, rates, gap)
+    # angles of several turns are rounded too, and all that follows in a chain with each
+    moved = metric.units.rows * (np.abs(closure.jacobian) @ closed.sizes(there))
+    rounding = closed.closures.rounding() + EPSILON * float(moved.max(initial=0.0))
+    return Landing(there, bend, J, rates, gap, rounding)
 
 
 def displace(closed: Closed, q: Array, step: Array) -> Array:

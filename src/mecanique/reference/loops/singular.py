@@ -279,7 +279,7 @@ def _land(closed: Closed, state: _State, way: _Way, tangent: Tangent) -> Landing
         stagnant=0.3,
         sweeps=_SWEEPS,
     )
-    return landing if landing.gap < closed.closures.rounding() else None
+    return landing if landing.gap < landing.rounding else None
 
 
 def _velocity_on(state: _State, way: _Way, landing: Landing) -> Array:

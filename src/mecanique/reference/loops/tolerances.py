@@ -4,6 +4,7 @@ __all__ = [
     "ASSEMBLED",
     "DEPENDENT",
     "DETERMINED",
+    "EPSILON",
     "EXACT",
     "INDEPENDENT_ROW",
     "LEAST",
@@ -29,6 +30,9 @@ EXACT = 1e-15
 
 ROUNDING = 1e-14
 """Gap that rounding leaves of closed loops, one characteristic length from the origin."""
+
+EPSILON = 2.2e-16
+"""Relative rounding of a number."""
 
 LEAST = 1e-12
 """Singular values of the constraints below this are rounding."""
