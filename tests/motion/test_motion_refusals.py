@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +12,13 @@ import pytest
 import sympy
 
 import mecanique as mq
-from mecanique.motion.simulation.methods import EquationsError, Task, advance
+from mecanique.motion.simulation.methods import (
+    EquationsError,
+    StalledError,
+    Task,
+    advance,
+    advance_within,
+)
 
 
 def slider(force: Any = 0.0) -> mq.Mechanism:
@@ -31,6 +39,66 @@ def test_a_force_that_chatters_ends_without_headway() -> None:
     assert info.value.time == pytest.approx(0.0, abs=1e-4)
     # it has come to rest after v² / 2 on the way
     assert info.value.motion.q[-1] == pytest.approx([5e-13], rel=0.1)
+
+
+@pytest.mark.slow
+def test_loops_that_chatter_end_without_headway_soon() -> None:
+    """An evaluation of loops is dear, so that they are watched more closely than trees."""
+    rub = mq.JointForce("rub", "A", -100 * sympy.sign(mq.velocity("phi")))
+    dry = replace(mq.textbook.load("four_bar_linkage"), forces=(rub,))
+    start = {"phi": 1.1, "theta": -0.76, "psi": 1.25}
+    with pytest.raises(mq.IntegrationError, match=r"no headway at t = ") as info:
+        mq.simulate(dry, q=start, v={"phi": 1e-3}, duration=100.0, method="dop853")
+    assert info.value.motion.t[-1] == info.value.time
+    assert info.value.motion.t[-1] < 0.01
+    assert info.value.motion.statistics.steps < 1000
+
+
+def noise_on_return(end: float) -> Any:
+    """Return an input that is zero until times have passed to the end and begin again."""
+    latest, noisy, rng = -np.inf, False, np.random.default_rng(0)
+
+    def push(t: float) -> float:
+        nonlocal latest, noisy
+        latest = max(latest, t)
+        noisy = noisy or (latest >= end and t < end / 2)
+        return float(1e9 * rng.normal()) if noisy and t > end / 4 else 0.0
+
+    return push
+
+
+def test_a_curve_that_cannot_be_refined_ends_where_that_begins() -> None:
+    """The steps came to the end, but no way leads to a state between two of them."""
+    signal = mq.Input("push", noise_on_return(3.0))
+    swinging = mq.Mechanism(
+        name="swing",
+        bodies=(mq.Body("ground"), mq.Body("block", mq.particle(1.0))),
+        joints=(mq.Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x"),),
+        forces=(
+            mq.JointForce("spring", "slide", -100 * sympy.sin(3 * sympy.Symbol("x"))),
+            mq.JointForce("push", "slide", signal),
+        ),
+        inputs=(signal,),
+        gravity=(0, 0, 0),
+    )
+    run = partial(mq.simulate, q=[1.0], rtol=1e-8, duration=3.0, max_step=1.0, method="dop853")
+    with pytest.raises(mq.IntegrationError, match=r"no headway at t = .*until then is in") as info:
+        run(swinging)
+    motion = info.value.motion
+    assert motion.t[-1] == info.value.time
+    assert 0.5 < motion.t[-1] < 3.0
+    quiet = run(replace(swinging, inputs=(mq.Input("push", 0.0),)))
+    np.testing.assert_allclose(motion["x"], quiet(motion.t).q[:, 0], atol=1e-5)
+
+
+@pytest.mark.parametrize("implicit", [False, True])
+def test_a_way_without_end_is_given_up(implicit: bool) -> None:
+    def rhs(t: float, y: np.ndarray) -> np.ndarray:
+        return np.array([np.cos(1e5 * t)])
+
+    task = Task(rhs, implicit=implicit, rtol=1e-10, atol=1e-10)
+    with pytest.raises(StalledError):
+        advance_within(task, 0.0, np.zeros(1), 1.0)
 
 
 @pytest.mark.parametrize("implicit", [False, True])

@@ -162,6 +162,19 @@ def test_a_row_of_parallelograms_passes_flat_positions_in_any_tree(
     np.testing.assert_allclose(motion["A0"], fall_of_parallelograms(count, motion.t), atol=1e-8)
 
 
+def test_a_row_that_turned_four_times_accelerates_as_one() -> None:
+    """The rounding of large angles moves all that follows, and is not to be taken for a gap."""
+    count, flat, random = 10, -7.5 * np.pi, np.random.default_rng(0)
+    mechanism = parallelograms(count, serial=True)
+    turn = np.array([1.0 if joint.child.startswith("up") else -1.0 for joint in mechanism.joints])
+    rhs = mq.Reference(mechanism).with_rank_at(0.5 * turn).rhs()
+    inertia, moment = (count + 1) / 3 + count, 9.81 * ((count + 1) / 2 + count)
+    for angle in flat + 1e-4 * random.standard_normal(5):
+        acceleration = rhs(0.0, np.concatenate([angle * turn, -5.0 * turn]))[len(turn) :]
+        expected = moment / inertia * np.sin(angle) * turn
+        np.testing.assert_allclose(acceleration, expected, atol=1e-6)
+
+
 def spread(seed: int, off: float) -> np.ndarray:
     """A mass matrix; the smaller `off`, the more its entries cancel."""
     A = np.random.default_rng(seed).normal(size=(4, 4))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias, final
@@ -108,6 +109,16 @@ class Steps:
         """Start a new smooth stretch at the last step's time, from a state of its own."""
         self.breaks.append(len(self.t))
         self.add(self.t[-1], y, dy)
+
+    def cut(self, t: float) -> None:
+        """Forget the steps after a time.
+
+        Args:
+            t: time of a step [s].
+        """
+        keep = bisect_right(self.t, t)
+        del self.t[keep:], self.y[keep:], self.dy[keep:]
+        self.breaks = [first for first in self.breaks if first < keep]
 
     def curve(self, nq: int, rates: Rates, smooth: bool, close: bool = True) -> Curve:
         """Return the motion through the steps.

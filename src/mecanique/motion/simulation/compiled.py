@@ -13,7 +13,14 @@ from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import NEAR, March, Stepper, Tolerances
 from mecanique.motion.record.curve import State
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.methods import METHODS, Task, advance
+from mecanique.motion.simulation.headway import Headway
+from mecanique.motion.simulation.methods import (
+    METHODS,
+    EquationsError,
+    StalledError,
+    Task,
+    advance_within,
+)
 from mecanique.motion.simulation.outcome import Kind, Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 from mecanique.motion.simulation.refinement import refine, step_accuracy
@@ -48,7 +55,7 @@ def integrate_in_c(problem: Problem, share: float) -> Integration:
     tolerances = Tolerances(rtol, atol, problem.max_step, problem.max_steps)
     march = stepper.march(problem.start, problem.t0, problem.times, tolerances)
     task = Task(owning(equations), False, rtol, atol, restarts=True)
-    run, steps = _Run(problem, stepper, march, task), Steps()
+    run, steps = _Run(problem, stepper, march, task, Headway(problem)), Steps()
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
     outcome = None
     try:
@@ -56,6 +63,8 @@ def integrate_in_c(problem: Problem, share: float) -> Integration:
             reason, t, y, dy = march.advance(problem.end)
             steps.extend(t, y, dy)
             outcome = problem.report(march.t)
+            if outcome is None and run.headway.is_lost(len(steps.t), march.t):
+                outcome = Outcome("no headway")
             if outcome is None and reason == "near":
                 outcome = run.pass_by(steps)
             elif outcome is None and reason != "room":
@@ -83,12 +92,14 @@ class _Run:
         stepper: the compiled code.
         march: the motion in it.
         task: the equations as Python, with the tolerances of steps past singular positions.
+        headway: whether it leads on.
     """
 
     problem: Problem
     stepper: Stepper
     march: March
     task: Task
+    headway: Headway
 
     def pass_by(self, steps: Steps) -> Outcome | None:
         """Integrate by the reference until no singular position is near; return why to end.
@@ -98,11 +109,13 @@ class _Run:
         """
         problem, march, task, loops = self.problem, self.march, self.task, self.problem.loops
         assert loops is not None, "only loops have singular positions"
-        own, end = Steps(), problem.end
+        own, end, before = Steps(), problem.end, len(steps.t)
         own.add(march.t, march.y, task.rhs(march.t, march.y))
 
         def look() -> Outcome | None:
             t, y = own.t[-1], own.y[-1]
+            if self.headway.is_lost(before + len(own.t), t):
+                return Outcome("no headway")
             away = self.stepper.distance(t, y) > _AWAY * NEAR
             return Outcome("halt") if away or loops.has_left(t, y) else None
 
@@ -119,7 +132,12 @@ class _Run:
                     outcome = stopped
                 outcome = outcome or problem.report(t)
         steps.evaluations += own.evaluations
-        self._sample_along(own)
+        try:
+            self._sample_along(own)
+        except StalledError:
+            return Outcome("no headway")
+        except EquationsError as error:
+            return Outcome("fault", error.__cause__)
         steps.extend(np.array(own.t[1:]), np.array(own.y[1:]), np.array(own.dy[1:]))
         if outcome is None and own.t[-1] >= end:
             return Outcome("end")
@@ -134,7 +152,7 @@ class _Run:
             t = float(times[passed])
             while own.t[k + 1] < t:
                 k += 1
-            y = advance(self.task, own.t[k], own.y[k], t).y
+            y = advance_within(self.task, own.t[k], own.y[k], t).y
             march.samples[passed] = own.y[k + 1] if t == own.t[k + 1] else loops.close(t, y)
             passed += 1
         march.put(own.t[-1], own.y[-1], passed)

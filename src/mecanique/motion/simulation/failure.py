@@ -63,7 +63,7 @@ def failure(
         )
     elif outcome.kind == "no headway":
         message = (
-            f"no headway{where}: thousands of steps covered less than a millionth of the duration; "
+            f"no headway{where}: the last steps covered less than a millionth of the duration; "
             "a force chatters there, as dry friction does at rest, or the mechanism is next to a "
             "singular position; smooth the force, or loosen rtol"
         )

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from mecanique.errors import MecaniqueError
+from mecanique.errors import IntegrationError, MecaniqueError
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.record.curve import Curve, State
@@ -18,7 +18,7 @@ from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.arguments import kinks
 from mecanique.motion.simulation.choice import Choice, may_change, worth_reconsidering
 from mecanique.motion.simulation.compiled import integrate_in_c
-from mecanique.motion.simulation.methods import METHODS, EquationsError, Task
+from mecanique.motion.simulation.methods import METHODS, EquationsError, StalledError, Task
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 from mecanique.motion.simulation.refinement import refine, step_accuracy
@@ -103,6 +103,8 @@ def _integrate_stretches(
                 if outcome.kind == "halt":
                     try:
                         ended = watcher.settle()
+                    except StalledError:
+                        return Outcome("no headway")
                     except EquationsError as error:
                         return Outcome("fault", error.__cause__)
                     if ended is not None:
@@ -121,7 +123,10 @@ def _integrate_stretches(
 def _course(
     problem: Problem, choice: Choice, task: Task, steps: Steps, watcher: Watcher, outcome: Outcome
 ) -> Course:
-    """Sample the motion through the steps, and find the events on it."""
+    """Sample the motion through the steps, and find the events on it.
+
+    Where it takes forever to refine the curve between two steps, the motion ends before them.
+    """
     rates, nq = problem.code.rates, problem.mechanism.nq
     path: Callable[[], Curve] = partial(
         steps.curve, nq, rates, smooth=METHODS[choice.method].smooth
@@ -136,11 +141,16 @@ def _course(
         # the ends are steps: the curve between them can wait until it is asked for
         ends = np.array([steps.y[0], steps.y[-1]])
         return Course(State(times, rates.normalize(ends[:, :nq]), ends[:, nq:]), path)
-    curve = path()
+    try:
+        curve = path()
+    except IntegrationError as error:
+        steps.cut(error.time or problem.t0)
+        return _course(problem, choice, task, steps, watcher, Outcome("no headway"))
     samples = curve(times)
     if problem.loops is not None:
         samples = State(times, *problem.loops.close_all(times, samples.q, samples.v))
-    return Course(samples, curve, watcher.occurrences(curve))
+    early = None if outcome.kind != "no headway" else outcome
+    return Course(samples, curve, watcher.occurrences(curve), early)
 
 
 @contextmanager

@@ -5,15 +5,25 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from mecanique.motion.record.steps import RightHandSide, Steps
+from mecanique.motion.simulation.headway import Stability
 from mecanique.motion.simulation.outcome import Kind, Outcome
 
-__all__ = ["METHODS", "EquationsError", "Method", "Reached", "Task", "advance"]
+__all__ = [
+    "METHODS",
+    "EquationsError",
+    "Method",
+    "Reached",
+    "StalledError",
+    "Task",
+    "advance",
+    "advance_within",
+]
 
 MIN_RTOL = 2.3e-14
 """The least relative tolerance that SciPy's classes take."""
@@ -25,14 +35,15 @@ Without it a sixth of all steps of a swinging motion are refused (K. Gustafsson,
 Softw. 17 (1991) 533; Hairer, Nørsett & Wanner, sect. II.4 and IV.2).
 """
 
-STABILITY_LIMIT = 6.1
-"""Step length times rate of decay at which dop853 becomes unstable (DOP853, Hairer et al.)."""
-
-STIFF_AFTER, STIFF_FORGET = 15, 6
-"""So many steps at the limit of stability are stiff; so many in a row below it start afresh."""
+ROUNDING = 1e-13
+"""Part of a time below which no step is left: dop853 takes none below 2.3e-15 of it."""
 
 MIN_STEPS = 200
 """Steps before a restarted integration may count as stiff."""
+
+
+WITHIN = 500
+"""Steps that may lead from one step's begin to a state before its end; a few are usual."""
 
 
 @final
@@ -92,6 +103,10 @@ class EquationsError(Exception):
     """The equations failed on the way to a state; the cause is what they raised."""
 
 
+class StalledError(EquationsError):
+    """The way to a state took more steps than are allowed, or steps too small."""
+
+
 class Reached(NamedTuple):
     """A state reached from an earlier one, and the evaluations of the equations that took."""
 
@@ -110,6 +125,7 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
 
     Raises:
         EquationsError: if the equations raise anything on the way.
+        StalledError: if it takes more than the most steps, or their size collapses.
     """
     if end == t:
         return Reached(y.copy(), 0)
@@ -121,14 +137,28 @@ def advance(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
         return Reached(result, guard.evaluations)
 
 
+def advance_within(task: Task, t: float, y: np.ndarray, end: float) -> Reached:
+    """Return the state at a time within a step, from the state at its begin, as `advance` does.
+
+    Raises:
+        EquationsError: if the equations raise anything on the way.
+        StalledError: if it takes far more steps than the way is worth.
+    """
+    return advance(replace(task, max_steps=WITHIN), t, y, end)
+
+
 def _radau_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
     from scipy.integrate import Radau
 
     rtol = max(task.rtol, MIN_RTOL)
     solver = Radau(guard.rates, t, y, end, rtol=rtol, atol=task.atol, first_step=end - t)
-    while solver.status == "running":
+    for _ in range(task.max_steps):
+        if solver.status != "running":
+            break
         solver.step()
-    return np.array(solver.y) if solver.status == "finished" else np.full(len(y), np.nan)
+    if guard.fault is None and solver.status != "finished":
+        raise StalledError
+    return np.array(solver.y)
 
 
 def _dop853_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
@@ -138,9 +168,11 @@ def _dop853_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float)
         "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
     )
     with warnings.catch_warnings():
-        # a failure shows as a state that is not finite, or at the next step
-        warnings.simplefilter("ignore")
+        warnings.simplefilter("ignore")  # the return code says the same
         result: np.ndarray = solver.set_initial_value(y, t).integrate(end)
+    left = end - float(solver.t)
+    if guard.fault is None and not solver.successful() and left > ROUNDING * abs(end):
+        raise StalledError  # the state is that at which the steps ended
     return result
 
 
@@ -198,7 +230,7 @@ def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
     """Integrate by SciPy's compiled dop853: one integrator, restarted for each stretch."""
     from scipy.integrate import ode
 
-    stability = _Stability()
+    stability = Stability()
     rhs, reused = task.quick or task.rhs, task.quick is not None
     add, times = steps.add, steps.t
     at_start = True
@@ -254,44 +286,6 @@ _DOP853_CODES: dict[int, Kind] = {
     -3: "step too small",
     -4: "stiff",
 }
-
-
-@final
-class _Stability:
-    """Whether steps of dop853 are held short by stability rather than accuracy, across restarts.
-
-    The last two evaluations of a step are at its end and estimate the greatest rate of decay there;
-    as in Hairer, Nørsett & Wanner, Solving Ordinary Differential Equations I (1993), DOP853,
-    fifteen steps at the limit make the equations stiff, unless six shorter ones in a row lie
-    between.
-    """
-
-    def __init__(self) -> None:
-        self._evaluations = [(np.zeros(0), np.zeros(0))] * 2
-        self._at_limit = self._below = 0
-
-    def noting(self, rhs: RightHandSide) -> RightHandSide:
-        """Return the same equations, whose last two evaluations are kept."""
-
-        def note(t: float, y: np.ndarray) -> np.ndarray:
-            rate = rhs(t, y)
-            self._evaluations = [self._evaluations[1], (y.copy(), rate.copy())]
-            return rate
-
-        return note
-
-    def is_stiff(self, length: float) -> bool:
-        """Return whether the equations are stiff, after a step of a length [s]."""
-        (y, rate), (last, last_rate) = self._evaluations
-        apart = float(np.linalg.norm(last - y)) if len(y) == len(last) else 0.0
-        decay = length * float(np.linalg.norm(last_rate - rate)) if apart else 0.0
-        if apart and decay > STABILITY_LIMIT * apart:
-            self._at_limit, self._below = self._at_limit + 1, 0
-        else:
-            self._below += 1
-            if self._below == STIFF_FORGET:
-                self._at_limit = 0
-        return self._at_limit >= STIFF_AFTER
 
 
 def _look_safely(look: Look) -> Outcome | None:

@@ -94,11 +94,19 @@ class Problem:
 @final
 @dataclass(frozen=True)
 class Course:
-    """A motion's samples, its path between them and the events on it."""
+    """A motion's samples, its path between them and the events on it.
+
+    Args:
+        samples: the states that were asked for.
+        path: the curve, or what makes it.
+        events: what took place.
+        outcome: how it ends, if earlier than the integration.
+    """
 
     samples: State
     path: Curve | Callable[[], Curve]
     events: tuple[Occurrence, ...] = ()
+    outcome: Outcome | None = None
 
 
 @final

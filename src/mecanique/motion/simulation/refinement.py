@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from mecanique.errors import IntegrationError
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.methods import EquationsError, Task, advance
+from mecanique.motion.simulation.methods import (
+    EquationsError,
+    StalledError,
+    Task,
+    advance_within,
+)
 from mecanique.motion.simulation.problem import Problem
 
 __all__ = ["refine", "step_accuracy"]
@@ -39,6 +45,9 @@ def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve
         task: the equations and tolerances.
         steps: the steps taken.
         smooth: whether the rates at the steps are as accurate as the states.
+
+    Raises:
+        IntegrationError: if a state between two steps cannot be reached in reasonable time.
     """
     nq, rates = problem.mechanism.nq, problem.code.rates
     rounding = EPSILON * max(1.0, abs(steps.t[0]), abs(steps.t[-1]))
@@ -64,7 +73,14 @@ def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve
     try:
         for i, middle in zip(coarse, t.tolist(), strict=True):
             y = np.concatenate([curve.q[i], curve.v[i]])
-            states.append(problem.correct(middle, advance(task, float(curve.t[i]), y, middle).y))
+            there = advance_within(task, float(curve.t[i]), y, middle).y
+            states.append(problem.correct(middle, there))
+    except StalledError:
+        raise IntegrationError(
+            f"no headway between the steps at t = {curve.t[i]:.6g} s and {curve.t[i + 1]:.6g} s",
+            time=float(curve.t[i]),
+            state=y,
+        ) from None
     except EquationsError:
         return curve
     if not states or not np.isfinite(y := np.array(states)).all():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from time import perf_counter
 from typing import TYPE_CHECKING
 
@@ -192,6 +193,9 @@ def simulate(
         rank=rank,
     )
     motion = add_breaks(motion, reference)
+    if course.outcome is not None:
+        y = np.concatenate([motion.q[-1], motion.v[-1]])
+        integration = replace(integration, outcome=course.outcome, t=float(motion.t[-1]), y=y)
     if not integration.outcome.complete:
         raise failure(problem, integration, motion, q)
     refuse_indefinite(reference, motion.t, motion.q)

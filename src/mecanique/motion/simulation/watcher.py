@@ -11,7 +11,8 @@ import numpy as np
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence, Quantity
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.methods import Task, advance
+from mecanique.motion.simulation.headway import Headway
+from mecanique.motion.simulation.methods import Task, advance_within
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Problem
 
@@ -22,16 +23,6 @@ PLACES = (0.25, 0.5, 0.75, 1.0)
 
 SHORTEST_FLIGHT = 1e-9
 """Impacts closer together than this fraction of the duration are a lasting contact."""
-
-HEADWAY = 1e-6
-"""Part of the duration that the last points must cover, or the motion makes no headway.
-
-To the end it would then take more than 1e10 points. A stiff transient, however short, takes some
-hundreds before the steps grow again.
-"""
-
-POINTS = 10_000
-"""So many points of steps are compared with the duration at a time; no clock decides."""
 
 TINY = 1e-300
 """Stands for zero with a sign."""
@@ -113,7 +104,7 @@ class Watcher:
         self._progress = problem.progress
         self._begin, self._duration = problem.t0, problem.end - problem.t0
         self._next_report = problem.t0
-        self._next_check, self._checked = POINTS, problem.t0
+        self._headway = Headway(problem, implicit=task.implicit)
         self._most_drift = 10 * task.rtol if rates.balls else float("inf")
         self._idle = not (problem.events or problem.progress or rates.balls or problem.loops)
 
@@ -124,10 +115,8 @@ class Watcher:
         steps = self._steps
         if self._reconsider is not None and self._reconsider(steps.taken, steps.t[-1]):
             return Outcome("reconsider")
-        if len(steps.t) >= self._next_check:
-            if steps.t[-1] - self._checked < HEADWAY * self._duration:
-                return Outcome("no headway")
-            self._next_check, self._checked = len(steps.t) + POINTS, steps.t[-1]
+        if self._headway.is_lost(len(steps.t), steps.t[-1]):
+            return Outcome("no headway")
         if self._idle:
             return None
         t, y = steps.t[-1], steps.y[-1]
@@ -149,6 +138,7 @@ class Watcher:
 
         Raises:
             EquationsError: if the equations fail on the way to an event.
+        StalledError: if the way there has no end.
         """
         steps, crossing = self._steps, self._halting
         self._halting = None
@@ -184,14 +174,17 @@ class Watcher:
         """Return the events that took place, in the order of time."""
         from scipy.optimize import brentq
 
+        last = float(curve.t[-1])
         for crossing in self._to_record:
+            if crossing.low >= last:
+                continue  # the curve was cut before
             quantity = self._quantities[crossing.which]
 
             def value(t: float, quantity: Quantity = quantity) -> float:
                 state = curve(t)
                 return float(quantity(t, state.q, state.v))
 
-            low, high = crossing.low, min(crossing.high, float(curve.t[-1]))
+            low, high = crossing.low, min(crossing.high, last)
             at_low, at_high = value(low), value(high)
             if at_low * at_high > 0:
                 continue  # on the curve it only comes near zero
@@ -251,7 +244,7 @@ class Watcher:
         low, high, sign = crossing.low, crossing.high, crossing.sign
 
         def state(t: float) -> np.ndarray:
-            reached = advance(self._task, t0, y0, t)
+            reached = advance_within(self._task, t0, y0, t)
             steps.evaluations += reached.evaluations
             return reached.y
 
