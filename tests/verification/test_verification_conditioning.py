@@ -155,8 +155,8 @@ def test_what_differs_next_to_gimbal_lock_of_icub_is_within_its_bound_which_is_n
     assert (allowed < 1e4 * difference).all()
     rows = rows_of(("recursion", "Pinocchio"), ours, theirs, states, icub, rounding=bound)
     by_quantity = {row.quantity: row for row in rows}
-    # what is solved differs by 1e-8, and what goes into it by rounding
-    assert by_quantity["acceleration"].worst > 1e-9
+    # what is solved differs by 1e-10, and what goes into it by rounding
+    assert by_quantity["acceleration"].worst > 1e-11
     assert by_quantity["mass matrix"].worst < 1e-13
     assert by_quantity["bias"].worst < 1e-13
 

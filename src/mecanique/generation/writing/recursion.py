@@ -88,9 +88,18 @@ def write_recursion(equations: Equations) -> Written:
     Args:
         equations: the equations of motion.
 
+    Returns:
+        The named results, as text, LaTeX or MathML.
+
     Raises:
         DerivationError: if the coordinate map has no derivatives, or a function in the equations
             is none that is printed.
+
+    Example:
+        >>> written = mq.write_recursion(mq.derive(mq.textbook.load("simple_pendulum")))
+        >>> print(written.text()[-29:])
+        Equations of motion
+          -N_bob_y = 0
     """
     mechanism = equations.mechanism
     letters = Letters(mechanism, tuple(mechanism.values))

@@ -61,6 +61,8 @@ def placement_changes(evidence: Evidence) -> Iterator[Change]:
     if not families:
         return
     kept = _choose(evidence, families, residuals, weighted)
+    if not kept:  # no placement changes anything, e.g. because nothing but noise is left
+        return
     unknowns, costs = descend(
         lambda trials: residuals([kept[k].make(x) for k, x in trials]),
         [np.zeros(family.numbers) for family in kept],
