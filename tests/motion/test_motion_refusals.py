@@ -12,6 +12,7 @@ import pytest
 import sympy
 
 import mecanique as mq
+from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.simulation.methods import (
     EquationsError,
     StalledError,
@@ -41,6 +42,7 @@ def test_a_force_that_chatters_ends_without_headway() -> None:
     assert info.value.motion.q[-1] == pytest.approx([5e-13], rel=0.1)
 
 
+@pytest.mark.skipif(not has_compiler(), reason="no C compiler")
 @pytest.mark.parametrize(
     ("method", "most"), [pytest.param("dop853", 1000, marks=pytest.mark.slow), ("compiled", 5000)]
 )
