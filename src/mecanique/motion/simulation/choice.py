@@ -42,8 +42,9 @@ PAYOFF = 3.0
 LOOP_STEPS = 6
 """Steps of a closed mechanism after which to see whether its equations are to be derived."""
 
-LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 2.5e-4, "compiled": 1e-5}
-"""What a step of a closed mechanism takes, roughly, by method; dop853 for each velocity [s]."""
+LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 3e-5, "compiled": 1e-5}
+"""What a step of a closed mechanism takes, roughly, by method [s]: dop853 for each velocity, the
+closed form for each pair of velocities."""
 
 PAYOFF_OF_LOOPS = 1.5
 """Deriving the equations must save this many times what it takes, by an estimate."""
@@ -213,11 +214,12 @@ def _best_for_loops(problem: Problem, t: float) -> str:
     code = problem.code
     if not code.possible:
         return "dop853"
-    steps = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0)
-    by_reference = LOOP_STEP_SECONDS["dop853"] * problem.mechanism.nv
+    steps, nv = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0), problem.mechanism.nv
+    by_reference = LOOP_STEP_SECONDS["dop853"] * nv
+    by_program = LOOP_STEP_SECONDS["closed_form"] * nv**2
     seconds = {
         "dop853": (steps - LOOP_STEPS) * by_reference / PAYOFF_OF_LOOPS,
-        "closed_form": code.seconds_to_derive() + steps * LOOP_STEP_SECONDS["closed_form"],
+        "closed_form": code.seconds_to_derive() + steps * by_program,
     }
     if has_compiler() and not problem.events and not _is_blind(problem):
         compiling = code.seconds_to_derive() + code.seconds_to_compile()
