@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from mecanique.derivation.symbolic.lines_of_action import Assumption
-from mecanique.errors import InputError
+from mecanique.errors import ClosureError, InputError
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import angles, draw_positions
@@ -66,7 +66,10 @@ def random_states(
         candidates = _draw(mechanism, lot, random)
         if mechanism.constrained:
             if near:
-                candidates = replace(candidates, q=wander(mechanism, candidates.t, random))
+                try:
+                    candidates = replace(candidates, q=wander(mechanism, candidates.t, random))
+                except ClosureError as error:
+                    raise InputError(f"no state with closed loops was found: {error}") from error
             closed = closed_states(mechanism, candidates.q, candidates.v, candidates.t)
             if not len(closed.at) and not any(map(len, found)):
                 refuse_locked(mechanism)
