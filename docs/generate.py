@@ -34,16 +34,21 @@ API = {
 
 
 def write_all(directory: Path) -> None:
-    """Write all generated pages; MECANIQUE_DOCS_SYSTEMS limits the gallery to some systems."""
+    """Write all generated pages.
+
+    MECANIQUE_DOCS_SYSTEMS limits gallery and verdicts to some systems, MECANIQUE_DOCS_GALLERY the
+    gallery alone.
+    """
     directory.mkdir(exist_ok=True)
     (directory / "lint_rules.md").write_text(lint_rules(), encoding="utf-8")
     (directory / "urdf_tags.md").write_text(urdf_tags(), encoding="utf-8")
     (directory / "benchmarks.md").write_text(benchmarks(), encoding="utf-8")
     for title, text in api_pages():
         (directory / f"api_{slug(title)}.md").write_text(text, encoding="utf-8")
+    pages = os.environ.get("MECANIQUE_DOCS_GALLERY", "").split()
     with ProcessPoolExecutor(1, get_context("spawn")) as beside:
         verdicts = beside.submit(validation, chosen())
-        cards = gallery(directory / "pages" / "gallery", chosen())
+        cards = gallery(directory / "pages" / "gallery", pages or chosen())
         (directory / "validation.md").write_text(verdicts.result(), encoding="utf-8")
     faults = [f"{card.name}: {card.fault}" for card in cards if card.fault]
     if faults:
