@@ -51,7 +51,7 @@ ORDER: dict[str, list[str]] = {
     "model.mechanism": [
         "origin",
         "description",
-        "homogeneity state_space ties variants",
+        "element_laws homogeneity state_space variants",
         "validation",
         "mechanism",
     ],

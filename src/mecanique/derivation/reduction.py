@@ -11,7 +11,8 @@ import numpy as np
 from mecanique.derivation.document import Document
 from mecanique.derivation.methods import derive
 from mecanique.derivation.printing.equations import Equation
-from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.reductions.routh import Routh, reduce_by_momenta
 from mecanique.model.mechanism import Mechanism
@@ -80,9 +81,9 @@ class Reduction:
         evaluate = Evaluation(self.found.derivation.algebra.ring, values)
         worst = 0.0
         for parts in self.found.parts:
-            worst = max(worst, _rest([evaluate(part) for part in parts]))
+            worst = max(worst, relative_rest([evaluate(part) for part in parts]))
         for one in self.found.ignored:
-            worst = max(worst, _rest([evaluate(one.rate), -values[f"{one.name}'"]]))
+            worst = max(worst, relative_rest([evaluate(one.rate), -values[f"{one.name}'"]]))
         return worst
 
     def _states(self, samples: int, random: np.random.Generator) -> dict[str, Any]:
@@ -123,7 +124,7 @@ class Reduction:
         Args:
             steps: whether to show how it comes about.
         """
-        return f"{self.document.latex(steps, symbols=True)}\n\n{_write_latex(self._said)}"
+        return f"{self.document.latex(steps, symbols=True)}\n\n{to_latex(self._said, ())}"
 
     def mathml(self, steps: bool = True) -> str:
         """Return it as a fragment of HTML with MathML.
@@ -171,16 +172,3 @@ def routh(mechanism: Mechanism) -> Reduction:
         m r'' - p_phi^2/(m r^3) = -m mu/r^2
     """
     return Reduction(mechanism, reduce_by_momenta(Lagrange(mechanism)))
-
-
-def _rest(parts: list[Any]) -> float:
-    """The sum of parts, by the largest of them."""
-    sizes = np.max([np.broadcast_to(np.abs(part), np.shape(sum(parts))) for part in parts], axis=0)
-    rest = np.abs(sum(parts))
-    return float(np.max(np.where(sizes > 0, rest / np.where(sizes > 0, sizes, 1.0), 0.0)))
-
-
-def _write_latex(sentence: str) -> str:
-    from mecanique.derivation.printing.prose import to_latex
-
-    return to_latex(sentence, ())

@@ -14,7 +14,7 @@ from mecanique.derivation.methods import derive
 from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Text
-from mecanique.derivation.scalars.evaluation import Evaluation
+from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.reductions.single_equation import Single, reduce_to_one
 from mecanique.errors import DerivationError
@@ -94,7 +94,7 @@ class SingleEquation:
             a = full.acceleration(closed, v)
             values |= {f"{name}''": x for name, x in zip(names, a, strict=True)}
             evaluate = Evaluation(self.found.derivation.algebra.ring, values)
-            worst = max(worst, _rest([evaluate(part) for part in self.found.parts]))
+            worst = max(worst, relative_rest([evaluate(part) for part in self.found.parts]))
             worst = max(worst, self._check_followers(values))
             used += 1
         if not used:
@@ -112,7 +112,7 @@ class SingleEquation:
         for K in self.found.coefficients[:half]:
             L = values[changes[K.coordinate]]
             parts = [values[K.name] * a, L * v**2, -values[f"{K.coordinate}''"]]
-            worst = max(worst, _rest(parts))
+            worst = max(worst, relative_rest(parts))
         return worst
 
     def _state(self, q: np.ndarray, rate: float) -> dict[str, Any] | None:
@@ -217,9 +217,3 @@ def reduce_loops(mechanism: Mechanism, coordinate: str = "") -> SingleEquation:
         m1 r^2/3 + m2 K_x^2
     """
     return SingleEquation(mechanism, reduce_to_one(Lagrange(mechanism), coordinate))
-
-
-def _rest(parts: list[float]) -> float:
-    """The sum of parts, by the largest of them."""
-    largest = max(map(abs, parts))
-    return abs(sum(parts)) / largest if largest else 0.0

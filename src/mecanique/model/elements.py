@@ -145,7 +145,7 @@ class Belt:
 
     Its runs are straight and lie in a plane at right angles to its normal. Around pulleys of one
     sense it is open, it crosses from one to the next of the other sense. What its pulleys need
-    tells the tensions but for a part that all runs have alike; the preload says that one.
+    determines the tensions except for a part that all runs share; the preload gives that part.
 
     Args:
         name: its name.

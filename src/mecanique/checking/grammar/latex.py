@@ -7,20 +7,20 @@ from collections.abc import Callable
 from typing import final
 
 from mecanique.checking.grammar.letters import SPELLINGS
-from mecanique.checking.grammar.tokens import Tokens
+from mecanique.checking.grammar.tokens import LETTER, Tokens
 from mecanique.checking.grammar.tree import FUNCTIONS
 
 __all__ = ["Latex"]
 
 _COMMAND = re.compile(r"\\(?:[A-Za-z]+|.)", re.DOTALL)
-_LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
 _D = r"(?:\\mathrm\s*\{\s*d\s*\}|\\text\s*\{\s*d\s*\}|d)"
 _FRACTION = re.compile(
-    rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{_LETTER})?\s*"
+    rf"\\[dt]?frac\s*\{{\s*{_D}\s*(?:\^\s*\{{?\s*(?P<order>[23])\s*\}}?)?\s*(?P<word>{LETTER})?\s*"
     rf"(?:\(\s*t\s*\)\s*)?\}}\s*\{{\s*{_D}\s*\\?,?\s*t\s*(?:\^\s*\{{?\s*[23]\s*\}}?)?\s*\}}"
 )
 _DOT = re.compile(
-    r"\\(?P<dots>d{1,3})ot\s*(?:\{\s*(?P<inner>[^{}]*(?:\{[^{}]*\}[^{}]*)?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
+    r"\\(?P<dots>d{1,3})ot\s*"
+    r"(?:\{\s*(?P<inner>[^{}]*(?:\{[^{}]*\}[^{}]*)?)\}|(?P<word>\\[A-Za-z]+|[A-Za-z]))"
     r"(?P<subscript>\s*_\s*(?:\{[^{}]{1,20}\}|\w))?"
 )
 _SUBSCRIPT = re.compile(

@@ -8,7 +8,7 @@ from typing import final
 from mecanique.checking.grammar.latex import Latex
 from mecanique.checking.grammar.letters import Letters
 from mecanique.checking.grammar.lines import close_arguments, join_lines
-from mecanique.checking.grammar.tokens import SINGLE, Token, Tokens
+from mecanique.checking.grammar.tokens import LETTER, SINGLE, Token, Tokens
 from mecanique.errors import FormulaError
 
 __all__ = ["MOST_CHARACTERS", "Scanner", "scan"]
@@ -21,8 +21,7 @@ MOST_TOKENS = 4_000
 
 _NUMBER = re.compile(r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _WORD = re.compile(r"[^\W\d_](?:[^\W_]|_(?=[^\W_])|_\{[^{}]{1,20}\})*")
-_LETTER = r"\\?[^\W\d_]+(?:_?\{?[^\W_]*\}?)?"
-_INNER = rf"(?P<word>{_LETTER})(?:\(\s*t\s*\))?"
+_INNER = rf"(?P<word>{LETTER})(?:\(\s*t\s*\))?"
 _DERIVATIVE = re.compile(
     rf"(?:Derivative|diff)\(\s*{_INNER}\s*,\s*"
     r"(?P<by>\(\s*t\s*,\s*[123]\s*\)|t\s*,\s*[123]|t(?:\s*,\s*t)*)\s*\)"

@@ -141,7 +141,7 @@ def difference(statement: Statement) -> list[Node]:
     found = []
     for left, right in pairwise(sides):
         count = max(len(left), len(right))
-        if len({len(left), len(right), count, 1}) > 1 + (count > 1):
+        if not {len(left), len(right)} <= {1, count}:
             raise FormulaError(f"expected {len(left)} entries on both sides, got {len(right)}")
         lefts, rights = (side * count if len(side) == 1 else side for side in (left, right))
         found += [add(a, _negate(b)) for a, b in zip(lefts, rights, strict=True)]

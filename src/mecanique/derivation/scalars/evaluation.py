@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
@@ -12,7 +12,7 @@ from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.series import Basis, Kind, Series
 from mecanique.errors import UnknownNameError
 
-__all__ = ["Evaluation", "evaluate"]
+__all__ = ["Evaluation", "evaluate", "relative_rest"]
 
 _CONSTANTS = {"pi": math.pi, "E": math.e}
 
@@ -29,6 +29,18 @@ def evaluate(series: Series, values: Mapping[str, Any]) -> Any:
         UnknownNameError: if a generator it depends on has no value.
     """
     return Evaluation(series.ring, values)(series)
+
+
+def relative_rest(parts: Sequence[Any]) -> float:
+    """Return how far a sum that is to vanish is from zero, relative to its largest part.
+
+    Args:
+        parts: of the sum, numbers or arrays that broadcast; of all their entries the worst counts.
+    """
+    together = np.broadcast_arrays(*parts)
+    largest = np.max(np.abs(together), axis=0)
+    rest = np.abs(np.sum(together, axis=0))
+    return float(np.max(np.where(largest > 0, rest / np.where(largest > 0, largest, 1.0), 0.0)))
 
 
 @final

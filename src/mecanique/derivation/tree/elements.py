@@ -17,7 +17,7 @@ from mecanique.model.expression import Scalar
 from mecanique.model.joints import Single
 from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.mechanism.ties import Bevel, bevel_of
+from mecanique.model.mechanism.element_laws import Bevel, bevel_of
 
 __all__ = ["Ground", "UnitForce", "unit_forces"]
 

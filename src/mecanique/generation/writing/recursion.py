@@ -41,9 +41,9 @@ _NOTATION = Notation(
     {name: f"{name}({{}})" for name in _CALLS} | {"Abs": "abs({})"}, "{} = {}", lambda x: f"{x!r}"
 )
 _ABOUT = (
-    "The closed form is too long for a reader; this is the same as a recursion from body to body: "
-    "outwards the motion of each, inwards the forces that make it. All components are in the axes "
-    "of the body. What of a body its parent carries alike, such as a mass on the axis of its "
+    "The equations are written as a recursion from body to body, not as one closed form: outwards "
+    "the motion of each, inwards the forces that make it. All components are in the axes of the "
+    "body. What of a body its parent carries alike, such as a mass on the axis of its "
     "hinge, is counted with the parent."
 )
 _RECURSION = "The results, each from those above it."

@@ -9,8 +9,8 @@ from typing import Any, final
 from mecanique.errors import MecaniqueError, MechanismError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, coordinate, plain, symbols_in
+from mecanique.model.mechanism.element_laws import laws_of_elements
 from mecanique.model.mechanism.state_space import StateSpace
-from mecanique.model.mechanism.ties import laws_of_elements
 from mecanique.model.mechanism.validation import faults
 from mecanique.model.mechanism.variants import Variants
 from mecanique.model.placement import vector

@@ -185,17 +185,14 @@ def read_cord(
         expected = f"expected <{_END}>, any number of <{_PULLEY}>, <{_END}>"
         report.add("M602", element, where, expected)
         return None
-    stops, wheels = _read_stops(element, links, report, where)
+    stops = _read_stops(element, links, report, where)
     plane = _read_plane(element, links, report, where)
-    known = len(stops) == len(element.children) and len(wheels) == len(over)
-    if name is None or plane is None or not known:
+    if name is None or plane is None or stops is None:
         return None
-    pulleys = [
-        Pulley(link, wheel[0], wheel[1], center=center, grips=wheel[2])
-        for (link, center), wheel in zip(stops[1:-1], wheels, strict=True)
-    ]
+    start, *pulleys, end = stops
     try:
-        return Cord(names.free(name), stops[0], tuple(pulleys), stops[-1], *plane)
+        ends = (start.body, start.center), (end.body, end.center)
+        return Cord(names.free(name), ends[0], tuple(pulleys), ends[1], *plane)
     except InputError as error:
         report.add("M602", element, where, str(error))
         return None
@@ -217,18 +214,12 @@ def read_belt(
     if any(child.tag != _PULLEY for child in element.children):
         report.add("M602", element, where, f"expected <{_PULLEY}> only")
         return None
-    stops, wheels = _read_stops(element, links, report, where)
+    pulleys = _read_stops(element, links, report, where)
     plane = _read_plane(element, links, report, where)
-    preload = number(element, "preload", report, where) if "preload" in element.attributes else None
-    known = len(stops) == len(wheels) == len(element.children)
-    if name is None or plane is None or not known:
+    given = "preload" in element.attributes
+    preload = number(element, "preload", report, where) if given else None
+    if name is None or plane is None or pulleys is None or (given and preload is None):
         return None
-    if preload is None and "preload" in element.attributes:
-        return None
-    pulleys = [
-        Pulley(link, wheel[0], wheel[1], center=center, grips=wheel[2])
-        for (link, center), wheel in zip(stops, wheels, strict=True)
-    ]
     try:
         return Belt(names.free(name), tuple(pulleys), preload, *plane)
     except InputError as error:
@@ -238,19 +229,20 @@ def read_belt(
 
 def _read_stops(
     element: Element, links: Collection[str], report: Report, where: str
-) -> tuple[list[tuple[str, Triple]], list[tuple[float, int, bool]]]:
-    """The places of a cord or belt, then radius, sense and grip of its pulleys."""
-    stops: list[tuple[str, Triple]] = []
+) -> list[Pulley] | None:
+    """The pulleys and ends of a cord or belt, an end as a pulley without a radius."""
+    stops: list[Pulley] = []
     for child in element.children:
         link = name_of(child, report, "link", where)
         xyz = numbers(child, "xyz", 3, report, where, default=(0.0, 0.0, 0.0))
+        wheel = _wheel(child, report, where) if child.tag == _PULLEY else (0.0, 1, True)
         if link is not None and link not in links:
             report.add("M603", child, where, f"{link!r} is no link")
-        elif link is not None and xyz is not None:
-            stops.append((link, (xyz[0], xyz[1], xyz[2])))
-    pulleys = [child for child in element.children if child.tag == _PULLEY]
-    wheels = [_wheel(child, report, where) for child in pulleys]
-    return stops, [wheel for wheel in wheels if wheel is not None]
+        elif link is not None and xyz is not None and wheel is not None:
+            radius, sense, grips = wheel
+            center = (xyz[0], xyz[1], xyz[2])
+            stops.append(Pulley(link, radius, sense, center=center, grips=grips))
+    return stops if len(stops) == len(element.children) else None
 
 
 def _read_plane(

@@ -43,7 +43,7 @@ _OPERATIONS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.UAdd: operator.pos,
 }
 _MOST = 100
-"""Powers beyond this are refused."""
+"""Powers beyond this are refused, and powers of powers whose exponents multiply to more."""
 
 
 @final
@@ -160,7 +160,8 @@ def _scalar(element: Element, attribute: str, report: Report, where: str) -> Sca
         return None
 
 
-def _value(node: ast.AST) -> Any:
+def _value(node: ast.AST, most: float = _MOST) -> Any:
+    """The value of an expression, in which nothing is raised to a power beyond the most."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return float(number) if isinstance(number, float) else number
@@ -169,18 +170,18 @@ def _value(node: ast.AST) -> Any:
         case ast.Name(id=name):
             return coordinate(name)
         case ast.UnaryOp(op=op, operand=operand) if type(op) in _OPERATIONS:
-            return _OPERATIONS[type(op)](_value(operand))
+            return _OPERATIONS[type(op)](_value(operand, most))
         case ast.BinOp(left=left, op=ast.Pow(), right=right):
             power = _value(right)
-            if not isinstance(power, (int, float)) or abs(power) > _MOST:
-                raise ValueError(f"its powers are to be numbers up to {_MOST}")
-            return _value(left) ** power
+            if not isinstance(power, (int, float)) or abs(power) > most:
+                raise ValueError(f"its powers are to be numbers up to {_MOST} in all")
+            return _value(left, most / max(abs(power), 1)) ** power
         case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATIONS:
-            return _OPERATIONS[type(op)](_value(left), _value(right))
+            return _OPERATIONS[type(op)](_value(left, most), _value(right, most))
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
             import sympy
 
-            return getattr(sympy, name)(_value(argument))
+            return getattr(sympy, name)(_value(argument, most))
     raise ValueError(f"{ast.unparse(node)} is none")
 
 

@@ -253,6 +253,19 @@ class Evidence:
             [np.flatnonzero(self.kind == kind)[:2] for kind in dict.fromkeys(self.kind)]
         )
 
+    def misfit(self, predicted: Array) -> float:
+        """Return the weighted difference of all answers, of what is chosen already as well.
+
+        Args:
+            predicted: what a mechanism would give, shape (n, nv).
+        """
+        return float(self._size_of_all(predicted, slice(None)))
+
+    def _size_of_all(self, predicted: Array, rows: npt.NDArray[np.intp] | slice) -> Array:
+        off = (predicted - self.tau[rows]) * self.weights[rows]
+        size: Array = np.sqrt(np.sum(off * off, axis=(-2, -1)))
+        return size
+
     def residual(self, predicted: Array, rows: npt.NDArray[np.intp] | None = None) -> Any:
         """Return how far predictions are from what the other source answered, relative, shape (…).
 
@@ -264,8 +277,7 @@ class Evidence:
             if rows is None:
                 size = np.linalg.norm(self.weigh(predicted - self.tau), axis=-1)
             else:
-                off = (predicted - self.tau[rows]) * self.weights[rows]
-                size = np.sqrt(np.sum(off * off, axis=(-2, -1)))
+                size = self._size_of_all(predicted, rows)
         return np.where(np.isfinite(size), size, np.inf)
 
     @cached_property

@@ -15,7 +15,7 @@ from mecanique.arrays import Array
 from mecanique.model.placement import rotation
 from mecanique.verification.causes.change import Change, promising
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.inertias import turn_about
+from mecanique.verification.causes.fitted import turn_about
 
 __all__ = ["Frames", "answers_of", "frame_changes", "with_axis"]
 

@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from mecanique.arrays import Array
 from mecanique.verification.causes.change import Change, count_digits
 from mecanique.verification.causes.descent import descend
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.fitted import deviations, give, give_all, say_turn, turn_about
+from mecanique.verification.causes.moments import moments_of, parts_of
 
-__all__ = [
-    "LinkEffect",
-    "deviations",
-    "fit_inertias",
-    "give",
-    "give_all",
-    "moments_of",
-    "parts_of",
-    "rotation_vector",
-    "say_turn",
-    "turn_about",
-]
+__all__ = ["LinkEffect", "fit_inertias"]
 
 _UPPER = np.triu_indices(4)
 _POINT = np.diag([0.0, 0.0, 0.0, 1.0])
@@ -190,29 +181,8 @@ def _principal(effect: LinkEffect, J: Array) -> Array:
     R = other @ own.T
     if np.linalg.det(R) < 0:
         R = other @ np.diag([1.0, 1.0, -1.0]) @ own.T
-    return rotation_vector(R)
-
-
-def rotation_vector(R: Array) -> Array:
-    """Return the angle times the axis of a turn, shape (3,)."""
-    values, vectors = np.linalg.eig(R)
-    axis = np.real(vectors[:, np.argmin(np.abs(values - 1))])
-    twist = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
-    angle = np.arctan2(axis @ twist, np.trace(R) - 1)
-    return np.asarray(angle * axis / np.linalg.norm(axis))
-
-
-def deviations(slopes: Array, left: float, count: int) -> Array:
-    """Return standard deviations of fitted numbers, shape (numbers,).
-
-    Args:
-        slopes: of the residuals by each number, shape (numbers, rows).
-        left: norm of all residuals.
-        count: how many residuals there are.
-    """
-    variance = left**2 / max(count - len(slopes), 1)
-    spread = np.diag(np.linalg.pinv(slopes @ slopes.T)) * variance
-    return np.asarray(np.sqrt(spread))
+    turned: Array = Rotation.from_matrix(R).as_rotvec()
+    return turned
 
 
 def _families(
@@ -314,17 +284,6 @@ def _entry(m: float, c: Array, inertia: Array, at: tuple[int, int]) -> _Family:
     )
 
 
-def turn_about(x: Array) -> Array:
-    """Return the turn by the angle |x| about x (Rodrigues), shape (3, 3)."""
-    angle = float(np.linalg.norm(x))
-    if angle < 1e-12:
-        K = np.array([[0, -x[2], x[1]], [x[2], 0, -x[0]], [-x[1], x[0], 0]])
-        return np.asarray(np.eye(3) + K)
-    a, b, c = x / angle
-    K = np.array([[0, -c, b], [c, 0, -a], [-b, a, 0]])
-    return np.asarray(np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K)
-
-
 def _is_physical(m: float, c: Array, inertia: Array) -> bool:
     """Whether a body may have them: no negative mass, and no negative moment of inertia.
 
@@ -339,45 +298,8 @@ def _is_physical(m: float, c: Array, inertia: Array) -> bool:
     return bool(moments[0] >= -1e-9 * max(abs(moments[0]), abs(moments[2])))
 
 
-def parts_of(J: Array) -> tuple[float, Array, Array]:
-    """Return mass, center of mass and inertia about it."""
-    m = float(J[3, 3])
-    c = J[:3, 3] / m if m else np.zeros(3)
-    second = J[:3, :3] - m * np.outer(c, c)
-    return m, c, np.trace(second) * np.eye(3) - second
-
-
-def moments_of(m: float, c: Array, inertia: Array) -> Array:
-    """Return the mass moments ∫ (p, 1)(p, 1)ᵀ dm, shape (4, 4)."""
-    J = np.empty((4, 4))
-    J[:3, :3] = np.trace(inertia) / 2 * np.eye(3) - inertia + m * np.outer(c, c)
-    J[:3, 3] = J[3, :3] = m * c
-    J[3, 3] = m
-    return J
-
-
 def _symmetric(x: Array) -> Array:
     found = np.zeros((3, 3))
     found[np.triu_indices(3)] = x
     upper: Array = found + np.triu(found, 1).T
     return upper
-
-
-def give(value: float, sigma: float) -> str:
-    """Return a fitted number, with its standard deviation where that can be seen."""
-    if sigma <= 1e-6 * abs(value):
-        return f"{value:.6g}"
-    places = max(0, 1 - math.floor(math.log10(sigma)))
-    return f"{value:.{places}f} ± {sigma:.{places}f}"
-
-
-def give_all(values: Array) -> str:
-    """Return fitted numbers in a row."""
-    return ", ".join(f"{value:.6g}" for value in values)
-
-
-def say_turn(x: Array) -> str:
-    """Return a turn in words."""
-    angle = float(np.linalg.norm(x))
-    axis = x / angle if angle else np.array([0.0, 0.0, 1.0])
-    return f"{np.degrees(angle):.6g}° about ({give_all(axis)})"

@@ -11,7 +11,7 @@ from mecanique.model.forces import loads_in
 from mecanique.model.joints import Single
 from mecanique.verification.causes.change import Change, count_digits, fit
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.inertias import deviations, give
+from mecanique.verification.causes.fitted import deviations, give
 
 __all__ = ["gravity_changes", "joint_changes"]
 

@@ -11,7 +11,7 @@ from mecanique.arrays import Array
 from mecanique.model.states import States
 from mecanique.verification.causes.change import Change
 from mecanique.verification.causes.evidence import Evidence
-from mecanique.verification.causes.inertias import moments_of, parts_of
+from mecanique.verification.causes.moments import moments_of, parts_of
 
 __all__ = ["link_changes"]
 

@@ -13,8 +13,8 @@ from mecanique.model.placement import rotation
 from mecanique.verification.causes.change import Change, count_digits
 from mecanique.verification.causes.descent import descend
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.fitted import give_all, say_turn, turn_about
 from mecanique.verification.causes.frames import Frames, answers_of, with_axis
-from mecanique.verification.causes.inertias import give_all, say_turn, turn_about
 
 __all__ = ["placement_changes"]
 

@@ -175,8 +175,7 @@ def _alternate(evidence: Evidence, first: Change) -> Cause | None:
         if not causes:
             return None
         other = next(c for c in changes if c.text == causes[0].text)
-        left.chosen = None
-        size = float(left.residual(other.answers))
+        size = left.misfit(other.answers)
         if size <= limit and cause is not None:
             return _join(evidence, cause, causes[0], size)
         if turn and size > worst:

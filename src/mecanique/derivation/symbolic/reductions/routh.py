@@ -71,12 +71,12 @@ class Ignored:
 
     @property
     def left(self) -> Series:
-        """P − rest, which is inertia × q'."""
+        """The difference p − rest, which is inertia × q'."""
         return self.momentum - self.rest
 
     @property
     def rate(self) -> Series:
-        """Q' by the momenta and the velocities that are not ignored before it."""
+        """The velocity q' by the momenta and the velocities that are not ignored before it."""
         return tidy(self.left * _inverse(self.inertia))
 
     @property

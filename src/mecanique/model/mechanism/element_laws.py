@@ -178,7 +178,7 @@ def _of_cord(here: _Still, cord: Cord | Belt) -> Iterator[Row]:
 
 
 def _whole(number: float) -> float:
-    """A number that is 0 or ±1 but for rounding, as that."""
+    """A number that is whole except for rounding, as a whole one."""
     return float(round(number)) if abs(number - round(number)) < 1e-15 else number
 
 
