@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mecanique import viewing  # noqa: F401 lets motions show themselves; imports no numpy
+from mecanique.lazy import import_name
 
 if TYPE_CHECKING:
     from mecanique import textbook
@@ -406,11 +407,7 @@ def __getattr__(name: str) -> Any:
         return version("mecanique")
     if name == "textbook":
         return import_module("mecanique.textbook")
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_HOMES[name]), name)
-    globals()[name] = value
-    return value
+    return import_name(__name__, name, _HOMES)
 
 
 def __dir__() -> list[str]:

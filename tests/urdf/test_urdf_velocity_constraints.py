@@ -71,6 +71,7 @@ def test_one_of_a_planar_joint_stays_a_comment() -> None:
         ('"sin(heading)"', '"open(heading)"', "(open(heading) is none)"),
         ('"sin(heading)"', '"heading**heading"', "powers are to be numbers up to 100"),
         ('"sin(heading)"', '"9**9**9**9"', "powers are to be numbers up to 100"),
+        ('"sin(heading)"', '"((9**99)**99)**99"', "powers are to be numbers up to 100 in all"),
         ('"sin(heading)"', '"().__class__"', "is none)"),
         ('"sin(heading)"', '"sin(nobody)"', "'nobody', no coordinate or parameter"),
     ],

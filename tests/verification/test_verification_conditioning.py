@@ -135,17 +135,19 @@ def test_a_tolerance_acts_without_another_source() -> None:
         mq.verify(mechanism, 5, tolerance=-1.0)
 
 
-def near_gimbal_lock(mechanism: mq.Mechanism) -> States:
-    """Return states of iCub with its right hip 1e-3, 3e-4 and 1e-4 rad from gimbal lock."""
+def near_gimbal_lock(
+    mechanism: mq.Mechanism, away: tuple[float, float, float] = (1e-3, 3e-4, 1e-4)
+) -> States:
+    """Return states of iCub with its right hip so far from gimbal lock [rad]."""
     states = random_states(mechanism, 3, 0)
     q = states.q.copy()
-    q[:, mechanism.coordinates.index("r_hip_roll")] = np.pi / 2 - np.array([1e-3, 3e-4, 1e-4])
+    q[:, mechanism.coordinates.index("r_hip_roll")] = np.pi / 2 - np.array(away)
     return replace(states, q=q)
 
 
 def test_what_differs_next_to_gimbal_lock_of_icub_is_within_its_bound_which_is_no_wider() -> None:
     icub = mq.read_urdf(mq.robot("icub"))
-    states = near_gimbal_lock(icub)
+    states = near_gimbal_lock(icub, (1e-4, 1e-5, 1e-6))
     ours, theirs = (evaluate(source, states) for source in (mq.derive(icub), mq.Reference(icub)))
     bound = rounding(icub, states, theirs)
     allowed = bound["acceleration"]
@@ -155,8 +157,8 @@ def test_what_differs_next_to_gimbal_lock_of_icub_is_within_its_bound_which_is_n
     assert (allowed < 1e4 * difference).all()
     rows = rows_of(("recursion", "Pinocchio"), ours, theirs, states, icub, rounding=bound)
     by_quantity = {row.quantity: row for row in rows}
-    # what is solved differs by 1e-10, and what goes into it by rounding
-    assert by_quantity["acceleration"].worst > 1e-11
+    # what is solved differs by 1e-8 and more, and what goes into it by rounding
+    assert by_quantity["acceleration"].worst > 1e-9
     assert by_quantity["mass matrix"].worst < 1e-13
     assert by_quantity["bias"].worst < 1e-13
 

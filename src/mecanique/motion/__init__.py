@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from mecanique.lazy import import_name
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.audit import Audit, AuditRow
@@ -57,38 +58,34 @@ __all__ = [
 ]
 
 _HOMES = {
-    "Audit": "analysis.audit",
-    "AuditRow": "analysis.audit",
-    "Energies": "record.energies",
-    "Equilibrium": "linear.equilibria",
-    "Event": "record.events",
-    "InertialCheck": "analysis.inertial",
-    "Linearization": "linear.linearization",
-    "Motion": "record.motion",
-    "Occurrence": "record.events",
-    "Response": "linear.response",
-    "Runs": "ensemble.runs",
-    "SpeedRange": "linear.steady",
-    "State": "record.curve",
-    "Statistics": "record.motion",
-    "SteadyLinearization": "linear.steady",
-    "Trust": "analysis.trust",
-    "contact_events": "simulation.validity",
-    "equilibria": "linear.equilibria",
-    "frequency_response": "linear.response",
-    "inertial_check": "analysis.inertial",
-    "linearize": "linear.linearize",
-    "linearize_steady": "linear.steady",
-    "simulate": "simulation.simulate",
-    "simulate_many": "ensemble.simulate_many",
-    "sweep_speeds": "linear.steady",
+    "Audit": ".analysis.audit",
+    "AuditRow": ".analysis.audit",
+    "Energies": ".record.energies",
+    "Equilibrium": ".linear.equilibria",
+    "Event": ".record.events",
+    "InertialCheck": ".analysis.inertial",
+    "Linearization": ".linear.linearization",
+    "Motion": ".record.motion",
+    "Occurrence": ".record.events",
+    "Response": ".linear.response",
+    "Runs": ".ensemble.runs",
+    "SpeedRange": ".linear.steady",
+    "State": ".record.curve",
+    "Statistics": ".record.motion",
+    "SteadyLinearization": ".linear.steady",
+    "Trust": ".analysis.trust",
+    "contact_events": ".simulation.validity",
+    "equilibria": ".linear.equilibria",
+    "frequency_response": ".linear.response",
+    "inertial_check": ".analysis.inertial",
+    "linearize": ".linear.linearize",
+    "linearize_steady": ".linear.steady",
+    "simulate": ".simulation.simulate",
+    "simulate_many": ".ensemble.simulate_many",
+    "sweep_speeds": ".linear.steady",
 }
 """The module of each name; each is imported when it is first used."""
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+    return import_name(__name__, name, _HOMES)

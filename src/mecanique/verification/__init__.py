@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+from mecanique.lazy import import_name
 
 if TYPE_CHECKING:
     from mecanique.verification.causes.cause import Cause
@@ -14,19 +15,15 @@ if TYPE_CHECKING:
 __all__ = ["Cause", "Row", "Transformation", "Verdict", "compare_coordinates", "verify"]
 
 _HOMES = {
-    "Cause": "causes.cause",
-    "Row": "verdict",
-    "Transformation": "transformation",
-    "Verdict": "verdict",
-    "compare_coordinates": "transformation",
-    "verify": "compare",
+    "Cause": ".causes.cause",
+    "Row": ".verdict",
+    "Transformation": ".transformation",
+    "Verdict": ".verdict",
+    "compare_coordinates": ".transformation",
+    "verify": ".compare",
 }
 """The module of each name; each is imported when it is first used, as the engine takes long."""
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+    return import_name(__name__, name, _HOMES)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mecanique.arrays import Array
 
@@ -27,6 +26,8 @@ def deviations(slopes: Array, left: float, count: int) -> Array:
 
 def turn_about(x: Array) -> Array:
     """Return the turn by the angle |x| about x, shape (3, 3)."""
+    from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
+
     turn: Array = Rotation.from_rotvec(x).as_matrix()
     return turn
 

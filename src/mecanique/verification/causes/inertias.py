@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from mecanique.arrays import Array
 from mecanique.verification.causes.change import Change, count_digits
@@ -181,6 +180,8 @@ def _principal(effect: LinkEffect, J: Array) -> Array:
     R = other @ own.T
     if np.linalg.det(R) < 0:
         R = other @ np.diag([1.0, 1.0, -1.0]) @ own.T
+    from scipy.spatial.transform import Rotation  # not wanted before a cause is looked for
+
     turned: Array = Rotation.from_matrix(R).as_rotvec()
     return turned
 

@@ -11,21 +11,22 @@ export function apart(table, k, columns) {
   return Math.hypot(...columns.map((j) => table.value(k, j) - table.other.value(k, j)));
 }
 
+// The columns of a row that hold coordinates and velocities.
+const stateColumns = (scene, layout) =>
+  scene.series.flatMap((each, i) =>
+    ["Coordinates", "Velocities"].includes(each.group) ? [layout.series + i] : [],
+  );
+
 // What can be plotted of a second motion: how far it is from the first, and its coordinates.
 export function quantitiesBeside(scene, layout) {
   if (!scene.engine) return [];
-  const states = ["Coordinates", "Velocities"];
-  const columns = [];
-  const list = [];
-  scene.series.forEach((each, i) => {
-    if (!states.includes(each.group)) return;
-    const column = layout.series + i;
-    columns.push(column);
+  const columns = stateColumns(scene, layout);
+  const list = columns.flatMap((column) => {
+    const { name, unit, group } = scene.series[column - layout.series];
+    if (group !== "Coordinates") return [];
+    const text = `${name}, second`;
     const value = (data, k) => data.other?.value(k, column) ?? NaN;
-    if (each.group === "Coordinates") {
-      const text = `${each.name}, second`;
-      list.push({ name: text, text, unit: each.unit, group: "Second motion", value });
-    }
+    return [{ name: text, text, unit, group: "Second motion", value }];
   });
   const text = DISTANCE;
   const value = (data, k) => Math.log10(Math.max(apart(data, k, columns), 1e-17));
@@ -47,10 +48,7 @@ export class Beside {
   constructor(setup, scene, layout, plots) {
     Object.assign(this, { setup, plots });
     this.distance = plots.list.find(({ text }) => text === DISTANCE).id;
-    const states = ["Coordinates", "Velocities"];
-    this.columns = scene.series.flatMap((each, i) =>
-      states.includes(each.group) ? [layout.series + i] : [],
-    );
+    this.columns = stateColumns(scene, layout);
     const find = (id) => document.getElementById(id);
     this.names = find("beside-name");
     this.by = find("beside-by");

@@ -69,10 +69,8 @@ export class Modes {
     const head = Object.assign(document.createElement("th"), { textContent: String(k + 1) });
     head.scope = "row";
     line.append(head);
-    for (const text of texts) {
-      const cell = Object.assign(line.insertCell(), { textContent: text, className: "number" });
-      cell.title = "";
-    }
+    for (const text of texts)
+      Object.assign(line.insertCell(), { textContent: text, className: "number" });
     const last = line.insertCell();
     if (!known) return line;
     const button = Object.assign(document.createElement("button"), { type: "button" });
