@@ -15,9 +15,9 @@ from typing import Any, final
 from mecanique.derivation.tree.poses import Matrix, origin, product, times_point
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.action import NOTHING, Action
+from mecanique.generation.mechanics.constraints.guides import Guides
 from mecanique.generation.mechanics.dynamics import Dynamics
 from mecanique.generation.mechanics.forces import on_velocities
-from mecanique.generation.mechanics.guides import Guides
 from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cross, scale, transpose
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of, values_of

@@ -9,11 +9,11 @@ from typing import Any, Protocol, final
 from mecanique.derivation.equations import Equations
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.closed_form import ClosedForm
-from mecanique.generation.mechanics.constrained import Constrained, Solution
+from mecanique.generation.mechanics.constraints.constrained import Constrained, Solution
+from mecanique.generation.mechanics.constraints.landing import landing_of
+from mecanique.generation.mechanics.constraints.loops import Loops, loops_of
 from mecanique.generation.mechanics.forces import Forces
-from mecanique.generation.mechanics.landing import landing_of
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.loops import Loops, loops_of
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply
 from mecanique.generation.mechanics.world import World

@@ -14,10 +14,10 @@ from typing import Any, final
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.formulas import Letter, Product, names_in
-from mecanique.generation.mechanics.contacts import demands_of
+from mecanique.generation.mechanics.constraints.contacts import demands_of
+from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.dynamics import Dynamics, Tree
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.loops import Loops
 from mecanique.generation.mechanics.recursion import Recursion, Wrench
 from mecanique.generation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.generation.program.listing import Notation, list_program

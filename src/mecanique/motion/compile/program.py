@@ -12,11 +12,11 @@ from typing import final
 
 from mecanique.derivation import derive
 from mecanique.generation.mechanics.closed_form import ClosedForm
-from mecanique.generation.mechanics.constrained import Constrained
+from mecanique.generation.mechanics.constraints.constrained import Constrained
+from mecanique.generation.mechanics.constraints.landing import landing_of
+from mecanique.generation.mechanics.constraints.loops import loops_of
 from mecanique.generation.mechanics.dynamics import Tree
-from mecanique.generation.mechanics.landing import landing_of
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.loops import loops_of
 from mecanique.generation.program.program import Landing
 from mecanique.generation.program.solving import factorize
 from mecanique.generation.program.tape import Tape, Value

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from mecanique.generation.mechanics.constrained import Constrained
+from mecanique.generation.mechanics.constraints.constrained import Constrained
+from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.loops import Loops
 from mecanique.generation.program.program import Landing
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import value_of, values_of

@@ -13,8 +13,8 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.loops import Loops
 from mecanique.generation.mechanics.sampling import sample
 from mecanique.generation.mechanics.vectors import Rows, apply, dot, products, scale, transpose
 from mecanique.generation.program.solving import factorize

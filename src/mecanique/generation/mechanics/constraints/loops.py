@@ -8,7 +8,7 @@ from typing import Any, final
 from mecanique.derivation.tree.poses import Matrix, origin, product
 from mecanique.errors import DerivationError
 from mecanique.generation.mechanics.chart import along
-from mecanique.generation.mechanics.contacts import Demand, demands_of
+from mecanique.generation.mechanics.constraints.contacts import Demand, demands_of
 from mecanique.generation.mechanics.forces import on_velocities
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion

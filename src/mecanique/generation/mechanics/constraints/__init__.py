@@ -1,0 +1,1 @@
+"""Contacts, loops and elements that guide, and the equations of motion they hold."""
