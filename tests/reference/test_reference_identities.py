@@ -329,6 +329,23 @@ def test_points_move_as_their_positions_do(reference: Reference) -> None:
             )
 
 
+def test_bodies_move_as_their_points_do(reference: Reference) -> None:
+    mechanism, xyz = reference.mechanism, (0.1, -0.2, 0.3)
+    q, v, t = map(np.array, zip(*states(mechanism, 3), strict=True))
+    a = np.tile(np.linspace(-1, 1, mechanism.nv), (3, 1))
+    moving = reference.motions(q, v, a, t)
+    for k, body in enumerate(mechanism.bodies):
+        point = reference.point(body.name, xyz, q, v, a, t)
+        arm = moving.poses[:, k, :3, :3] @ xyz
+        omega, alpha = moving.angular_velocities[:, k], moving.angular_accelerations[:, k]
+        assert moving.poses[:, k, :3, 3] + arm == pytest.approx(point.position, abs=1e-12)
+        velocity = moving.velocities[:, k] + np.cross(omega, arm)
+        assert velocity == pytest.approx(point.velocity, abs=1e-12)
+        turning = np.cross(alpha, arm) + np.cross(omega, np.cross(omega, arm))
+        acceleration = moving.accelerations[:, k] + turning
+        assert acceleration == pytest.approx(point.acceleration, abs=1e-11)
+
+
 def test_the_right_hand_side_is_the_acceleration(reference: Reference) -> None:
     f = reference.rhs()
     mechanism = reference.mechanism

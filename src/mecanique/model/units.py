@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
+from statistics import median
 
 import numpy as np
 
@@ -68,9 +70,9 @@ def characteristic_length(mechanism: Mechanism, among: Collection[str] | None = 
         for force in mechanism.forces:
             if isinstance(force, LineLoad):
                 vectors += [stated.scalars for stated in force.stated if stated.length]
-    lengths = np.array([np.linalg.norm(mechanism.evaluate_all(vector)) for vector in vectors])
-    lengths = lengths[lengths > _NONE]
-    return float(np.median(lengths)) if len(lengths) else 1.0
+    lengths = [math.hypot(*mechanism.evaluate_all(vector)) for vector in vectors]
+    known = [length for length in lengths if length > _NONE]
+    return median(known) if known else 1.0
 
 
 def velocity_scales(mechanism: Mechanism, lengths: np.ndarray | None = None) -> np.ndarray:

@@ -3,12 +3,20 @@
 This room is the only place that imports pinocchio, and it does so when a `Reference` is made.
 """
 
-from mecanique.reference.engine.answers import Energy, Momentum, PointMotion, Twist, Wrench
+from mecanique.reference.engine.answers import (
+    BodyMotions,
+    Energy,
+    Momentum,
+    PointMotion,
+    Twist,
+    Wrench,
+)
 from mecanique.reference.loops.assembly import assemble, assembly_branches
 from mecanique.reference.loops.freedom import Freedom, degrees_of_freedom
 from mecanique.reference.reference import Reference
 
 __all__ = [
+    "BodyMotions",
     "Energy",
     "Freedom",
     "Momentum",

@@ -11,7 +11,7 @@ from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
-from mecanique.reference.engine.answers import PointMotion, Twist, local_point
+from mecanique.reference.engine.answers import BodyMotions, PointMotion, Twist, local_point
 
 __all__ = ["Kinematics"]
 
@@ -58,6 +58,34 @@ class Kinematics(Answering):
         name = self.mechanism.body(body).name
         states = States.of(self.mechanism, q, v, t)
         return Twist(*np.moveaxis(self._answer(states, partial(self._tree.twist, name)), -2, 0))
+
+    def motions(
+        self, q: Given, v: Given = None, a: Given = None, t: float | Array = 0.0
+    ) -> BodyMotions:
+        """Return how every body moves, world axes, in one pass over the bodies.
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            a: shape (nv,).
+            t: time [s].
+        """
+        holders = [self._tree.engine.holders[body.name] for body in self.mechanism.bodies]
+        states = States.of(self.mechanism, q, v, t, a)
+        joints = self._answer(states, self._tree.carry, accelerations=True)
+        rows = joints[..., [holder.joint for holder in holders], :]
+        poses, twists, rates = np.split(rows, (16, 22), axis=-1)
+        poses = poses.reshape(*poses.shape[:-1], 4, 4)
+        at = np.array([holder.placement.translation for holder in holders])
+        omega, alpha = twists[..., 3:], rates[..., 3:]
+        velocity = twists[..., :3] + np.cross(omega, at)
+        # from the spatial to the classical acceleration
+        change = rates[..., :3] + np.cross(alpha, at) + np.cross(omega, velocity)
+        vectors = np.stack((velocity, omega, change, alpha), axis=-1)
+        return BodyMotions(
+            poses @ np.array([holder.placement.homogeneous for holder in holders]),
+            *np.moveaxis(poses[..., :3, :3] @ vectors, -1, 0),
+        )
 
     def point(
         self,

@@ -160,11 +160,7 @@ class Actions:
     def inertia(
         self, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray
     ) -> Iterator[Action]:
-        """Yield d'Alembert's forces: −m a at the center of mass, and minus the rate of H_C.
-
-        The rate is the moment of the relative accelerations, ∫ ρ × ρ'' dm, written with the second
-        moments ∫ ρ ρᵀ dm and the second derivative of the rotation matrix, whose columns are
-        accelerations of points.
+        """Yield d'Alembert's forces: −m a_C at the center of mass C, and −(I α + ω × I ω).
 
         Args:
             t: shape (n,) [s].
@@ -172,25 +168,23 @@ class Actions:
             v: shape (n, nv).
             a: shape (n, nv).
         """
+        moving = self._reference.motions(q, v, a, t)
         for body in self._inert:
-            center = self._numbers(body.center)
-            middle = self._reference.point(body.name, center, q, v, a, t)
-            tips = [
-                self._reference.point(body.name, center + axis, q, v, a, t) for axis in np.eye(3)
-            ]
-            turn = np.stack([tip.position - middle.position for tip in tips], axis=-1)
-            change = np.stack([tip.acceleration - middle.acceleration for tip in tips], axis=-1)
-            moments = change @ self._second_moments(body) @ turn.transpose(0, 2, 1)
-            skew = moments - moments.transpose(0, 2, 1)
-            rate = np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=-1)
-            force = -self._mechanism.evaluate(body.mass) * middle.acceleration
-            yield Action(body.name, "inertia", body.name, None, middle.position, force, -rate)
+            at = self._at[body.name]
+            pose, omega = moving.poses[:, at], moving.angular_velocities[:, at]
+            alpha, turn = moving.angular_accelerations[:, at], pose[:, :3, :3]
+            rho = turn @ self._numbers(body.center)
+            inertia = turn @ self._inertia(body) @ turn.transpose(0, 2, 1)
+            spin = np.einsum("nij,nj->ni", inertia, omega)
+            rate = np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin)
+            acceleration = moving.accelerations[:, at] + np.cross(alpha, rho)
+            acceleration += np.cross(omega, np.cross(omega, rho))
+            force = -self._mechanism.evaluate(body.mass) * acceleration
+            yield Action(body.name, "inertia", body.name, None, pose[:, :3, 3] + rho, force, -rate)
 
-    def _second_moments(self, body: Body) -> np.ndarray:
+    def _inertia(self, body: Body) -> np.ndarray:
         ixx, iyy, izz, ixy, ixz, iyz = self._numbers(body.inertia)
-        tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-        second: np.ndarray = 0.5 * np.trace(tensor) * np.eye(3) - tensor
-        return second
+        return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
     def _numbers(self, components: Sequence[Scalar]) -> np.ndarray:
         return np.array(self._mechanism.evaluate_all(components))

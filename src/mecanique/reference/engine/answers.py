@@ -15,6 +15,7 @@ from mecanique.model.placement import vector
 
 __all__ = [
     "AppliedForce",
+    "BodyMotions",
     "Energy",
     "Momentum",
     "Number",
@@ -69,6 +70,24 @@ class Momentum(NamedTuple):
     linear: Array
     angular: Array
     angular_about_center: Array
+
+
+class BodyMotions(NamedTuple):
+    """How all bodies move, in their order, world axes; nb bodies, of one state or of n.
+
+    Args:
+        poses: shape (nb, 4, 4) or (n, nb, 4, 4).
+        velocities: of the bodies' origins, shape (nb, 3) or (n, nb, 3) [m/s].
+        angular_velocities: the same shape [rad/s].
+        accelerations: of the bodies' origins, the same shape [m/s²].
+        angular_accelerations: the same shape [rad/s²].
+    """
+
+    poses: Array
+    velocities: Array
+    angular_velocities: Array
+    accelerations: Array
+    angular_accelerations: Array
 
 
 class PointMotion(NamedTuple):

@@ -294,6 +294,15 @@ class Tree:
         self._pin.framesForwardKinematics(engine.model, engine.data, chart.p)
         return np.array([engine.data.oMf[frame].homogeneous for frame in self._body_frames])
 
+    def carry(self, q: Array, v: Array, t: float, a: Array) -> Array:
+        """Return pose, spatial velocity and acceleration of every joint, shape (nj, 28)."""
+        self.move(q, v, t, a)
+        data, joints = self.engine.data, range(self.engine.model.njoints)
+        poses = np.array([data.oMi[joint].homogeneous for joint in joints])
+        twists = np.array([data.v[joint].vector for joint in joints])
+        rates = np.array([data.a[joint].vector for joint in joints])
+        return np.concatenate((poses.reshape(-1, 16), twists, rates), axis=1)
+
     def point(self, body: str, xyz: Array, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return position, velocity, acceleration of a body's point, world axes, shape (3, 3)."""
         self.move(q, v, t, a)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from statistics import median
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ def _is_regular(mechanism: Mechanism, states: States, possible: Flags) -> Flags:
     chosen = replace(states.at(at), v=np.zeros((len(at), mechanism.nv)))
     mass = Recursion(mechanism).mass_matrix(chosen)
     condition = np.array([_condition(matrix) for matrix in mass])
-    regular[at] = ~(condition > _SINGULAR * np.median(condition))
+    regular[at] = ~(condition > _SINGULAR * median(condition))
     return regular
 
 
