@@ -143,6 +143,15 @@ ORDER: dict[str, list[str]] = {
     "generation.verdict": ["answers start", "differences", "cases", "verdict"],
     "generation.targets": ["target", "c javascript python", "casadi steps", "fmi", "fmu"],
     "motion": ["record", "compile", "simulation", "analysis output", "ensemble linear"],
+    "motion.simulation": [
+        "outcome",
+        "problem",
+        "integrators",
+        "arguments choice definite failure watching",
+        "integrate",
+        "simulate",
+    ],
+    "motion.simulation.integrators": ["headway taylor", "methods", "refinement", "compiled"],
     "figure": [
         "paper posture",
         "camera",

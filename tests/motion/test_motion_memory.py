@@ -8,7 +8,7 @@ import tracemalloc
 import pytest
 
 import mecanique as mq
-from mecanique.motion.simulation.methods import Task
+from mecanique.motion.simulation.integrators.methods import Task
 
 
 def tasks() -> int:

@@ -13,7 +13,7 @@ import sympy
 
 import mecanique as mq
 from mecanique.motion.compile.stepper import has_compiler
-from mecanique.motion.simulation.methods import (
+from mecanique.motion.simulation.integrators.methods import (
     EquationsError,
     StalledError,
     Task,

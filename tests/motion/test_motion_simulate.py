@@ -14,7 +14,7 @@ from scipy.special import ellipj, ellipk
 
 import mecanique as mq
 from mecanique.motion.compile.heyoka import is_installed
-from mecanique.motion.simulation.methods import METHODS
+from mecanique.motion.simulation.integrators.methods import METHODS
 
 G = 9.81
 

@@ -302,7 +302,7 @@ def test_code_is_optimized_within_a_long_motion(monkeypatch: pytest.MonkeyPatch)
     expected = mq.simulate(mechanism, q=[1.0], duration=10.0, method="taylor")
     again = mechanism.replace()
     monkeypatch.setattr("mecanique.motion.compile.cache.OPTIMIZED", 40)
-    monkeypatch.setattr("mecanique.motion.simulation.taylor.AT_ONCE", 30)
+    monkeypatch.setattr("mecanique.motion.simulation.integrators.taylor.AT_ONCE", 30)
     motion = mq.simulate(again, q=[1.0], duration=10.0, method="taylor")
     assert compile_once(again).is_optimized(1e-10)
     assert motion.statistics.steps == pytest.approx(

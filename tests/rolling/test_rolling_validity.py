@@ -11,7 +11,7 @@ from rolling_samples import bowl, g, r, wheel
 import mecanique as mq
 from mecanique import Mechanism, Placement, Rolling, contact_events, simulate, textbook
 from mecanique.motion.analysis.audit import FrictionNeed
-from mecanique.motion.simulation.validity import pressings
+from mecanique.motion.simulation.watching.validity import pressings
 
 TOP = {"free_z": r.value}
 RADIUS, SPEED = 2.0, 0.3

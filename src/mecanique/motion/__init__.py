@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from mecanique.motion.record.events import Event, Occurrence
     from mecanique.motion.record.motion import Motion, Statistics
     from mecanique.motion.simulation.simulate import simulate
-    from mecanique.motion.simulation.validity import contact_events
+    from mecanique.motion.simulation.watching.validity import contact_events
 
 __all__ = [
     "Audit",
@@ -74,7 +74,7 @@ _HOMES = {
     "Statistics": ".record.motion",
     "SteadyLinearization": ".linear.steady",
     "Trust": ".analysis.trust",
-    "contact_events": ".simulation.validity",
+    "contact_events": ".simulation.watching.validity",
     "equilibria": ".linear.equilibria",
     "frequency_response": ".linear.response",
     "inertial_check": ".analysis.inertial",

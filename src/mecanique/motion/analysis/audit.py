@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.elements import Belt, Cord
-from mecanique.motion.simulation.validity import Pressing, pressings
+from mecanique.motion.simulation.watching.validity import Pressing, pressings
 
 if TYPE_CHECKING:
     from mecanique.motion.analysis.trust import Trust

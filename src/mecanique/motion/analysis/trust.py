@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.motion.simulation.methods import EquationsError, Task, advance
+from mecanique.motion.simulation.integrators.methods import EquationsError, Task, advance
 
 if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion

@@ -11,7 +11,7 @@ from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.record.steps import RightHandSide
-from mecanique.motion.simulation.methods import METHODS
+from mecanique.motion.simulation.integrators.methods import METHODS
 from mecanique.motion.simulation.problem import Integration, Problem
 
 __all__ = [

@@ -17,13 +17,18 @@ from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.arguments import kinks
 from mecanique.motion.simulation.choice import Choice, may_change, worth_reconsidering
-from mecanique.motion.simulation.compiled import integrate_in_c
-from mecanique.motion.simulation.methods import METHODS, EquationsError, StalledError, Task
+from mecanique.motion.simulation.integrators.compiled import integrate_in_c
+from mecanique.motion.simulation.integrators.methods import (
+    METHODS,
+    EquationsError,
+    StalledError,
+    Task,
+)
+from mecanique.motion.simulation.integrators.refinement import refine, step_accuracy
+from mecanique.motion.simulation.integrators.taylor import integrate_series
 from mecanique.motion.simulation.outcome import Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
-from mecanique.motion.simulation.refinement import refine, step_accuracy
-from mecanique.motion.simulation.taylor import integrate_series
-from mecanique.motion.simulation.watcher import Interruption, Watcher
+from mecanique.motion.simulation.watching.watcher import Interruption, Watcher
 
 __all__ = ["integrate"]
 

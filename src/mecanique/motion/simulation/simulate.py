@@ -30,15 +30,15 @@ from mecanique.motion.simulation.choice import (
 from mecanique.motion.simulation.definite import refuse_indefinite
 from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
-from mecanique.motion.simulation.limits import (
+from mecanique.motion.simulation.integrators.methods import METHODS
+from mecanique.motion.simulation.problem import Problem
+from mecanique.motion.simulation.watching.limits import (
     joint_events,
     limit_events,
     refuse_limit,
     report_end,
 )
-from mecanique.motion.simulation.methods import METHODS
-from mecanique.motion.simulation.problem import Problem
-from mecanique.motion.simulation.validity import add_breaks
+from mecanique.motion.simulation.watching.validity import add_breaks
 from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from mecanique.errors import IntegrationError
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.loops import ClosedLoops
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.methods import (
+from mecanique.motion.simulation.integrators.methods import (
     EquationsError,
     StalledError,
     Task,

@@ -11,7 +11,7 @@ from typing import Literal, NamedTuple, TypeAlias, final
 import numpy as np
 
 from mecanique.motion.record.steps import RightHandSide, Steps
-from mecanique.motion.simulation.headway import Stability
+from mecanique.motion.simulation.integrators.headway import Stability
 from mecanique.motion.simulation.outcome import Kind, Outcome
 
 __all__ = [

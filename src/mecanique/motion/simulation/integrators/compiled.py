@@ -13,17 +13,17 @@ from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import NEAR, March, Stepper, Tolerances
 from mecanique.motion.record.curve import State
 from mecanique.motion.record.steps import Steps
-from mecanique.motion.simulation.headway import Headway
-from mecanique.motion.simulation.methods import (
+from mecanique.motion.simulation.integrators.headway import Headway
+from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
     StalledError,
     Task,
     advance_within,
 )
+from mecanique.motion.simulation.integrators.refinement import refine, step_accuracy
 from mecanique.motion.simulation.outcome import Kind, Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
-from mecanique.motion.simulation.refinement import refine, step_accuracy
 
 __all__ = ["integrate_in_c"]
 

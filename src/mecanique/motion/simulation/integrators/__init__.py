@@ -1,0 +1,1 @@
+"""What advances a motion: each method and what it needs, in its own module."""

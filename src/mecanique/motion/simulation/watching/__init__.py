@@ -1,0 +1,1 @@
+"""What is watched while a mechanism moves: limits, contacts, drift and events."""
