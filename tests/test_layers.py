@@ -77,6 +77,17 @@ ORDER: dict[str, list[str]] = {
         "methods",
         "agreement reduction single_equation small_motions",
     ],
+    "derivation.numeric": [
+        "dynamics momenta paths",
+        "chart",
+        "loads",
+        "frames recursion",
+        "free_bodies lagrange",
+        "constraints elements",
+        "newton_euler",
+        "virtual_work",
+    ],
+    "derivation.numeric.constraints": ["loops", "contacts", "multipliers", "independent"],
     "reference": [
         "standin",
         "engine originals",

@@ -12,9 +12,9 @@ from systems import CLOSED, derive_system
 from mecanique import assemble, textbook
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.numeric.independent import Reduced
+from mecanique.derivation.numeric.constraints.independent import Reduced
+from mecanique.derivation.numeric.constraints.multipliers import Constrained, constraints
 from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.numeric.multipliers import Constrained, constraints
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.errors import DerivationError

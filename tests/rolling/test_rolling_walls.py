@@ -7,7 +7,7 @@ import pytest
 from rolling_samples import bowl, coin, sleigh, stone, turning_bowl, turntable, wheel
 
 from mecanique import Mechanism, Placement, Reference, degrees_of_freedom, derive, verify
-from mecanique.derivation.numeric.multipliers import Held
+from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import DerivationError, EngineError
 from mecanique.verification.states.random import random_states
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.matrix_form import Linear
+from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.multipliers import Constrained
 from mecanique.derivation.numeric.newton_euler import Balances, Reaction
 from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy

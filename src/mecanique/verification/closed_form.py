@@ -8,8 +8,8 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.derivation.numeric.loops import RowUnits
-from mecanique.derivation.numeric.multipliers import solve_held
+from mecanique.derivation.numeric.constraints.loops import RowUnits
+from mecanique.derivation.numeric.constraints.multipliers import solve_held
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left

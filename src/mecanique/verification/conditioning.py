@@ -38,8 +38,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.derivation.numeric.loops import Constraints
-from mecanique.derivation.numeric.multipliers import constraints
+from mecanique.derivation.numeric.constraints.loops import Constraints
+from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.difference import scales

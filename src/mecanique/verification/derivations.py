@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
-from mecanique.derivation.numeric.independent import Reduced
+from mecanique.derivation.numeric.constraints.independent import Reduced
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lines_of_action import Assumption

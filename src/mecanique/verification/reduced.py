@@ -14,7 +14,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.derivation import derive
-from mecanique.derivation.numeric.multipliers import Held
+from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States

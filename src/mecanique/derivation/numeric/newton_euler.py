@@ -22,10 +22,10 @@ from typing import ClassVar, NamedTuple, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.elements import Along, find_unexplained, size, unit_needs
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
-from mecanique.derivation.numeric.multipliers import Held
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.model.elements import force_names
 from mecanique.model.guides.find import guides_of

@@ -21,9 +21,9 @@ from typing import ClassVar, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.constraints.multipliers import Held
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
-from mecanique.derivation.numeric.multipliers import Held
 from mecanique.derivation.numeric.newton_euler import kinetic_and_potential
 from mecanique.derivation.numeric.recursion import solve
 from mecanique.model.mechanism import Mechanism

@@ -13,16 +13,16 @@ from typing import NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.contacts import VelocityLaws
-from mecanique.derivation.numeric.dynamics import BatchDynamics
-from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.numeric.loops import (
+from mecanique.derivation.numeric.constraints.contacts import VelocityLaws
+from mecanique.derivation.numeric.constraints.loops import (
     Closure,
     Constraints,
     RowUnits,
     constraints_of,
     is_locked,
 )
+from mecanique.derivation.numeric.dynamics import BatchDynamics
+from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.errors import DerivationError, InputError
 from mecanique.model.loops import explain_lock
 from mecanique.model.mechanism import Mechanism

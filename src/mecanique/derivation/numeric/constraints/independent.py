@@ -19,9 +19,9 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
+from mecanique.derivation.numeric.constraints.loops import Closure
+from mecanique.derivation.numeric.constraints.multipliers import constraints
 from mecanique.derivation.numeric.lagrange import Definition
-from mecanique.derivation.numeric.loops import Closure
-from mecanique.derivation.numeric.multipliers import constraints
 from mecanique.derivation.numeric.paths import JETS
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet

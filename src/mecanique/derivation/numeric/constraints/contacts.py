@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, final
 
 import numpy as np
 
-from mecanique.derivation.numeric.loops import Constraints, RowUnits
+from mecanique.derivation.numeric.constraints.loops import Constraints, RowUnits
 from mecanique.derivation.numeric.paths import coordinate_paths
 from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
