@@ -66,6 +66,15 @@ ORDER: dict[str, list[str]] = {
         "write",
         "lint",
     ],
+    "urdf.reading": [
+        "fields letters meshes",
+        "constraints pictures xacro",
+        "joints",
+        "bushings links mimic",
+        "extensions structure",
+        "document",
+    ],
+    "urdf.reading.constraints": ["contacts loops velocities", "elements"],
     "derivation": [
         "laws tree",
         "scalars",

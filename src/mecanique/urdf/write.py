@@ -25,7 +25,7 @@ from mecanique.urdf.dialect import (
     UNBOUNDED,
     WORLD,
 )
-from mecanique.urdf.reading.loops import has_own_loops
+from mecanique.urdf.reading.constraints.loops import has_own_loops
 from mecanique.urdf.writing.chains import SimpleJoint, chains, free_name
 from mecanique.urdf.writing.forces import (
     dynamics,
@@ -63,11 +63,10 @@ def write_urdf(
     - a spring in a joint becomes a `drake:linear_bushing_rpy` along or about the joint's axis, the
       same force as long as a hinge stays within half a turn of the spring's reference;
     - the armature of a joint becomes the rotor inertia of an actuator with gear ratio 1;
-    - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`; other
-      loops become `mecanique:loop` (`mecanique.urdf.reading.loops`), which other programs ignore;
-    - what rolls becomes `mecanique:rolling`, a blade `mecanique:blade`
-      (`mecanique.urdf.reading.contacts`), which other programs ignore: they see it slip;
-    - a cord becomes `mecanique:cord` (`mecanique.urdf.reading.elements`).
+    - a ball loop becomes a `drake:ball_constraint`, a rod a `drake:distance_constraint`;
+    - other loops become `mecanique:loop`, what rolls `mecanique:rolling`, a blade `mecanique:blade`
+      and a cord `mecanique:cord`, as `mecanique.urdf.reading.constraints` describes them; other
+      programs ignore these, so their loops are open and their wheels slip.
 
     A joint that follows one other joint linearly gets a `mimic`; other maps are comments, and the
     tree is written as if it were free. Planar and universal joints become slides and hinges with

@@ -33,12 +33,12 @@ from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
 from mecanique.urdf.reading.bushings import BushingFaultError, Frame, in_joint
-from mecanique.urdf.reading.contacts import read_contact
-from mecanique.urdf.reading.elements import read_belt, read_cord, read_teeth
+from mecanique.urdf.reading.constraints.contacts import read_contact
+from mecanique.urdf.reading.constraints.elements import read_belt, read_cord, read_teeth
+from mecanique.urdf.reading.constraints.loops import is_redundant, read_loop
+from mecanique.urdf.reading.constraints.velocities import Between, read_velocity_constraint
 from mecanique.urdf.reading.fields import name_of, number, numbers, placement_of, single
 from mecanique.urdf.reading.joints import MOVING, SINGLE, JointText
-from mecanique.urdf.reading.loops import is_redundant, read_loop
-from mecanique.urdf.reading.velocities import Between, read_velocity_constraint
 
 __all__ = ["Extensions", "read_extensions", "with_rotors"]
 

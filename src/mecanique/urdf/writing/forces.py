@@ -21,10 +21,10 @@ from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotate, rotation
 from mecanique.urdf.dialect import BUSHING, SPRING_DAMPER, Extension
-from mecanique.urdf.reading.contacts import contact_tag
-from mecanique.urdf.reading.elements import element_nodes
-from mecanique.urdf.reading.loops import loop_nodes
-from mecanique.urdf.reading.velocities import constraint_node
+from mecanique.urdf.reading.constraints.contacts import contact_tag
+from mecanique.urdf.reading.constraints.elements import element_nodes
+from mecanique.urdf.reading.constraints.loops import loop_nodes
+from mecanique.urdf.reading.constraints.velocities import constraint_node
 from mecanique.urdf.xml.markup import Comment, Node, Tag, number, numbers
 
 __all__ = ["dynamics", "ends_of_tags", "forces_and_loops", "format_scalars", "load_lines"]

@@ -18,7 +18,7 @@
 
 The joints that a cord, a belt or teeth tie mimic one another; the tag says what ties them. A pin
 that mimic joints close already is a `mecanique:loop` with `redundant="true"`
-(`mecanique.urdf.reading.loops`).
+(`mecanique.urdf.reading.constraints.loops`).
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ from mecanique.urdf.dialect import BELT, CORD, CORD_STOPS, GEAR, RACK
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
+from mecanique.urdf.reading.constraints.loops import loop_nodes
 from mecanique.urdf.reading.fields import name_of, number, numbers
-from mecanique.urdf.reading.loops import loop_nodes
 from mecanique.urdf.xml.markup import Comment, Node, Tag
 from mecanique.urdf.xml.markup import number as written
 from mecanique.urdf.xml.markup import numbers as all_written

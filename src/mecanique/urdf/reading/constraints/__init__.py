@@ -1,0 +1,1 @@
+"""Loops, contacts, elements that guide and constraints on velocities in a URDF."""
