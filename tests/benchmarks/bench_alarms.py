@@ -35,8 +35,8 @@ from mecanique.threads import one_thread_for_loops
 from mecanique.verification import derivations
 from mecanique.verification.answers import Answers, ask
 from mecanique.verification.compare import judge
-from mecanique.verification.contributions import entry_rounding
 from mecanique.verification.difference import SMALL, scale
+from mecanique.verification.rounding.contributions import entry_rounding
 from mecanique.verification.rows import TOLERANCE, least_size, moving_mass
 from mecanique.verification.states import random as drawing
 

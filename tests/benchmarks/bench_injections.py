@@ -28,8 +28,8 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length
 from mecanique.threads import one_thread_for_loops
-from mecanique.verification.conditioning import rounding
-from mecanique.verification.contributions import entry_rounding
+from mecanique.verification.rounding.conditioning import rounding
+from mecanique.verification.rounding.contributions import entry_rounding
 from mecanique.verification.rows import Values, evaluate, rows_of
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Row

@@ -17,10 +17,10 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.verification.answers import ask
 from mecanique.verification.compare import judge
-from mecanique.verification.conditioning import rounding
-from mecanique.verification.contributions import entry_rounding
 from mecanique.verification.derivations import derive_quickly
 from mecanique.verification.difference import scale
+from mecanique.verification.rounding.conditioning import rounding
+from mecanique.verification.rounding.contributions import entry_rounding
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
 

@@ -13,8 +13,8 @@ from mecanique.reference import Reference
 from mecanique.verification import Verdict
 from mecanique.verification.answers import ask
 from mecanique.verification.compare import judge
-from mecanique.verification.contributions import ENTRY, entry_rounding
 from mecanique.verification.derivations import derive_all, derive_quickly
+from mecanique.verification.rounding.contributions import ENTRY, entry_rounding
 from mecanique.verification.rows import evaluate
 from mecanique.verification.states.random import random_states
 

@@ -23,7 +23,7 @@ from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
 from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
-from mecanique.model.elements import Belt, Cord
+from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.forces import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions

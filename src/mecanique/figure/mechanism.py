@@ -18,10 +18,10 @@ from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
 from mecanique.figure.solids import outline
 from mecanique.figure.supports import nuts, supports
-from mecanique.model.elements import Belt, Cord
+from mecanique.model.constraints.elements import Belt, Cord
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
-from mecanique.model.loops import Loop
 
 __all__ = ["figure", "solid_marks"]
 

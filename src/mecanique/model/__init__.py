@@ -18,9 +18,11 @@ from mecanique.model.bodies.shapes import (
     shell,
 )
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
-from mecanique.model.contacts import Blade, Rolling
+from mecanique.model.constraints.contacts import Blade, Rolling
+from mecanique.model.constraints.elements import Belt, Cord, Gear, Pulley, Rack
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.elements import Belt, Cord, Gear, Pulley, Rack
 from mecanique.model.expression import coordinate, time, velocity
 from mecanique.model.expression.functions import (
     acos,
@@ -59,11 +61,9 @@ from mecanique.model.joints import (
     Spherical,
     Universal,
 )
-from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input, Parameter, Record
 from mecanique.model.placement import Placement
-from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = [
     "AnyForce",

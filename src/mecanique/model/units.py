@@ -8,7 +8,7 @@ from statistics import median
 
 import numpy as np
 
-from mecanique.model.contacts import Rolling
+from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.dimensions import PURE, Dimension, say_unit
 from mecanique.model.expression import Scalar
 from mecanique.model.forces import LineLoad

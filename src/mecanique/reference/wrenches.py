@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.model.contacts import Rolling
-from mecanique.model.loops import Loop
+from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import AppliedForce, Places, Wrench

@@ -14,14 +14,14 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.search import causes_of
-from mecanique.verification.conditioning import rounding
 from mecanique.verification.descriptions.diff import diff
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.foreign.compiled import TAKES
 from mecanique.verification.foreign.fmu import run_fmu
+from mecanique.verification.foreign.given import Functions, read_samples
 from mecanique.verification.foreign.library import LIBRARIES, load_library
-from mecanique.verification.given import Functions, read_samples
 from mecanique.verification.reduced import Reduced, blame_substitution
+from mecanique.verification.rounding.conditioning import rounding
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
 from mecanique.verification.verdict import Verdict, versions

@@ -14,10 +14,10 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.reference.engine.package import engine_name
 from mecanique.verification import derivations
-from mecanique.verification.conditioning import rounding
-from mecanique.verification.contributions import entry_rounding
 from mecanique.verification.derivations import InHouse
 from mecanique.verification.difference import scales
+from mecanique.verification.rounding.conditioning import rounding
+from mecanique.verification.rounding.contributions import entry_rounding
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.verdict import Row
 from mecanique.wording import say_count

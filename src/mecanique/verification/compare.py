@@ -55,18 +55,20 @@ def verify(
         samples: number of random states, at least 1.
         seed: of the random states; the same seed gives the same states and the same verdict.
         against: another source instead of Pinocchio: a mechanism; the path of a URDF file;
-            functions by name, e.g. `{"M": …, "C": …, "g": …}` (see
-            `mecanique.verification.given.Functions`, which take equations in the independent
-            velocities of what rolls, too), also of JAX, CasADi, ctypes and cffi, or one that is
-            called after what it gives; the path of a CSV file with states and
-            forces, whose states are then used (see `mecanique.verification.given.read_samples`);
-            the path of an FMU (extra `fmpy`), or of a shared library with functions as `generate`
-            writes them. The last two are programs, and are run: give none that you do not trust.
+            functions by name, e.g. `{"M": …, "C": …, "g": …}`
+            (`mecanique.verification.foreign.given.Functions`; equations in the independent
+            velocities of what rolls are taken too), also of JAX, CasADi, ctypes and cffi, or one
+            that is called after what it gives; the path of a CSV file with states and
+            forces, whose states are then used
+            (`mecanique.verification.foreign.given.read_samples`); the path of an FMU
+            (extra `fmpy`), or of a shared library with functions as `generate` writes them. The
+            last two are programs, and are run: give none that you do not trust.
         header: of the shared library, the C header that declares its functions.
         tolerance: largest relative difference that counts as agreement. When left out, each entry
             of the mass matrix, and of bias and gravity, may differ by what rounding may make of it
-            (`mecanique.verification.contributions`), everything else, and another source, by 1e-9.
-            Where rounding alone explains more, it may differ by so much; the verdict says so.
+            (`mecanique.verification.rounding.contributions`), everything else, and another
+            source, by 1e-9. Where rounding alone explains more, it may differ by so much; the
+            verdict says so.
         engines: those that read the file itself, if the mechanism was read from one, with their own
             parsers: "pinocchio", "mujoco", "drake" (extra `engines`). Where their mass matrix or
             bias differs, the verdict says why, and does not agree.

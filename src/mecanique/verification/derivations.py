@@ -15,7 +15,7 @@ from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.derivation.symbolic.derivation import Derivation
 from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.errors import DerivationError
-from mecanique.model.contacts import row_names
+from mecanique.model.constraints.contacts import row_names
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length

@@ -11,14 +11,14 @@ engine's mass matrix:
 
 Of the mass matrix each entry is judged by itself, on its own scale d_i d_j, so that a light part is
 seen wherever it moves with little else; of bias and gravity each entry is judged beside the whole
-vector (`mecanique.verification.contributions` has what rounding may make of each). Otherwise the
+vector (`mecanique.verification.rounding` has what rounding may make of each). Otherwise the
 relative difference of x and y at a state is ‖x − y‖ / max(‖x‖, ‖y‖, floor). The floor keeps a
 value that happens to pass through zero from being judged against its own rounding errors: a
 thousandth of the root mean square of ‖y‖ over all states, and not less than a thousandth of what 1
 m/s² or 1 m/s makes of the moving mass.
 
 What is solved for may differ by more than a fixed tolerance at states where rounding alone explains
-it; `mecanique.verification.conditioning` has the bound.
+it; `mecanique.verification.rounding.conditioning` has the bound.
 """
 
 from __future__ import annotations

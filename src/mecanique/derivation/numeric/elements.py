@@ -20,7 +20,7 @@ from mecanique.derivation.numeric.free_bodies import Snapshot
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
-from mecanique.model.elements import force_names, preloads
+from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 from mecanique.model.guides.guide import Guide
 from mecanique.model.mechanism import Mechanism

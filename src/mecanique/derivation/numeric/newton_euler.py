@@ -27,7 +27,7 @@ from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.elements import Along, find_unexplained, size, unit_needs
 from mecanique.derivation.numeric.free_bodies import FreeBodies, Snapshot, times, total_momentum
 from mecanique.derivation.numeric.recursion import solve
-from mecanique.model.elements import force_names
+from mecanique.model.constraints.elements import force_names
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide, idle_coordinates
 from mecanique.model.mechanism import Mechanism

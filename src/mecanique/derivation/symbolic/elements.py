@@ -13,7 +13,7 @@ from mecanique.derivation.symbolic.elimination import JointRate, demands
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
-from mecanique.model.elements import Belt, Cord, Gear, Rack, preloads
+from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack, preloads
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 

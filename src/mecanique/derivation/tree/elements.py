@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.elements import Belt, Cord, Gear, Rack
+from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack
+from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Single
-from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.element_laws import Bevel, bevel_of
 

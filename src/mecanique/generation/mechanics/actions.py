@@ -22,9 +22,9 @@ from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cro
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of, values_of
 from mecanique.model.bodies import Body
-from mecanique.model.contacts import Contact, Rolling
-from mecanique.model.elements import force_names
-from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.constraints.contacts import Contact, Rolling
+from mecanique.model.constraints.elements import force_names
+from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.placement import Placement
 
 __all__ = ["Actions"]

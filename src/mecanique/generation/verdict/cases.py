@@ -20,8 +20,8 @@ from mecanique.generation.verdict.differences import differences
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.reference import Reference
-from mecanique.verification.conditioning import UNIT, rounding
 from mecanique.verification.difference import scales
+from mecanique.verification.rounding.conditioning import UNIT, rounding
 from mecanique.verification.rows import moving_mass
 from mecanique.verification.states.random import random_states
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.program.tape import Tape
 from mecanique.generation.program.traced import Traced, value_of
-from mecanique.model.contacts import Rolling
+from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 

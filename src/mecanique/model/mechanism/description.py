@@ -11,17 +11,17 @@ import numpy as np
 
 from mecanique.errors import UnknownNameError
 from mecanique.model.bodies import Body
-from mecanique.model.contacts import Contact
+from mecanique.model.constraints.contacts import Contact
+from mecanique.model.constraints.elements import Element
+from mecanique.model.constraints.loops import Loop
+from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.elements import Element
 from mecanique.model.expression import Scalar, evaluate
 from mecanique.model.forces import AnyForce
 from mecanique.model.joints import Joint
-from mecanique.model.loops import Loop
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.parameters import Input, Parameter
 from mecanique.model.placement import Placement
-from mecanique.model.velocity_constraints import VelocityConstraint
 
 __all__ = ["Description"]
 

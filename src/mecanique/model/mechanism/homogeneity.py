@@ -9,7 +9,8 @@ from typing import final
 
 from mecanique.model.bodies.shapes import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
-from mecanique.model.contacts import Rolling
+from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack
 from mecanique.model.dimensions import (
     PURE,
     Dimension,
@@ -19,7 +20,6 @@ from mecanique.model.dimensions import (
     read_unit,
     say_unit,
 )
-from mecanique.model.elements import Belt, Cord, Gear, Rack
 from mecanique.model.expression import Scalar, symbols_in
 from mecanique.model.forces import JointLoad
 from mecanique.model.joints import UNITS, Single

@@ -9,14 +9,14 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from mecanique.errors import MecaniqueError
-from mecanique.model.contacts import Rolling
-from mecanique.model.elements import Gear, Rack
+from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraints.elements import Gear, Rack
+from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.forces import JointLoad
 from mecanique.model.joints import Planar, Prismatic, Revolute, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.homogeneity import find_mismatches
-from mecanique.model.velocity_constraints import is_integrable
 
 __all__ = ["faults", "inertia_fault"]
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.model.bodies import Body
-from mecanique.model.contacts import Rolling
+from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.forces import ForceKind
 from mecanique.model.mechanism import Mechanism

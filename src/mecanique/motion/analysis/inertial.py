@@ -17,8 +17,8 @@ import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.bodies import Body
+from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.coordinates import Coordinates
-from mecanique.model.elements import Belt, Cord
 from mecanique.model.expression import finite, time
 from mecanique.model.forces import AnyForce, BodyLoad, Force
 from mecanique.model.joints import Fixed, Revolute

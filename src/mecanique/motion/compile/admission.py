@@ -10,7 +10,7 @@ import numpy as np
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
-from mecanique.verification.conditioning import rounding
+from mecanique.verification.rounding.conditioning import rounding
 from mecanique.verification.rows import TOLERANCE, rows_of
 from mecanique.verification.states.random import random_states
 

@@ -9,8 +9,8 @@ from typing import TypeAlias, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.contacts import Rolling
-from mecanique.model.elements import Belt, Cord
+from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.expression import Scalar, compile_scalars, finite, plain
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.rates import Rates

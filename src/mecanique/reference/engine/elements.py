@@ -18,11 +18,11 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
-from mecanique.model.elements import Belt, Cord, Gear, Rack, force_names, preloads
+from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack, force_names, preloads
+from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.guides.find import guides_of
 from mecanique.model.guides.guide import Guide
 from mecanique.model.joints import Single
-from mecanique.model.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 from mecanique.reference.engine.chart import Chart

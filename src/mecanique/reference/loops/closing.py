@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError
-from mecanique.model.contacts import Rolling
+from mecanique.model.constraints.contacts import Rolling
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.tolerances import ASSEMBLED, EXACT, LEAST, RANK_ASSEMBLED, TINY

@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.model.units import velocity_scales

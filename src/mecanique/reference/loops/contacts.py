@@ -19,7 +19,7 @@ from typing import NamedTuple, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.model.contacts import Blade, Contact, Rolling, row_names
+from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import Engine

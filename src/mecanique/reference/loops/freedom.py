@@ -15,8 +15,8 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, InputError
+from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.expression import finite
-from mecanique.model.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
 from mecanique.reference.loops.assembly import position_near

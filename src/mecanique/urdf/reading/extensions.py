@@ -7,10 +7,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from typing import final
 
-from mecanique.model.contacts import Contact
-from mecanique.model.elements import Element as AnyElement
+from mecanique.model.constraints.contacts import Contact
+from mecanique.model.constraints.elements import Element as AnyElement
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.forces import AnyForce, Damper, JointDamper, JointSpring, Spring
-from mecanique.model.loops import Loop
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,

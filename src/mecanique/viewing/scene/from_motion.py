@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
-from mecanique.model.elements import Belt, Cord
+from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import per_second, units

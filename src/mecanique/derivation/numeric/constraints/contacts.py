@@ -18,7 +18,7 @@ from mecanique.derivation.scalars.functions import function
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
-from mecanique.model.contacts import Blade, Contact, Rolling, row_names
+from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_names
 from mecanique.model.expression import evaluate
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States

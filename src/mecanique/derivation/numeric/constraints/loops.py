@@ -25,7 +25,7 @@ from mecanique.arrays import Array
 from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import links, place_of
 from mecanique.derivation.tree.poses import placement_matrix
-from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import characteristic_length, velocity_scales

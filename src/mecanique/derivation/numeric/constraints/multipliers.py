@@ -24,7 +24,7 @@ from mecanique.derivation.numeric.constraints.loops import (
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.lagrange import Definition
 from mecanique.errors import DerivationError, InputError
-from mecanique.model.loops import explain_lock
+from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.model.units import velocity_scales

@@ -20,7 +20,7 @@ from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, cross, dot, lift, total, zero
 from mecanique.derivation.tree.poses import combination, origin, product, transpose
 from mecanique.errors import DerivationError
-from mecanique.model.contacts import Blade, Contact, Rolling
+from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 
 __all__ = ["Touch", "contact_ties", "touches"]
 

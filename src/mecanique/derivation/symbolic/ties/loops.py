@@ -19,7 +19,7 @@ from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.poses import Matrix, origin, product, transpose
-from mecanique.model.loops import Loop
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.placement import Placement
 
 __all__ = ["Closing", "closings", "loop_ties"]

@@ -27,8 +27,8 @@ from mecanique.generation.mechanics.vectors import (
     transpose,
 )
 from mecanique.generation.mechanics.world import World
-from mecanique.model.contacts import Blade, Contact, Rolling
-from mecanique.model.velocity_constraints import VelocityConstraint
+from mecanique.model.constraints.contacts import Blade, Contact, Rolling
+from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 
 __all__ = ["Demand", "demands_of"]
 

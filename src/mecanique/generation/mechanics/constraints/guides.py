@@ -19,7 +19,7 @@ from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Triple, add, apply, dot, products, scale
 from mecanique.generation.program.solving import factorize
-from mecanique.model.elements import force_names, preloads
+from mecanique.model.constraints.elements import force_names, preloads
 from mecanique.model.expression import Scalar
 
 __all__ = ["Guides"]

@@ -13,7 +13,7 @@ from mecanique.generation.mechanics.forces import on_velocities
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, apply_transpose, dot
-from mecanique.model.loops import CLOSED, Loop
+from mecanique.model.constraints.loops import CLOSED, Loop
 
 __all__ = ["Loops", "loops_of"]
 

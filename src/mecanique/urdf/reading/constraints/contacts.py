@@ -7,7 +7,7 @@
     <mecanique:blade name="edge" link="sleigh" on="ground"
         point="0 0 0" along="1 0 0" normal="0 0 1"/>
 
-They say what `mecanique.model.contacts` says; a ball has no axis and no crown.
+They say what `mecanique.model.constraints.contacts` says; a ball has no axis and no crown.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from mecanique.errors import InputError
-from mecanique.model.contacts import Blade, Contact, Rolling
+from mecanique.model.constraints.contacts import Blade, Contact, Rolling
 from mecanique.model.expression import Scalar
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, vector

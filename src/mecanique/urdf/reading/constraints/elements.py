@@ -28,9 +28,9 @@ from math import radians
 from typing import TypeAlias
 
 from mecanique.errors import InputError
-from mecanique.model.elements import Belt, Cord, Gear, Pulley, Rack
+from mecanique.model.constraints.elements import Belt, Cord, Gear, Pulley, Rack
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar
-from mecanique.model.loops import Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.urdf.dialect import BELT, CORD, CORD_STOPS, GEAR, RACK
 from mecanique.urdf.element import Element

@@ -5,8 +5,8 @@
       <mecanique:frame_b link="rocker" xyz="1.7 0 0" rpy="0 0 0"/>
     </mecanique:loop>
 
-The types are those of `mecanique.model.loops.CLOSED`; other programs ignore the element, and see
-the open tree.
+The types are those of `mecanique.model.constraints.loops.CLOSED`; other programs ignore the
+element, and see the open tree.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import cast
 
-from mecanique.model.loops import CLOSED, Kind, Loop
+from mecanique.model.constraints.loops import CLOSED, Kind, Loop
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 from mecanique.urdf.dialect import (

@@ -17,10 +17,10 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any, final
 
+from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.expression import FUNCTIONS, Scalar, coordinate, plain, symbols_in, time
 from mecanique.model.joints import Joint, Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.velocity_constraints import VelocityConstraint
 from mecanique.urdf.dialect import TERM, VELOCITY_CONSTRAINT
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report

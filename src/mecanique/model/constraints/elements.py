@@ -12,8 +12,8 @@ from math import pi, radians
 from typing import NamedTuple, TypeAlias, final
 
 from mecanique.errors import InputError
+from mecanique.model.constraints.loops import Loop
 from mecanique.model.expression import Scalar, Vector, plain
-from mecanique.model.loops import Loop
 from mecanique.model.placement import vector
 
 __all__ = [

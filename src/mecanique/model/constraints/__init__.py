@@ -1,0 +1,1 @@
+"""What holds coordinates together: loops, contacts, elements and velocity constraints."""

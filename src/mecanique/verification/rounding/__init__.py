@@ -1,0 +1,1 @@
+"""How far rounding alone may drive two sound sources apart."""
