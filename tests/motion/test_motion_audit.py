@@ -5,6 +5,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.motion import Audit, Event
+from mecanique.motion.analysis.forces import Actions
 from mecanique.motion.record.motion import Motion
 
 BALANCES = (
@@ -244,3 +245,36 @@ def test_an_audit_stays_right_across_events() -> None:
     assert audit.ok, audit
     assert audit.trust is not None
     assert audit.trust.error < 1e-6
+
+
+@pytest.mark.parametrize(
+    "name", ["cart_pole", "slider_crank", "rolling_coin", "double_atwood_machine"]
+)
+def test_the_resultant_is_that_of_all_that_crosses_from_the_ground(name: str) -> None:
+    """Action by action: weights, loads, springs to the ground, joints, loops and contacts."""
+    mechanism = mq.textbook.load(name)
+    motion = mq.simulate(mechanism, duration=0.3)
+    t, q, v = motion.t, motion.q, motion.v
+    actions = Actions(mechanism, motion.reference)
+    force, moment = np.zeros((len(t), 3)), np.zeros((len(t), 3))
+    for action in (*actions.applied(t, q, v), *actions.reactions(t, q, v)):
+        if action.body != mechanism.ground and action.other in (None, mechanism.ground):
+            force += action.force
+            moment += action.moment + np.cross(action.origin, action.force)
+    found = motion.reference.resultant(q, v, t)
+    size = 1 + np.abs(force).max()
+    assert np.allclose(found.force, force, rtol=0, atol=1e-9 * size)
+    assert np.allclose(found.moment, moment, rtol=0, atol=1e-9 * (size + np.abs(moment).max()))
+    assert np.allclose(found.center, motion.reference.center_of_mass(q, t=t).position)
+
+
+def test_the_largest_speed_is_that_of_the_fastest_center_of_mass() -> None:
+    motion = mq.simulate(mq.textbook.load("cart_pole"), duration=0.5)
+    centers = [
+        motion.reference.point(
+            body.name, motion.mechanism.evaluate_all(body.center), motion.q, motion.v, None
+        ).velocity
+        for body in motion.mechanism.bodies
+    ]
+    fastest = np.linalg.norm(centers, axis=2)
+    assert motion.audit().speed == pytest.approx(fastest.max(), rel=1e-12)

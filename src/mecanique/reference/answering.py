@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from mecanique.errors import EngineError, InputError, MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, explain_defaults
 from mecanique.reference.engine.tree import Tree
+from mecanique.reference.engine.whole import Whole
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom import generic_rank
 
@@ -31,6 +33,10 @@ class Answering:
         self.mechanism = mechanism
         self._tree = Tree(mechanism)
         self._closed = Closed(self._tree) if mechanism.constrained else None
+
+    @cached_property
+    def _whole(self) -> Whole:
+        return Whole(self._tree)
 
     _generic: int | None = None
     """The rank of the constraints in general, once it is known that they do not lock by chance."""

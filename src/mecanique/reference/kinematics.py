@@ -199,5 +199,5 @@ class Kinematics(Answering):
                 f"mechanism {self.mechanism.name!r} has no moving mass, so no center of it"
             )
         states = States.of(self.mechanism, q, v, t, a)
-        parts = self._answer(states, self._tree.center, accelerations=True)
+        parts = self._answer(states, self._whole.center, accelerations=True)
         return PointMotion(*np.moveaxis(parts, -2, 0))

@@ -12,7 +12,7 @@ from mecanique.arrays import Array
 from mecanique.model.dynamics import Dynamics, Quantity
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given, States
-from mecanique.reference.engine.answers import Energy, Momentum
+from mecanique.reference.engine.answers import Energy, Momentum, Resultant
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
@@ -102,8 +102,33 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
             v: shape (nv,).
             t: time [s].
         """
-        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._tree.momentum)
+        parts = self._answer(States.of(self.mechanism, q, v, t=t), self._whole.momentum)
         return Momentum(*np.moveaxis(parts, -2, 0)[:3])
+
+    def resultant(self, q: Given, v: Given = None, t: float | Array = 0.0) -> Resultant:
+        """Return the resultant of all that acts on the moving bodies from outside, world axes.
+
+        These are their weights, the loads, and what the ground transmits: by joints, loops,
+        contacts, springs and dampers. It is the rate of change of the momenta (Newton, Euler).
+
+        Args:
+            q: shape (nq,).
+            v: shape (nv,).
+            t: time [s].
+
+        Raises:
+            EngineError: if a motion moves no mass in this state, or a loop is open.
+        """
+        rhs, nq = self.rhs(overwriting=True), self.mechanism.nq
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            a = rhs(t, np.concatenate([q, v]))[nq:]
+            if not np.isfinite(a).all():
+                a = self._accelerate(q, v, t)
+            return self._whole.resultant(q, v, t, a)
+
+        parts = self._answer(States.of(self.mechanism, q, v, t), one)
+        return Resultant(*np.moveaxis(parts, -2, 0))
 
     def _compute(self, quantity: Quantity, states: States) -> Array:
         tree = self._tree

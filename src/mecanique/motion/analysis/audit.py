@@ -215,13 +215,10 @@ def _row(
 
 
 def _largest_speed(motion: Motion) -> float:
-    mechanism, fastest = motion.mechanism, 0.0
-    for body in mechanism.bodies:
-        if body.name == mechanism.ground:
-            continue
-        center = mechanism.evaluate_all(body.center)
-        velocity = motion.reference.point(
-            body.name, center, motion.q, motion.v, None, motion.t
-        ).velocity
-        fastest = max(fastest, float(np.linalg.norm(velocity, axis=1).max()))
-    return fastest
+    """The largest speed of a body's center of mass."""
+    mechanism = motion.mechanism
+    moving = motion.reference.motions(motion.q, motion.v, t=motion.t)
+    centers = np.array([mechanism.evaluate_all(body.center) for body in mechanism.bodies])
+    arms = (moving.poses[..., :3, :3] @ centers[..., None])[..., 0]
+    velocities = moving.velocities + np.cross(moving.angular_velocities, arms)
+    return float(np.linalg.norm(velocities, axis=-1).max(initial=0.0))

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.motion.analysis.external import External
 from mecanique.motion.record.quadrature import integral
 
 if TYPE_CHECKING:
@@ -51,11 +50,10 @@ def momentum_balances(motion: Motion) -> Iterator[Balance]:
         mechanism.evaluate(body.mass) for body in mechanism.bodies if body.name != mechanism.ground
     ):
         return
-    external = External(mechanism, reference)
 
     def rates(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-        force, moment = external(t, q, v)
-        about_center = moment - np.cross(reference.center_of_mass(q, t=t).position, force)
+        force, moment, center = reference.resultant(q, v, t)
+        about_center = moment - np.cross(center, force)
         sizes = [np.linalg.norm(x, axis=1, keepdims=True) for x in (force, moment, about_center)]
         return np.hstack([force, moment, about_center, *sizes])
 

@@ -21,6 +21,7 @@ __all__ = [
     "Number",
     "Places",
     "PointMotion",
+    "Resultant",
     "Twist",
     "Wrench",
     "local_point",
@@ -88,6 +89,20 @@ class BodyMotions(NamedTuple):
     angular_velocities: Array
     accelerations: Array
     angular_accelerations: Array
+
+
+class Resultant(NamedTuple):
+    """Force and moment of all that acts on the moving bodies from outside, world axes.
+
+    Args:
+        force: shape (3,) or (n, 3) [N].
+        moment: about the world's origin, shape (3,) or (n, 3) [N·m].
+        center: the common center of mass, the origin if there is no mass, shape (3,) or (n, 3) [m].
+    """
+
+    force: Array
+    moment: Array
+    center: Array
 
 
 class PointMotion(NamedTuple):

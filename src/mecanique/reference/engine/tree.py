@@ -183,20 +183,6 @@ class Tree:
         kinetic = 0.5 * float(u @ self._pin.crba(engine.model, engine.data, chart.p) @ u)
         return np.array([kinetic, height, springs])
 
-    def momentum(self, q: Array, v: Array, t: float) -> Array:
-        """Return linear, angular about origin and center of mass, and that center, shape (4, 3)."""
-        self.move(q, v, t)
-        engine = self.engine
-        total, moment = self._pin.Force.Zero(), np.zeros(3)
-        for index in range(1, engine.model.njoints):
-            pose, inertia = engine.data.oMi[index], engine.model.inertias[index]
-            total += pose.act(inertia * engine.data.v[index])
-            moment += inertia.mass * pose.act(inertia.lever)
-        center = moment / self.moving_mass if self.moving_mass else moment
-        return np.array(
-            [total.linear, total.angular, total.angular - np.cross(center, total.linear), center]
-        )
-
     def reactions(self, q: Array, v: Array, t: float) -> Array:
         """Return force and moment of parent on child, joint by joint, shape (n, 2, 3)."""
         loads = self.loads
@@ -321,27 +307,6 @@ class Tree:
         turn, twist = data.oMi[holder.joint].rotation, data.v[holder.joint]
         linear = twist.linear + np.cross(twist.angular, holder.placement.translation)
         return np.array([turn @ linear, turn @ twist.angular])
-
-    def center(self, q: Array, v: Array, t: float, a: Array) -> Array:
-        """Return position, velocity, acceleration of the moving bodies' center, shape (3, 3)."""
-        self.move(q, v, t, a)
-        model, data = self.engine.model, self.engine.data
-        joints = range(1, model.njoints)
-        masses = np.array([model.inertias[joint].mass for joint in joints])
-        levers = np.array([model.inertias[joint].lever for joint in joints]).reshape(-1, 3)
-        twists = np.array([data.v[joint].vector for joint in joints]).reshape(-1, 6)
-        rates = np.array([data.a[joint].vector for joint in joints]).reshape(-1, 6)
-        turns = np.array([data.oMi[joint].rotation for joint in joints]).reshape(-1, 3, 3)
-        places = np.array([data.oMi[joint].translation for joint in joints]).reshape(-1, 3)
-        velocities = twists[:, :3] + np.cross(twists[:, 3:], levers)
-        # from the spatial to the classical acceleration
-        changes = (
-            rates[:, :3] + np.cross(rates[:, 3:], levers) + np.cross(twists[:, 3:], velocities)
-        )
-        own = np.stack([levers, velocities, changes], axis=1)
-        turned = np.einsum("jik,jrk->jri", turns, own)
-        turned[:, 0] += places
-        return np.asarray(masses @ turned.reshape(len(masses), 9)).reshape(3, 3) / self.moving_mass
 
     def followers(self, q: Array, v: Array, t: float, a: Array) -> Array:
         """Return the driven joint coordinates, their rates and second rates, shape (3, k)."""
