@@ -68,18 +68,25 @@ def dimensions_of(m: Description) -> Dimensions:
             states[name] = read_unit(UNITS[kind])
         states |= dict.fromkeys(joint.linear_velocities, read_unit("m/s"))
         states |= dict.fromkeys(joint.angular_velocities, read_unit("rad/s"))
+    driving: dict[str, list[str]] = {}
+    for follower, expression in m.coordinates.driven.items():
+        for symbol in symbols_in(expression):
+            driving.setdefault(symbol, []).append(follower)
     for name in m.coordinates.names:
         if name not in states:
-            its = _infer(m, name, Dimensions(declared, dict(states)))
+            its = _infer(m, name, driving.get(name, ()), Dimensions(declared, dict(states)))
             if its is not None:
                 states[name] = its
                 states[f"{name}'"] = divide(its, read_unit("s"))
     return Dimensions(declared, states)
 
 
-def _infer(m: Description, name: str, known: Dimensions) -> Dimension | None:
-    for follower, expression in m.coordinates.driven.items():
+def _infer(
+    m: Description, name: str, followers: Iterable[str], known: Dimensions
+) -> Dimension | None:
+    for follower in followers:
         place = known.states.get(follower)
+        expression = m.coordinates.driven[follower]
         found = None if place is None else _solve(expression, place, name, known)
         if found is not None:
             return found

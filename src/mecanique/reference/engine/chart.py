@@ -230,20 +230,27 @@ class Chart:
         v = [real[Symbol(name)] for name in mechanism.velocities]
         time = real[Symbol("t")]
 
+        def slope(expression: Any, symbol: Any) -> Any:
+            # sympy takes long to find a zero, and of a long chain nearly all are
+            return expression.diff(symbol) if symbol in expression.free_symbols else Integer(0)
+
         def total(expression: Any) -> Any:
+            present = expression.free_symbols
             parts = (
                 expression.diff(symbol) * rate
                 for symbol, rate in rates.items()
-                if expression.has(symbol)
+                if symbol in present
             )
-            return sum(parts, expression.diff(time))
+            return sum(parts, slope(expression, time))
 
         def without_impulses(expression: Any) -> Expr:
+            if expression.is_Number:
+                return expression
             return expression.replace(DiracDelta, lambda *_: Integer(0)).xreplace(back)
 
         maps = [sympify(plain(driven[name])).xreplace(rules).xreplace(real) for name in followers]
         first = [total(expression) for expression in maps]
-        G = [rate.diff(symbol) for rate in first for symbol in v]
+        G = [slope(rate, symbol) for rate in first for symbol in v]
         c = [rate.xreplace(dict.fromkeys(v, Integer(0))) for rate in first]
         gamma = [total(rate) for rate in first]
         q_names = (*mechanism.coordinates, "t", *mechanism.values)
