@@ -54,6 +54,11 @@ def test_facts_hold_for_any_number_of_links(name: str, n: int) -> None:
     assert not failures(check(name, {"n": n}, samples=5))
 
 
+@pytest.mark.slow
+def test_rounding_of_a_long_chain_is_no_failure() -> None:
+    assert not failures(check("n_link_pendulum", {"n": 200}, samples=2))
+
+
 AT_A_STATE = (Acceleration, MassMatrix, KineticEnergy, Conserved, Frequencies, Eigenvalues, Steady)
 """Kinds of facts that take no integration."""
 

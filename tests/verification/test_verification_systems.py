@@ -12,15 +12,16 @@ import pytest
 from systems import TREES
 
 from mecanique import textbook
-from mecanique.errors import InputError
+from mecanique.errors import EngineError, InputError
 from mecanique.model import Loop, Mechanism
 from mecanique.reference import Reference
+from mecanique.reference.engine.package import engine_name
 from mecanique.verification import Verdict, verify
 from mecanique.verification import derivations as sources
 from mecanique.verification.derivations import balances, derive_all, reactions
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.rows import Values, evaluate, rows_of
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states.random import random_states, usual_samples
 from mecanique.verification.verdict import versions
 
 UNREADABLE = (
@@ -259,3 +260,29 @@ def test_every_reaction_is_the_engines(name: str) -> None:
     (row,) = [row for row in verdict.rows if row.quantity == "reactions"]
     assert row.sources == ("Newton-Euler", "Pinocchio")
     assert row.worst < 1e-12
+
+
+def test_a_long_chain_is_compared_at_fewer_states() -> None:
+    chains = {n: textbook.load("n_link_pendulum", n=n) for n in (60, 120)}
+    assert {n: usual_samples(chain) for n, chain in chains.items()} == {60: 100, 120: 25}
+
+
+def test_verify_reports_its_progress() -> None:
+    told: list[tuple[str, float]] = []
+    verdict = verify(
+        textbook.load("double_pendulum"), progress=lambda name, done: told.append((name, done))
+    )
+    assert verdict.samples == 100
+    assert [name for name, _ in told][:2] == [engine_name(), "jets"]
+    assert [done for _, done in told] == sorted({done for _, done in told})
+
+
+def test_what_is_too_long_for_the_engine_is_declined_before_anything_is_derived(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def derive(mechanism: Mechanism) -> None:
+        raise AssertionError("derived before the engine was asked")
+
+    monkeypatch.setattr("mecanique.verification.derivations.derive_all", derive)
+    with pytest.raises(EngineError, match="has 211 joint velocities; Pinocchio is given at most"):
+        verify(textbook.load("n_link_pendulum", n=211))

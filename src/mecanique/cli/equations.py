@@ -17,10 +17,9 @@ from mecanique.cli.derivations import (
     in_one_coordinate,
     reduction,
 )
-from mecanique.cli.printing import say, working
+from mecanique.cli.printing import named_progress, say, working
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
-from mecanique.wording import say_count
 
 __all__ = ["app"]
 
@@ -154,7 +153,9 @@ def verify(
     samples: Annotated[
         int | None,
         typer.Option(
-            metavar="NUMBER", help="Number of random states at which to compare; 50 for --robots."
+            metavar="NUMBER",
+            help="Number of random states at which to compare; 100, or 50 for --robots, and fewer "
+            "of one SYSTEM with more than 60 velocities.",
         ),
     ] = None,
     seed: Seed = 0,
@@ -204,25 +205,25 @@ def verify(
         raise typer.BadParameter("expected --against with --header")
     if (system is not None) + every + robots != 1:
         raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
-    usual = SAMPLES_OF_ROBOTS if robots else SAMPLES
-    number = usual if samples is None else samples
     if system is None and tolerance is not None:
         raise typer.BadParameter("expected a SYSTEM with --tolerance")
     if system is None:
-        surveyed = survey(number, seed, robots=robots)
+        usual = SAMPLES_OF_ROBOTS if robots else SAMPLES
+        surveyed = survey(usual if samples is None else samples, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))
         raise typer.Exit(0 if surveyed.agrees else 1)
     chosen = choose(system, parameters, reading)
     other = None if against is None else source(against, reading)
-    with working(f"Comparing with {against or engine_name()} at {say_count(number, 'state')}"):
+    with named_progress(f"Comparing with {against or engine_name()}") as advance:
         verdict = mq.verify(
             chosen.mechanism,
-            number,
+            samples,
             seed,
             against=other,
             header=header,
             tolerance=tolerance,
             engines=[word for word in engines.split(",") if word],
+            progress=advance,
         )
         facts = () if against is not None else textbook_facts(system, parameters, seed)
     check = Check(verdict, facts)

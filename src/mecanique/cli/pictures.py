@@ -52,7 +52,7 @@ def run(
     q: Coordinates = None,
     v: Velocities = None,
     duration: Duration = None,
-    samples: Samples = 100,
+    samples: Samples = None,
     seed: Seed = 0,
     rtol: Tolerance = 1e-10,
     output: Page = None,
@@ -60,6 +60,8 @@ def run(
     reading: Reading,
 ) -> None:
     """Derive, verify, simulate, and write an offline page."""
+    from mecanique.reference.engine.package import engine_name
+
     chosen = choose(system, parameters, reading)
     mechanism = chosen.mechanism
     with working("Deriving the equations of motion"):
@@ -67,8 +69,8 @@ def run(
         text = str(equations)
     heading(f"Equations of motion of {mechanism.name}")
     say(text)
-    with working(f"Comparing with Pinocchio at {say_count(samples, 'state')}"):
-        verdict = mq.verify(mechanism, samples=samples, seed=seed)
+    with named_progress(f"Comparing with {engine_name()}") as advance:
+        verdict = mq.verify(mechanism, samples=samples, seed=seed, progress=advance)
     say("")
     heading("Verdict")
     heading(verdict.summary, "green" if verdict.agrees else "bold red")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING
@@ -70,25 +71,26 @@ def working(text: str) -> AbstractContextManager[Status]:
 @contextmanager
 def progress(text: str) -> Iterator[Callable[[float], None]]:
     """Show a progress bar on a terminal; yield a function that takes the fraction done."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task(text, total=1.0)
-        yield lambda done: bar.update(task, completed=done)
+    with named_progress(text) as advance:
+        yield lambda done: advance("", done)
 
 
 @contextmanager
 def named_progress(text: str) -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar on a terminal; yield a function of the item and the fraction done."""
+    if not sys.stderr.isatty():
+        yield lambda _name, _done: None
+        return
     from rich.console import Console
     from rich.progress import Progress
 
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
+    with Progress(console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(text, total=1.0)
-        yield lambda name, done: bar.update(task, completed=done, description=f"{text}: {name}")
+
+        def advance(name: str, done: float) -> None:
+            bar.update(task, completed=done, description=f"{text}: {name}" if name else text)
+
+        yield advance
 
 
 def verdict_table(verdict: Verdict) -> Table:

@@ -76,7 +76,11 @@ Tolerance: TypeAlias = Annotated[
     float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")
 ]
 Samples: TypeAlias = Annotated[
-    int, typer.Option(metavar="NUMBER", help="Number of random states at which to compare.")
+    int | None,
+    typer.Option(
+        metavar="NUMBER",
+        help="Number of random states at which to compare; 100, fewer above 60 velocities.",
+    ),
 ]
 Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
 AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]

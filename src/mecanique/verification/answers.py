@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import final
 
@@ -100,6 +101,7 @@ def ask(
     *,
     reactions: bool = True,
     budget: bool = True,
+    progress: Callable[[str, float], None] | None = None,
 ) -> Answers:
     """Evaluate every form and the engine at the same states.
 
@@ -110,6 +112,7 @@ def ask(
         states: where to evaluate.
         reactions: whether those in the joints of a tree are asked for as well.
         budget: whether an expensive form is evaluated at the first states only.
+        progress: called with what is evaluated next and the fraction done.
     """
     idle = None if mechanism.constrained else engine.massless
     notes, moves = ours.notes, idle is None
@@ -118,9 +121,12 @@ def ask(
         remark = "left out: accelerations and reactions, which nothing determines"
         verb = "moves" if len(idle_ones) == 1 else "move"
         notes = (*notes, f"{remark}: {', '.join(idle_ones)} {verb} no mass")
+    tell = progress or (lambda _name, _done: None)
+    tell(engine_name(), 0.0)
     theirs = evaluate(engine, states, accelerations=moves)
     found: dict[str, dict[str, Array]] = {}
-    for name, form in ours.forms.items():
+    for k, (name, form) in enumerate(ours.forms.items(), 1):
+        tell(name, k / (len(ours.forms) + 2))
         some = derivations.affordable(name, states) if budget else states
         light = derivations.is_light(name, mechanism)
         if len(some) < len(states):
@@ -134,6 +140,7 @@ def ask(
     if mechanism.loops and not mechanism.rolls:
         found[_INDEPENDENT], remarks = derivations.independent_accelerations(mechanism, states)
         notes = (*notes, *remarks)
+    tell("reactions and rounding", 1 - 1 / (len(ours.forms) + 2))
     if reactions and mechanism.contacts:
         theirs["contact forces"] = derivations.contact_forces(engine, engine, states)
         for name in ("recursion", "Newton-Euler"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from mecanique.arrays import Array
@@ -20,7 +20,7 @@ from mecanique.verification.causes.search import causes_of
 from mecanique.verification.difference import QUANTITIES
 from mecanique.verification.originals.engines import read_by
 from mecanique.verification.rows import TOLERANCE
-from mecanique.verification.states.random import random_states
+from mecanique.verification.states.random import random_states, usual_samples
 from mecanique.verification.verdict import Verdict, versions
 
 __all__ = ["compare", "judge", "verify"]
@@ -32,13 +32,14 @@ _EXPLAINED = 12
 @one_thread_for_loops
 def verify(
     mechanism: Mechanism,
-    samples: int = 100,
+    samples: int | None = None,
     seed: int = 0,
     *,
     against: Other | None = None,
     header: str | os.PathLike[str] | None = None,
     tolerance: float | None = None,
     engines: Sequence[str] = ("pinocchio",),
+    progress: Callable[[str, float], None] | None = None,
 ) -> Verdict:
     """Compare the equations of motion derived in-house with another source at random states.
 
@@ -52,7 +53,8 @@ def verify(
 
     Args:
         mechanism: what to verify.
-        samples: number of random states, at least 1.
+        samples: number of random states, at least 1; 100 when left out, fewer of a mechanism with
+            more than 60 velocities, whose states cost the square of their number.
         seed: of the random states; the same seed gives the same states and the same verdict.
         against: another source instead of Pinocchio: a mechanism; the path of a URDF file;
             functions by name, e.g. `{"M": …, "C": …, "g": …}`
@@ -72,6 +74,7 @@ def verify(
         engines: those that read the file itself, if the mechanism was read from one, with their own
             parsers: "pinocchio", "mujoco", "drake" (extra `engines`). Where their mass matrix or
             bias differs, the verdict says why, and does not agree.
+        progress: called with what is compared next and the fraction done.
 
     Returns:
         What agrees and what does not.
@@ -87,9 +90,11 @@ def verify(
     """
     if tolerance is not None and not 0 < tolerance < math.inf:
         raise InputError(f"expected a positive, finite tolerance, got {tolerance!r}")
+    if samples is None:
+        samples = usual_samples(mechanism)
     if against is not None:
         return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
-    verdict = compare(mechanism, samples, seed, tolerance=tolerance)
+    verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
     found = verdict if verdict.agrees else _explain(verdict, mechanism)
     return replace(found, readings=read_by(mechanism, engines, seed))
 
@@ -101,6 +106,7 @@ def compare(
     *,
     quick: bool = False,
     tolerance: float | None = None,
+    progress: Callable[[str, float], None] | None = None,
 ) -> Verdict:
     """Compare every form of the in-house derivation with the engine, without looking for causes.
 
@@ -111,10 +117,12 @@ def compare(
         quick: whether only the jets and the recursion take part, and no reactions.
         tolerance: largest relative difference that counts as agreement wherever rounding explains
             less; None for the usual one, and none of single entries.
+        progress: called with what is compared next and the fraction done.
     """
+    engine = Reference.of(mechanism)  # first, as it declines at once what is too large for it
     ours = derivations.derive_quickly(mechanism) if quick else derivations.derive_all(mechanism)
     states = random_states(mechanism, samples, seed, ours.assumptions)
-    answers = ask(ours, Reference.of(mechanism), mechanism, states, reactions=not quick)
+    answers = ask(ours, engine, mechanism, states, reactions=not quick, progress=progress)
     return judge(mechanism, answers, states, seed, tolerance)
 
 

@@ -17,7 +17,7 @@ from mecanique.model.units import characteristic_length
 from mecanique.verification.states.loops import closed_states, refuse_locked, wander
 from mecanique.verification.states.validity import is_possible
 
-__all__ = ["random_states"]
+__all__ = ["random_states", "usual_samples"]
 
 _LENGTH = 0.4
 """Coordinates that are lengths lie within this many characteristic lengths of zero."""
@@ -34,8 +34,20 @@ _LOT = 32
 _ROUNDS = 50
 """How often a new lot is drawn while states are impossible."""
 
+_USUAL, _LONG, _FEWEST = 100, 60, 5
+"""So many states, of mechanisms up to so many velocities; of longer ones fewer, but so many."""
+
 _TIME = 10.0
 """Times lie between zero and this, for mechanisms whose equations depend on time [s]."""
+
+
+def usual_samples(mechanism: Mechanism) -> int:
+    """Return how many states a mechanism is compared at by default.
+
+    A state of a long chain costs the square of its size, so that 100 of 200 links take minutes; and
+    each of them is a comparison of 40,000 entries.
+    """
+    return max(_FEWEST, min(_USUAL, int(_USUAL * (_LONG / max(mechanism.nv, 1)) ** 2)))
 
 
 def random_states(
