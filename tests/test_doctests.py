@@ -20,7 +20,6 @@ WITHOUT = {
     "frequency_response",
     "generate",
     "inertial_check",
-    "linearize_steady",
     "picture",
     "robot",
     "simulate_many",

@@ -49,13 +49,23 @@ def test_one_motion_is_told_in_words() -> None:
     assert "cyclic                  x, y" in text
 
 
+def test_matrices_are_written_as_functions_of_the_speed() -> None:
+    """C1 of the benchmark bicycle (Meijaard et al., Proc. R. Soc. A 463 (2007) 1955)."""
+    words = "whipple_bicycle", "--at", "z=0.3", "-v", "x=1", "--expand", "roll", "--expand", "steer"
+    told = json.loads(run(*words, "--json"))
+    C1 = [[0.0, 33.86641391492494], [-0.85035641456978, 1.6854039739756]]
+    np.testing.assert_allclose(told["C"][1], C1, atol=1e-9)
+    assert told["coordinates"] == ["roll", "steer"]
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
         (("whipple_bicycle", "--speeds", "1:2"), "expected --speeds FROM:TO:COUNT, got '1:2'"),
         (("whipple_bicycle", "--speeds", "2:1:5"), "FROM below TO and 2 to 1000"),
         (("whipple_bicycle", "--plot", "x.svg"), "expected --speeds with --plot"),
-        (("double_pendulum",), "does not roll; use linearize"),
+        (("double_pendulum", "--at", "q1=1"), "is not steady: q1'' = "),
+        (("rolling_coin", "--expand", "x"), "expected names among"),
     ],
 )
 def test_wrong_words_are_refused(words: tuple[str, ...], message: str) -> None:

@@ -125,6 +125,8 @@ def test_a_ball_on_a_turntable_goes_round_at_two_sevenths() -> None:
     found = reference.point("ball", (0, 0, 0), states.q, states.v, a, states.t).acceleration
     x, y, _ = moved.velocity.T
     rate = 2 * W.value / 7
+    steady = linearize_steady(mechanism)  # at rest in the middle, while the table turns
+    np.testing.assert_allclose(np.abs(steady.exponents), [rate] * 2 + [0] * 2, atol=1e-9)
     np.testing.assert_allclose(found, np.stack([-rate * y, rate * x, 0 * x], -1), atol=1e-9)
 
 
@@ -178,8 +180,15 @@ def test_a_coin_goes_round_steadily_and_others_are_refused() -> None:
     np.testing.assert_allclose(motion["yaw"], turn * motion.t, atol=1e-6)
     with pytest.raises(InputError, match=r"is not steady: .*lean'' = "):
         linearize_steady(coin(), at, {**v, "spin": 2 * spin})
-    with pytest.raises(InputError, match="turns by a quaternion"):
-        linearize_steady(wheel())
+    # the same disk by a quaternion
+    by_quaternion = {"free_z": at["z"], "free_qx": np.sin(lean / 2), "free_qw": np.cos(lean / 2)}
+    turning = {"free_wy": turn * np.sin(lean) + spin, "free_wz": turn * np.cos(lean)}
+    free = linearize_steady(wheel(), by_quaternion, turning)
+    for exponents in (free.exponents, found.exponents):
+        np.testing.assert_allclose(exponents.real, 0, atol=1e-8)
+    both = [np.sort(found.exponents.imag), np.sort(free.exponents.imag)]
+    np.testing.assert_allclose(*both, atol=1e-8)
+    assert {"free_x", "free_y", "free_precession", "free_spin"} >= set(free.cyclic)
     with pytest.raises(InputError, match="use linearize_steady"):
         linearize(coin(), at)
 

@@ -14,12 +14,14 @@ if TYPE_CHECKING:
     from mecanique.motion.analysis.inertial import InertialCheck
     from mecanique.motion.linear.linearization import Linearization
     from mecanique.motion.linear.response import Response
-    from mecanique.motion.linear.steady import SpeedRange, SteadyLinearization
+    from mecanique.motion.linear.speeds import SpeedMatrices, SpeedRange
+    from mecanique.motion.linear.steady import SteadyLinearization
 
 __all__ = [
     "exponents",
     "figures",
     "inertial_figures",
+    "matrix_figures",
     "response_table",
     "small_motions",
     "speed_figures",
@@ -199,6 +201,17 @@ def speed_figures(table: SpeedRange) -> str:
         "speeds": table.speeds.tolist(),
         "exponents": [_pairs(row) for row in table.eigenvalues],
         "limits": table.limits,
+    }
+    return json.dumps(found, ensure_ascii=False, indent=2)
+
+
+def matrix_figures(matrices: SpeedMatrices) -> str:
+    """Return matrices as functions of the speed as JSON: of C and K by its power."""
+    found = {
+        "coordinates": matrices.names,
+        "M": matrices.M.tolist(),
+        "C": matrices.C.tolist(),
+        "K": matrices.K.tolist(),
     }
     return json.dumps(found, ensure_ascii=False, indent=2)
 

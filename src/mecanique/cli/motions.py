@@ -166,6 +166,12 @@ def steady(
         list[str] | None,
         typer.Option("--by", metavar="NAME", help="A coordinate to be independent; repeatable."),
     ] = None,
+    expand: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--expand", metavar="NAME", help="M, C, K of it as functions of the speed; repeatable."
+        ),
+    ] = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw the table, as SVG, PDF or PNG.")
     ] = None,
@@ -173,14 +179,19 @@ def steady(
     *,
     reading: Reading,
 ) -> None:
-    """Linearize what rolls about a steady motion: exponents, and where stability changes.
+    """Linearize about a steady motion: exponents, and where stability changes.
 
-    Exit code 2 where the motion is not steady, or the mechanism does not roll.
+    Exit code 2 where the motion is not steady.
     """
-    from mecanique.cli.linear import exponents, speed_figures
+    from mecanique.cli.linear import exponents, matrix_figures, speed_figures
 
     mechanism = choose(system, parameters, reading).mechanism
     place, moving = numbers(at, "--at"), numbers(v, "-v")
+    if expand:
+        matrices = mq.expand_in_speed(mechanism, place, moving, expand, by=by or ())
+        say(matrix_figures(matrices) if as_json else str(matrices))
+        if speeds is None:
+            return
     if speeds is None:
         if plot is not None:
             raise typer.BadParameter("expected --speeds with --plot")

@@ -16,12 +16,13 @@ if TYPE_CHECKING:
     from mecanique.motion.linear.linearization import Linearization
     from mecanique.motion.linear.linearize import linearize
     from mecanique.motion.linear.response import Response, frequency_response
-    from mecanique.motion.linear.steady import (
+    from mecanique.motion.linear.speeds import (
+        SpeedMatrices,
         SpeedRange,
-        SteadyLinearization,
-        linearize_steady,
+        expand_in_speed,
         sweep_speeds,
     )
+    from mecanique.motion.linear.steady import SteadyLinearization, linearize_steady
     from mecanique.motion.record.curve import State
     from mecanique.motion.record.energies import Energies
     from mecanique.motion.record.events import Event, Occurrence
@@ -41,6 +42,7 @@ __all__ = [
     "Occurrence",
     "Response",
     "Runs",
+    "SpeedMatrices",
     "SpeedRange",
     "State",
     "Statistics",
@@ -48,6 +50,7 @@ __all__ = [
     "Trust",
     "contact_events",
     "equilibria",
+    "expand_in_speed",
     "frequency_response",
     "inertial_check",
     "linearize",
@@ -69,20 +72,22 @@ _HOMES = {
     "Occurrence": ".record.events",
     "Response": ".linear.response",
     "Runs": ".ensemble.runs",
-    "SpeedRange": ".linear.steady",
+    "SpeedMatrices": ".linear.speeds",
+    "SpeedRange": ".linear.speeds",
     "State": ".record.curve",
     "Statistics": ".record.motion",
     "SteadyLinearization": ".linear.steady",
     "Trust": ".analysis.trust",
     "contact_events": ".simulation.watching.validity",
     "equilibria": ".linear.equilibria",
+    "expand_in_speed": ".linear.speeds",
     "frequency_response": ".linear.response",
     "inertial_check": ".analysis.inertial",
     "linearize": ".linear.linearize",
     "linearize_steady": ".linear.steady",
     "simulate": ".simulation.simulate",
     "simulate_many": ".ensemble.simulate_many",
-    "sweep_speeds": ".linear.steady",
+    "sweep_speeds": ".linear.speeds",
 }
 """The module of each name; each is imported when it is first used."""
 

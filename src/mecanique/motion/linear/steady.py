@@ -1,18 +1,19 @@
-"""Small deviations from steady motions of mechanisms that roll.
+"""Small deviations from steady motions: of what rolls, of tops, of loops.
 
 What rolls has fewer independent velocities w than independent positions q, so that its linear
 equations are of first order, x' = A x with x = (δq, δw); those of δw are M δw' + C δw + K δq = 0
 (Neimark & Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. VI). A motion is steady if only
 cyclic coordinates change, those that no acceleration and no rate depends on, e.g. the place of a
-bicycle and the turns of its wheels.
+bicycle and the turns of its wheels, or the spin of a top (Routh, Advanced Rigid Dynamics, 1905, ch.
+III).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, final
+from typing import TYPE_CHECKING, Any, NamedTuple, final
 
 import numpy as np
 
@@ -20,13 +21,14 @@ from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given
 from mecanique.motion.linear.about import slopes
+from mecanique.motion.linear.hinges import put_hinges
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.threads import one_thread_for_loops
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from mecanique.reference import Reference
 
-__all__ = ["SpeedRange", "SteadyLinearization", "linearize_steady", "sweep_speeds"]
+__all__ = ["STABLE", "SteadyLinearization", "linearize_steady", "plain"]
 
 _NONE = 1e-8
 """Entries of A below this part of the largest count as zero."""
@@ -34,7 +36,7 @@ _NONE = 1e-8
 _STEADY = 1e-6
 """Rates and accelerations of a steady motion may be this large [1/s, 1/s²]."""
 
-_STABLE = 1e-7
+STABLE = 1e-7
 """Real parts of exponents up to this part of the largest exponent count as zero."""
 
 
@@ -129,58 +131,115 @@ class SteadyLinearization:
     def stable(self) -> bool:
         """Whether no small deviation grows exponentially."""
         size = np.abs(self.exponents).max(initial=0.0)
-        return bool((self.exponents.real <= _STABLE * size).all())
+        return bool((self.exponents.real <= STABLE * size).all())
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        found = ", ".join(f"{_plain(x):.6g}" for x in self.exponents)
+        found = ", ".join(f"{plain(x):.6g}" for x in self.exponents)
         return f"<{kind} steady motion of {self.mechanism.name!r}: λ = {found or 0}>"
+
+
+class _Free(NamedTuple):
+    """What may deviate from a steady motion, and how fast it then changes.
+
+    Args:
+        positions: which velocities' coordinates are independent, indices.
+        velocities: which velocities are independent, indices.
+        rates: (q', w') by deviations (δq, δw), shape (n, count) both.
+        tangent: v by w at the motion itself, shape (nv, nw).
+    """
+
+    positions: np.ndarray
+    velocities: np.ndarray
+    rates: Callable[[np.ndarray], np.ndarray]
+    tangent: np.ndarray
 
 
 @one_thread_for_loops
 def linearize_steady(
     mechanism: Mechanism, at: Given = None, v: Given = None, *, by: Sequence[str] = ()
 ) -> SteadyLinearization:
-    """Linearize the equations of a mechanism that rolls about a steady motion.
+    """Linearize the equations of a mechanism about a steady motion.
 
     Rates and accelerations of the reference are differentiated by central differences of eighth
-    order; `error` says how well that worked.
+    order; `error` says how well that worked. A joint that turns by a quaternion is described by
+    hinges first, `<joint>_precession`, `_nutation` and `_spin`: about an axis that stays, about the
+    normal to both and about an axis of the body.
 
     Args:
-        mechanism: a mechanism with contacts or velocity constraints, its joints hinges and slides.
+        mechanism: a mechanism that rolls, a tree or one with loops.
         at: positions, shape (nq,) or by name; wheels are put on the ground next to them.
         v: velocities, shape (nv,) or by name; those left out follow.
         by: names of coordinates that are to be independent, and their velocities; by default
             those of hinges.
 
+    Returns:
+        The linear equations, with their exponents.
+
     Raises:
-        InputError: if the mechanism does not roll or turns by quaternions, or the motion is not
-            steady; the message says what changes.
+        InputError: if the motion is not steady; the message says what changes.
         ClosureError: if a wheel cannot be put on the ground.
         UnknownNameError: if a coordinate or velocity does not exist.
-    """
-    from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import held_columns
-    from mecanique.reference.loops.independent import Independent
 
-    if not mechanism.rolls:
-        raise InputError(f"mechanism {mechanism.name!r} does not roll; use linearize")
+    Example:
+        >>> disk = mq.textbook.load('rolling_coin')
+        >>> mq.linearize_steady(disk, {'z': disk.values['r']}, {'spin': 30.0}).stable
+        True
+    """
+    from mecanique.reference.loops.assembly import held_columns
+
+    reference, q, velocity = _begin(mechanism, at, v)
     if mechanism.quaternions:
-        raise InputError(
-            f"joint {mechanism.quaternions[0][0]!r} turns by a quaternion, whose deviations turn "
-            "with it; describe it by three hinges to linearize about a steady motion"
-        )
-    reference, state, _ = begin_on_loops(Reference(mechanism), at, v, 0.0)
-    q, velocity = state[: mechanism.nq], state[mechanism.nq :]
-    closed = reference.closed
-    assert closed is not None, "the mechanism rolls"
+        hinged = put_hinges(mechanism, q, velocity, reference.acceleration(q, velocity))
+        mechanism = hinged.mechanism
+        reference, q, velocity = _begin(mechanism, hinged.position, hinged.velocity)
     # turns of hinges stay steady where a body rolls in a circle, slides do not
     turning = [n for j in mechanism.joints for n in j.coordinates if n not in j.linear_coordinates]
     prefer = held_columns(mechanism, by or [n for n in turning if n in mechanism.coordinates])
+    free = (_free_tree if reference.closed is None else _free_closed)(
+        reference, q, velocity, prefer
+    )
+    A, error = slopes(free.rates, len(free.positions) + len(free.velocities))
+    positions = tuple(mechanism.velocities[k].removesuffix("'") for k in free.positions)
+    velocities = tuple(mechanism.velocities[k] for k in free.velocities)
+    idle = _idle(A)
+    rates = free.rates(np.zeros((1, len(A))))[0]
+    _refuse_changing(mechanism, rates, positions, velocities, idle)
+    M = free.tangent.T @ reference.mass_matrix(q) @ free.tangent
+    return SteadyLinearization(mechanism, q, velocity, positions, velocities, A, M, idle, error)
+
+
+def _begin(mechanism: Mechanism, at: Given, v: Given) -> tuple[Reference, np.ndarray, np.ndarray]:
+    """The state, on the constraints."""
+    from mecanique.reference import Reference
+
+    reference = Reference.of(mechanism)
+    if not mechanism.constrained:
+        return reference, mechanism.position(at), mechanism.velocity(v)
+    reference, state, _ = begin_on_loops(reference, at, v, 0.0)
+    return reference, state[: mechanism.nq], state[mechanism.nq :]
+
+
+def _free_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
+    """Of a tree all may deviate."""
+    n = len(q)
+
+    def rates(step: np.ndarray) -> np.ndarray:
+        moving = v + step[:, n:]
+        return np.hstack([moving, reference.acceleration(q + step[:, :n], moving)])
+
+    return _Free(np.arange(n), np.arange(n), rates, np.eye(n))
+
+
+def _free_closed(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
+    """Of what is constrained, what the constraints leave free, and what is preferred."""
+    from mecanique.reference.loops.independent import Independent
+
+    closed = reference.closed
+    assert closed is not None, "it has constraints"
     place = Independent(closed, q, 0.0, rows=closed.closures.positional, prefer=prefer)
     free = Independent(closed, q, 0.0, prefer=prefer)
-    n = len(place.chosen)
-    w = velocity[free.chosen]
+    n, w = len(place.chosen), v[free.chosen]
 
     def rates(step: np.ndarray) -> np.ndarray:
         found = []
@@ -191,108 +250,7 @@ def linearize_steady(
             found.append(np.concatenate([moving[place.chosen], a[free.chosen]]))
         return np.array(found)
 
-    A, error = slopes(rates, n + len(w))
-    positions = tuple(mechanism.velocities[k].removesuffix("'") for k in place.chosen)
-    velocities = tuple(mechanism.velocities[k] for k in free.chosen)
-    idle = _idle(A)
-    _refuse_changing(mechanism, rates(np.zeros((1, len(A))))[0], positions, velocities, idle)
-    T = free.tangent
-    M = T.T @ reference.mass_matrix(q) @ T
-    return SteadyLinearization(mechanism, q, velocity, positions, velocities, A, M, idle, error)
-
-
-@final
-@dataclass(frozen=True, repr=False)
-class SpeedRange:
-    """The exponents of a steady motion over its speed; its text is a table.
-
-    Args:
-        mechanism: what moves.
-        speeds: shape (n,), factors of the velocities given.
-        eigenvalues: shape (n, k), the exponents, by real part [1/s].
-        limits: speeds at which the motion becomes stable or ceases to be.
-    """
-
-    mechanism: Mechanism
-    speeds: np.ndarray
-    eigenvalues: np.ndarray
-    limits: tuple[float, ...]
-
-    def __str__(self) -> str:
-        lines = [f"{self.mechanism.name}: exponents of small deviations [1/s] by speed"]
-        for speed, values in zip(self.speeds, self.eigenvalues, strict=True):
-            cells = "  ".join(f"{_plain(x):>22.6g}" for x in values)
-            lines.append(f"{speed:>10.4g}  {cells}")
-        limits = ", ".join(f"{limit:.9g}" for limit in self.limits) or "none in this range"
-        return "\n".join([*lines, f"stability changes at: {limits}"])
-
-    def plot(self) -> Figure:
-        """Return real and imaginary parts over the speed, with the limits of stability."""
-        from matplotlib.figure import Figure
-
-        figure = Figure(layout="constrained")
-        axes = figure.subplots()
-        axes.plot(self.speeds, self.eigenvalues.real, "C0.", markersize=3)
-        axes.plot(self.speeds, np.abs(self.eigenvalues.imag), "C1.", markersize=3)
-        for limit in self.limits:
-            axes.axvline(limit, color="0.7", linewidth=1)
-        axes.axhline(0, color="0", linewidth=0.5)
-        axes.set_xlabel("speed")
-        axes.set_ylabel("Re λ (blue), |Im λ| (orange) [1/s]")
-        return figure
-
-
-def sweep_speeds(
-    mechanism: Mechanism,
-    at: Given,
-    v: Mapping[str, float],
-    speeds: Iterable[float],
-    *,
-    by: Sequence[str] = (),
-) -> SpeedRange:
-    """Linearize about steady motions of several speeds; find where stability changes.
-
-    Args:
-        mechanism: a mechanism that rolls.
-        at: positions, shape (nq,) or by name.
-        v: velocities at speed 1, by name.
-        speeds: factors of these velocities, in ascending order.
-        by: names of coordinates that are to be independent.
-
-    Raises:
-        InputError: if there are not at least two speeds, or a motion is not steady.
-    """
-    from scipy.optimize import brentq
-
-    given = np.array(list(speeds), dtype=float)
-    if len(given) < 2 or not (np.diff(given) > 0).all():
-        raise InputError(f"expected at least two speeds in ascending order, got {given.tolist()}")
-
-    def exponents(speed: float) -> np.ndarray:
-        moving = {name: speed * rate for name, rate in v.items()}
-        return linearize_steady(mechanism, at, moving, by=by).exponents
-
-    rows = [exponents(speed) for speed in given]
-    heights = [_growth(row) for row in rows]
-    limits = []
-    for left, right, a, b in zip(given, given[1:], heights, heights[1:], strict=False):
-        kinds = [int(np.sign(x)) if abs(x) > _STABLE else 0 for x in (a, b)]
-        if kinds[0] == kinds[1]:
-            continue
-        # without damping nothing decays: what counts as zero divides growth from oscillation
-        margin = _STABLE * sum(kinds)
-
-        def height(speed: float, margin: float = margin) -> float:
-            return _growth(exponents(speed)) - margin
-
-        limits.append(float(brentq(height, left, right, xtol=1e-10, rtol=1e-10)))
-    return SpeedRange(mechanism, given, np.array(rows), tuple(limits))
-
-
-def _growth(exponents: np.ndarray) -> float:
-    """The largest real part, relative to the largest exponent."""
-    size = float(np.abs(exponents).max(initial=0.0)) or 1.0
-    return float(exponents.real.max(initial=-size)) / size
+    return _Free(place.chosen, free.chosen, rates, free.tangent)
 
 
 def _idle(A: np.ndarray) -> tuple[int, ...]:
@@ -327,5 +285,6 @@ def _refuse_changing(
         )
 
 
-def _plain(x: Any) -> Any:
+def plain(x: Any) -> Any:
+    """Return a number, as a real one if it is real."""
     return x if x.imag else x.real

@@ -1,0 +1,243 @@
+"""Steady motions over their speed: exponents, limits of stability, M, C and K."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, final
+
+import numpy as np
+
+from mecanique.errors import InputError
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import Given
+from mecanique.motion.linear.steady import STABLE, linearize_steady, plain
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+__all__ = ["SpeedMatrices", "SpeedRange", "expand_in_speed", "sweep_speeds"]
+
+_SAMPLED = (0.5, 1.0, 2.0)
+"""Speeds at which the matrices are computed, for the polynomials through them."""
+
+_CHECKED = 1.5
+"""Speed at which they are computed again."""
+
+_FITS = 1e-8
+"""The polynomials may miss them there by this part of the largest entry."""
+
+_GONE = 1e-9
+"""Coefficients below this part of their matrix's largest entry count as zero."""
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class SpeedRange:
+    """The exponents of a steady motion over its speed; its text is a table.
+
+    Args:
+        mechanism: what moves.
+        speeds: shape (n,), factors of the velocities given.
+        eigenvalues: shape (n, k), the exponents, by real part [1/s].
+        limits: speeds at which the motion becomes stable or ceases to be.
+    """
+
+    mechanism: Mechanism
+    speeds: np.ndarray
+    eigenvalues: np.ndarray
+    limits: tuple[float, ...]
+
+    def __str__(self) -> str:
+        lines = [f"{self.mechanism.name}: exponents of small deviations [1/s] by speed"]
+        for speed, values in zip(self.speeds, self.eigenvalues, strict=True):
+            cells = "  ".join(f"{plain(x):>22.6g}" for x in values)
+            lines.append(f"{speed:>10.4g}  {cells}")
+        limits = ", ".join(f"{limit:.9g}" for limit in self.limits) or "none in this range"
+        return "\n".join([*lines, f"stability changes at: {limits}"])
+
+    def plot(self) -> Figure:
+        """Return real and imaginary parts over the speed, with the limits of stability."""
+        from matplotlib.figure import Figure
+
+        figure = Figure(layout="constrained")
+        axes = figure.subplots()
+        axes.plot(self.speeds, self.eigenvalues.real, "C0.", markersize=3)
+        axes.plot(self.speeds, np.abs(self.eigenvalues.imag), "C1.", markersize=3)
+        for limit in self.limits:
+            axes.axvline(limit, color="0.7", linewidth=1)
+        axes.axhline(0, color="0", linewidth=0.5)
+        axes.set_xlabel("speed")
+        axes.set_ylabel("Re λ (blue), |Im λ| (orange) [1/s]")
+        return figure
+
+
+def sweep_speeds(
+    mechanism: Mechanism,
+    at: Given,
+    v: Mapping[str, float],
+    speeds: Iterable[float],
+    *,
+    by: Sequence[str] = (),
+) -> SpeedRange:
+    """Linearize about steady motions of several speeds; find where stability changes.
+
+    Args:
+        mechanism: what moves.
+        at: positions, shape (nq,) or by name.
+        v: velocities at speed 1, by name.
+        speeds: factors of these velocities, in ascending order.
+        by: names of coordinates that are to be independent.
+
+    Raises:
+        InputError: if there are not at least two speeds, or a motion is not steady.
+    """
+    from scipy.optimize import brentq
+
+    given = np.array(list(speeds), dtype=float)
+    if len(given) < 2 or not (np.diff(given) > 0).all():
+        raise InputError(f"expected at least two speeds in ascending order, got {given.tolist()}")
+
+    def exponents(speed: float) -> np.ndarray:
+        moving = {name: speed * rate for name, rate in v.items()}
+        return linearize_steady(mechanism, at, moving, by=by).exponents
+
+    rows = [exponents(speed) for speed in given]
+    heights = [_growth(row) for row in rows]
+    limits = []
+    for left, right, a, b in zip(given, given[1:], heights, heights[1:], strict=False):
+        kinds = [int(np.sign(x)) if abs(x) > STABLE else 0 for x in (a, b)]
+        if kinds[0] == kinds[1]:
+            continue
+        # without damping nothing decays: what counts as zero divides growth from oscillation
+        margin = STABLE * sum(kinds)
+
+        def height(speed: float, margin: float = margin) -> float:
+            return _growth(exponents(speed)) - margin
+
+        limits.append(float(brentq(height, left, right, xtol=1e-10, rtol=1e-10)))
+    return SpeedRange(mechanism, given, np.array(rows), tuple(limits))
+
+
+class _Matrices(NamedTuple):
+    """M, C and K of M q'' + C q' + K q = 0, each shape (k, k)."""
+
+    M: np.ndarray
+    C: np.ndarray
+    K: np.ndarray
+
+
+@final
+@dataclass(frozen=True, repr=False)
+class SpeedMatrices:
+    """M q'' + C(u) q' + K(u) q = 0 for deviations from a steady motion, by its speed u.
+
+    Args:
+        mechanism: what moves.
+        names: of the coordinates.
+        M: shape (k, k).
+        C: C0 and C1 of C = C0 + u C1, shape (2, k, k).
+        K: K0, K1 and K2 of K = K0 + u K1 + u² K2, shape (3, k, k).
+    """
+
+    mechanism: Mechanism
+    names: tuple[str, ...]
+    M: np.ndarray
+    C: np.ndarray
+    K: np.ndarray
+
+    def at(self, speed: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return M, C and K at a speed, each shape (k, k)."""
+        return _Matrices(
+            self.M,
+            self.C[0] + speed * self.C[1],
+            self.K[0] + speed * (self.K[1] + speed * self.K[2]),
+        )
+
+    def eigenvalues(self, speed: float) -> np.ndarray:
+        """Return the exponents λ of small deviations e^(λ t) at a speed, by real part [1/s]."""
+        M, C, K = self.at(speed)
+        k = len(M)
+        A = np.block([[np.zeros((k, k)), np.eye(k)], [-np.linalg.solve(M, np.hstack([K, C]))]])
+        values = np.linalg.eigvals(A)
+        found: np.ndarray = values[np.lexsort((values.imag, values.real))]
+        return found
+
+    def __str__(self) -> str:
+        head = (
+            f"{self.mechanism.name}: M q'' + C q' + K q = 0 of {', '.join(self.names)} by speed u"
+        )
+        lines = [head]
+        for title, matrix in (
+            ("M", self.M),
+            ("C = C0 + u C1: C0", self.C[0]),
+            ("C1", self.C[1]),
+            ("K = K0 + u K1 + u² K2: K0", self.K[0]),
+            ("K1", self.K[1]),
+            ("K2", self.K[2]),
+        ):
+            lines.append(title)
+            lines += ["  " + "  ".join(f"{x:>14.9g}" for x in row) for row in matrix]
+        return "\n".join(lines)
+
+
+def expand_in_speed(
+    mechanism: Mechanism,
+    at: Given,
+    v: Mapping[str, float],
+    names: Sequence[str],
+    *,
+    by: Sequence[str] = (),
+) -> SpeedMatrices:
+    """Return M, C and K of some coordinates as functions of the speed of a steady motion.
+
+    They are computed at three speeds, and at a fourth to see whether M stays, C grows with the
+    speed and K with its square, as where a motion straight ahead is only faster or slower.
+
+    Args:
+        mechanism: what moves.
+        at: positions, shape (nq,) or by name.
+        v: velocities at speed 1, by name.
+        names: of the coordinates, e.g. ("roll", "steer") of a bicycle.
+        by: names of coordinates that are to be independent; those of hinges by default.
+
+    Returns:
+        The matrices by power of the speed; at a speed: `at(speed)`.
+
+    Raises:
+        InputError: if a motion is not steady, others move with these coordinates, or the matrices
+            depend on the speed in another way.
+
+    Example:
+        >>> bicycle = mq.textbook.load('whipple_bicycle')
+        >>> ride = mq.expand_in_speed(bicycle, {'z': 0.3}, {'x': 1.0}, ('roll', 'steer'))
+        >>> ride.C[1].round(5).tolist()
+        [[0.0, 33.86641], [-0.85036, 1.6854]]
+    """
+
+    def compute(speed: float) -> np.ndarray:
+        moving = {name: speed * rate for name, rate in v.items()}
+        found = linearize_steady(mechanism, at, moving, by=by)
+        return np.array(found.second_order(names))
+
+    powers = np.vander(_SAMPLED, 3, increasing=True)
+    sampled = np.array([compute(speed) for speed in _SAMPLED])
+    fitted = np.tensordot(np.linalg.inv(powers), sampled, 1)  # by power, then of M, C, K
+    checked = np.tensordot(_CHECKED ** np.arange(3), fitted, 1)
+    size = np.abs(sampled).max(axis=(0, 2, 3), keepdims=True)
+    off = np.abs(compute(_CHECKED) - checked).max(axis=(1, 2)) / size[0, :, 0, 0]
+    fitted[np.abs(fitted) <= _GONE * size] = 0.0
+    if off.max() > _FITS or fitted[1:, 0].any() or fitted[2, 1].any():
+        raise InputError(
+            f"M, C and K of {mechanism.name!r} are no polynomials M, C0 + u C1, K0 + u K1 + u² K2 "
+            "of the speed u; use sweep_speeds, which takes each speed by itself"
+        )
+    return SpeedMatrices(
+        mechanism, tuple(names), fitted[0, 0], fitted[:2, 1].copy(), fitted[:, 2].copy()
+    )
+
+
+def _growth(exponents: np.ndarray) -> float:
+    """The largest real part, relative to the largest exponent."""
+    size = float(np.abs(exponents).max(initial=0.0)) or 1.0
+    return float(exponents.real.max(initial=-size)) / size
