@@ -18,7 +18,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError, MechanismError
 from mecanique.model.bodies import Body
-from mecanique.model.contacts import Rolling
+from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.joints import Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
@@ -139,7 +139,8 @@ def _chain(
             "which that goes round; describe it by hinges about other axes"
         )
     before, origin = joint.parent, joint.origin
-    for direction, name in zip(np.eye(3).tolist(), joint.names[:-4], strict=False):
+    directions = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    for direction, name in zip(directions, joint.names[:-4], strict=False):
         child = f"{name}_led"
         yield Prismatic(
             f"{joint.name}_along_{name}",
