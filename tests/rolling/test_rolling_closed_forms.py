@@ -186,8 +186,8 @@ def test_a_coin_goes_round_steadily_and_others_are_refused() -> None:
     free = linearize_steady(wheel(), by_quaternion, turning)
     for exponents in (free.exponents, found.exponents):
         np.testing.assert_allclose(exponents.real, 0, atol=1e-8)
-    both = [np.sort(found.exponents.imag), np.sort(free.exponents.imag)]
-    np.testing.assert_allclose(*both, atol=1e-8)
+    by_hinges, by_turns = np.sort(found.exponents.imag), np.sort(free.exponents.imag)
+    np.testing.assert_allclose(by_turns, by_hinges, atol=1e-8)
     assert {"free_x", "free_y", "free_precession", "free_spin"} >= set(free.cyclic)
     with pytest.raises(InputError, match="use linearize_steady"):
         linearize(coin(), at)
