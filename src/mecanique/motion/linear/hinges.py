@@ -96,15 +96,16 @@ def put_hinges(mechanism: Mechanism, q: Array, v: Array, a: Array) -> Hinged:
         if not isinstance(joint, Spherical | Floating):
             joints.append(joint)
             continue
-        position, attitude = joint.names[:-4], _matrix([place.pop(k) for k in joint.names[-4:]])
-        w, spin = ([values.pop(k) for k in joint.velocities[-3:]] for values in (rate, second))
-        turning = _split(mechanism, joint, attitude, np.array(w), np.array(spin))
+        position, turns = joint.names[:-4], joint.velocities[-3:]
+        attitude = _matrix([place.pop(name) for name in joint.names[-4:]])
+        w = np.array([rate.pop(name) for name in turns])
+        turning = _split(mechanism, joint, attitude, w, np.array([second[name] for name in turns]))
         chain = list(_chain(joint, attitude, turning))
         if position:
             moved = attitude @ [rate.pop(k) for k in joint.velocities[:3]]
             rate |= {f"{name}'": float(x) for name, x in zip(position, moved, strict=True)}
-        turns = (turning.outer_rate, 0.0, turning.inner_rate)
-        for hinge, speed in zip(chain[-3:], turns, strict=True):
+        speeds = (turning.outer_rate, 0.0, turning.inner_rate)
+        for hinge, speed in zip(chain[-3:], speeds, strict=True):
             place[hinge.coordinate], rate[f"{hinge.coordinate}'"] = 0.0, speed
         joints += chain
         bodies += [Body(one.child) for one in chain[:-1]]

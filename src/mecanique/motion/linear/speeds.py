@@ -177,7 +177,7 @@ class SpeedMatrices:
             ("K2", self.K[2]),
         ):
             lines.append(title)
-            lines += ["  " + "  ".join(f"{x:>14.9g}" for x in row) for row in matrix]
+            lines += ["  " + "  ".join(map("{:>14.9g}".format, row)) for row in matrix]
         return "\n".join(lines)
 
 
