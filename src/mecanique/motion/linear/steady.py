@@ -196,7 +196,7 @@ def linearize_steady(
     # turns of hinges stay steady where a body rolls in a circle, slides do not
     turning = [n for j in mechanism.joints for n in j.coordinates if n not in j.linear_coordinates]
     prefer = held_columns(mechanism, by or [n for n in turning if n in mechanism.coordinates])
-    free = (_free_tree if reference.closed is None else _free_closed)(
+    free = (_release_tree if reference.closed is None else _release_loops)(
         reference, q, velocity, prefer
     )
     A, error = slopes(free.rates, len(free.positions) + len(free.velocities))
@@ -220,7 +220,7 @@ def _begin(mechanism: Mechanism, at: Given, v: Given) -> tuple[Reference, np.nda
     return reference, state[: mechanism.nq], state[mechanism.nq :]
 
 
-def _free_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
+def _release_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
     """Of a tree all may deviate."""
     n = len(q)
 
@@ -231,7 +231,7 @@ def _free_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.nd
     return _Free(np.arange(n), np.arange(n), rates, np.eye(n))
 
 
-def _free_closed(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
+def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
     """Of what is constrained, what the constraints leave free, and what is preferred."""
     from mecanique.reference.loops.independent import Independent
 
