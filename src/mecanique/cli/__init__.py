@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 
 from mecanique.cli.commands import app
 
 __all__ = ["app", "main"]
+
+_YOUNG = 10_000
+"""So many new objects before garbage is collected; nearly all of a command live as long as it."""
 
 
 def main() -> None:
@@ -18,4 +22,5 @@ def main() -> None:
         # a terminal that has no θ prints a question mark instead of a traceback
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+    gc.set_threshold(_YOUNG)
     app(prog_name="mecanique")
