@@ -122,7 +122,14 @@ ORDER: dict[str, list[str]] = {
     "verification.foreign": ["compiled", "fmu given library"],
     "verification.rounding": ["conditioning contributions"],
     "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
-    "checking.mistakes": ["needed units", "hypotheses repairs", "search"],
+    "checking.mistakes": [
+        "needed units hypothesis factor",
+        "context",
+        "wrong_terms wrong_operators wrong_readings wrong_parts wrong_constraints repair",
+        "hypotheses repaired_terms repaired_factors",
+        "repairs",
+        "search",
+    ],
     "checking.grammar": [
         "tree",
         "letters tape mathml signs matrices",
@@ -131,7 +138,7 @@ ORDER: dict[str, list[str]] = {
         "scanner",
         "reader",
     ],
-    "checking.judgement": ["truth", "motion proof quantities", "formula"],
+    "checking.judgement": ["truth", "motion proof quantities equilibrium", "formula"],
     "teaching": ["sheet", "exercise marks"],
     "serving": ["tools", "agents"],
     "generation": [

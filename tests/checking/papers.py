@@ -7,7 +7,7 @@ letters; no prose is quoted. Numbers of equations are left out, as editions diff
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import final
 
@@ -52,6 +52,7 @@ class Paper:
         outcome: what check says.
         cause: words in the first cause of a wrong one.
         remark: what else is to be known.
+        seen: the public text it was compared with; empty if it is written from memory.
     """
 
     source: str
@@ -63,14 +64,14 @@ class Paper:
     outcome: str = "right"
     cause: str = ""
     remark: str = ""
+    seen: str = ""
 
     @property
-    def compared(self) -> bool:
-        """Whether it was compared with a public text of the formula, not written from memory."""
-        return self.source.startswith(_COMPARED)
-
-
-_COMPARED = ("Neumann", "Barto, Sutton & Anderson", "Florian")
+    def cited(self) -> str:
+        """The source, and what public text of the formula it was compared with; else a mark."""
+        if not self.seen:
+            return f"{self.source} *"
+        return self.source if self.seen == self.source else f"{self.source}; in {self.seen}"
 
 
 def system(name: str) -> Callable[[], Mechanism]:
@@ -102,8 +103,23 @@ def two_particles() -> Mechanism:
     )
 
 
-def inverted_pendulum() -> Mechanism:
-    """Return a cart with a body that stands on a pin; theta is its angle from upright."""
+def undamped(name: str) -> Callable[[], Mechanism]:
+    """Return what loads a textbook system without its dampers."""
+
+    def load() -> Mechanism:
+        mechanism = mq.textbook.load(name)
+        kept = tuple(f for f in mechanism.forces if not isinstance(f, JointDamper))
+        return replace(mechanism, forces=kept)
+
+    return load
+
+
+def inverted_pendulum(damped: bool = True) -> Mechanism:
+    """Return a cart with a body that stands on a pin; theta is its angle from upright.
+
+    Args:
+        damped: whether the pin is damped, too.
+    """
     M, m = Parameter("M", 1.0, "kg"), Parameter("m", 0.2, "kg")
     J, l = Parameter("J", 0.02, "kg·m²"), Parameter("l", 0.5, "m")
     c, gamma = Parameter("c", 0.1, "N·s/m"), Parameter("gamma", 0.01, "N·m·s")
@@ -121,17 +137,21 @@ def inverted_pendulum() -> Mechanism:
         ),
         forces=(
             JointDamper("friction", "slide", c),
-            JointDamper("bearing", "pin", gamma),
+            *((JointDamper("bearing", "pin", gamma),) if damped else ()),
             Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
         ),
-        parameters=(M, m, J, l, c, gamma, g),
+        parameters=(M, m, J, l, c, g, *((gamma,) if damped else ())),
         inputs=(F,),
         gravity=(0, 0, -g),
     )
 
 
-def cart_and_pole() -> Mechanism:
-    """Return Barto, Sutton & Anderson's cart with a homogeneous pole of length 2 l; R slows it."""
+def cart_and_pole(friction: bool = True) -> Mechanism:
+    """Return Barto, Sutton & Anderson's cart with a homogeneous pole of length 2 l; R slows it.
+
+    Args:
+        friction: whether there is some, on the track and in the pin.
+    """
     mc, m = Parameter("mc", 1.0, "kg"), Parameter("m", 0.1, "kg")
     l, g = Parameter("l", 0.5, "m"), Parameter("g", 9.8, "m/s²")
     b = Parameter("mup", 0.01, "N·m·s")
@@ -149,12 +169,14 @@ def cart_and_pole() -> Mechanism:
             Revolute("pin", "cart", "pole", axis=(0, 1, 0), coordinate="theta"),
         ),
         forces=(
-            JointDamper("bearing", "pin", b),
             Force("push", "cart", (0, 0, 0), force=(F, 0, 0)),
-            Force("friction", "cart", (0, 0, 0), force=(-R, 0, 0)),
+            *(
+                JointDamper("bearing", "pin", b),
+                Force("friction", "cart", (0, 0, 0), force=(-R, 0, 0)),
+            )[: 2 * friction],
         ),
-        parameters=(mc, m, l, g, b),
-        inputs=(F, R),
+        parameters=(mc, m, l, g, *((b,) if friction else ())),
+        inputs=(F, *((R,) if friction else ())),
         gravity=(0, 0, -g),
     )
 
@@ -205,6 +227,7 @@ _GOLDSTEIN = "Goldstein, Classical Mechanics"
 _BARTO = "Barto, Sutton & Anderson, IEEE Trans. SMC 13 (1983) 834"
 _FLORIAN = "Florian, Correct equations for the dynamics of the cart-pole system, 2007"
 _SPONG = "Spong, IEEE Control Systems 15 (1995) 49"
+_TEDRAKE = "Tedrake, Underactuated Robotics, ch. 3"
 _TOP = ("I1 = 3/5 m (h^2 + r^2/4)", "I3 = 3/10 m r^2", "lc = 3/4 h", "w3 = psi' + phi' cos(theta)")
 _ACROBOT = (
     "d1 = m1 lc1^2 + m2 (l1^2 + lc2^2 + 2 l1 lc2 cos(q2)) + I1 + I2",
@@ -229,6 +252,7 @@ PAPERS = (
         two_particles,
         _PRINTED,
         remark="SymPy's `equals` does not decide it in half a minute",
+        seen="Neumann, myphysicslab.com, Double Pendulum",
     ),
     Paper(
         f"{_LANDAU}, problem 1",
@@ -237,6 +261,7 @@ PAPERS = (
         "L = (m1 + m2)/2 l1^2 q1'^2 + m2/2 l2^2 q2'^2 + m2 l1 l2 q1' q2' cos(q1 - q2)"
         " + (m1 + m2) g l1 cos(q1) + m2 g l2 cos(q2)",
         "Lagrangian",
+        seen="holooly.com, Lagrangian of the plane double pendulum",
     ),
     Paper(
         f"{_LANDAU}, problem 2",
@@ -245,6 +270,7 @@ PAPERS = (
         "L = (m1 + m2)/2 x'^2 + m2/2 (l^2 q'^2 + 2 l x' q' cos(q)) + m2 g l cos(q)",
         "Lagrangian",
         ("m1 = M", "m2 = m"),
+        seen="Tedrake, Underactuated Robotics, ch. 3, as T and U",
     ),
     Paper(
         f"{_LANDAU}, problem 3c",
@@ -259,25 +285,28 @@ PAPERS = (
         system("simple_pendulum"),
         "T = 2 pi sqrt(l/g)",
         "frequency",
+        seen="showmeclass.com, AP Physics C, Pendulums",
     ),
     Paper(
         "Huygens, Horologium oscillatorium, 1673",
-        "physical pendulum: it swings as a particle at the distance I/(m d)",
+        "period of small swings of a body with the moment of inertia I about its pin",
         system("compound_pendulum"),
-        "omega = sqrt(g/lr)",
+        "T = 2 pi sqrt(I/(m g dcm))",
         "frequency",
         (
             "I = m1 l^2/3 + m2 (l^2 + r^2/2)",
-            "S = m1 l/2 + m2 l",
-            "lr = (m1 l^2/3 + m2 (l^2 + r^2/2))/(m1 l/2 + m2 l)",
+            "m = m1 + m2",
+            "dcm = (m1 l/2 + m2 l)/(m1 + m2)",
         ),
+        seen="showmeclass.com, AP Physics C, Pendulums",
     ),
     Paper(
         "Beer & Johnston, Vector Mechanics for Engineers: Dynamics",
-        "frequency of a uniform rod pinned at its end",
+        "period of small swings of a uniform rod pinned at its end",
         system("rigid_bar_pendulum"),
-        "omega = sqrt(3 g/(2 l))",
+        "T = 2 pi sqrt(2 l/(3 g))",
         "frequency",
+        seen="showmeclass.com, AP Physics C, Pendulums",
     ),
     Paper(
         _BARTO,
@@ -287,6 +316,7 @@ PAPERS = (
         " - mup theta'/(m l))/(l (4/3 - m cos(theta)^2/(mc + m)))\n"
         "x'' = (F - R + m l (theta'^2 sin(theta) - theta'' cos(theta)))/(mc + m)",
         remark="right for any force R that slows the cart; the paper takes R = μc sgn(x')",
+        seen="exciting-environments documentation, Cartpole",
     ),
     Paper(
         _BARTO,
@@ -298,6 +328,7 @@ PAPERS = (
         outcome="wrong",
         cause="sign",
         remark="with a negative g in these equations the pole would hang, as Florian notes, too",
+        seen="Florian's abstract, which names the value",
     ),
     Paper(
         _FLORIAN,
@@ -337,6 +368,7 @@ PAPERS = (
         " m2 (lc2^2 + l1 lc2 cos(q2)) + I2],"
         " [m2 (lc2^2 + l1 lc2 cos(q2)) + I2, m2 lc2^2 + I2]]",
         "mass matrix",
+        seen="Gym, classic_control/acrobot.py, entry by entry",
     ),
     Paper(
         "Sutton & Barto, Reinforcement Learning, 1998, sect. 11.3",
@@ -345,6 +377,7 @@ PAPERS = (
         f"{_BOTH}q2'' = (tau + d2/d1 phi1 - m2 l1 lc2 q1'^2 sin(q2) - phi2)"
         "/(m2 lc2^2 + I2 - d2^2/d1)",
         let=_ACROBOT,
+        seen="Gym, classic_control/acrobot.py, “book”",
     ),
     Paper(
         "Sutton, Advances in Neural Information Processing Systems 8 (1996) 1038",
@@ -355,6 +388,7 @@ PAPERS = (
         outcome="wrong",
         cause="centripetal",
         remark="the book of 1998 has the term",
+        seen="Gym, classic_control/acrobot.py, “nips”",
     ),
     Paper(
         "Cazzolato & Prime, J. Control Sci. Eng. 2011, 528341",
@@ -368,10 +402,11 @@ PAPERS = (
     ),
     Paper(
         "Atwood, A Treatise on the Rectilinear Motion, 1784, in today's letters",
-        "Atwood's machine, with the inertia of the pulley",
+        "Atwood's machine, with the pulley a solid disk",
         system("atwood_machine"),
-        "x'' = (m1 - m2) g/(m1 + m2 + I/R^2)",
-        let=("I = M R^2/2",),
+        "a = g (m1 - m2)/(m1 + m2 + 1/2 mp)",
+        let=("mp = M", "a = x''"),
+        seen="Duffy, Boston University, Atwood's machine re-visited",
     ),
     Paper(
         "Tufillaro, Abbott & Griffiths, Am. J. Phys. 52 (1984) 895",
@@ -379,18 +414,21 @@ PAPERS = (
         system("swinging_atwood_machine"),
         "(1 + mu) r'' = r theta'^2 + g (cos(theta) - mu)\nr theta'' + 2 r' theta' = -g sin(theta)",
         let=("mu = M/m",),
+        seen="analyticphysics.com (r) and shelvean.github.io (θ)",
     ),
     Paper(
         "Vitt & Gorelik, Zh. Tekh. Fiz. 3 (1933) 294",
         "elastic pendulum in polar coordinates",
         system("elastic_pendulum"),
         "r'' = r theta'^2 - k/m (r - l0) + g cos(theta)\ntheta'' = -g/r sin(theta) - 2 r' theta'/r",
+        seen="shelvean.github.io, Elastic Pendulum",
     ),
     Paper(
         "Strogatz, Nonlinear Dynamics and Chaos, sect. 3.5",
         "bead on a rotating hoop, without damping",
         system("bead_on_hoop"),
         "m R theta'' = -m g sin(theta) + m R W^2 sin(theta) cos(theta)",
+        seen="Kolukula, MATLAB Central 33425",
     ),
     Paper(
         "Strogatz, Nonlinear Dynamics and Chaos, sect. 3.5",
@@ -405,6 +443,7 @@ PAPERS = (
         system("spherical_pendulum"),
         "theta'' - sin(theta) cos(theta) phi'^2 + g/l sin(theta) = 0\n"
         "d/dt(m l^2 sin(theta)^2 phi') = 0",
+        seen="Wikipedia, Spherical pendulum, 2015",
     ),
     Paper(
         "Landau & Lifshitz, Mechanics, §14, problem 1",
@@ -412,6 +451,7 @@ PAPERS = (
         system("spherical_pendulum"),
         "m l^2 phi' sin(theta)^2",
         "conserved quantity",
+        seen="Wikipedia, Spherical pendulum, 2015",
     ),
     Paper(
         f"{_GOLDSTEIN}, ch. 5",
@@ -421,6 +461,7 @@ PAPERS = (
         " - m g lc cos(theta)",
         "Lagrangian",
         _TOP,
+        seen="Woodhouse, Introduction to Analytical Dynamics, ch. 5",
     ),
     Paper(
         f"{_GOLDSTEIN}, ch. 5",
@@ -429,6 +470,7 @@ PAPERS = (
         "I3 (psi' + phi' cos(theta))",
         "momentum of psi",
         _TOP,
+        seen="Cambridge, Mathematical Tripos, Part II, 2009",
     ),
     Paper(
         f"{_GOLDSTEIN}, ch. 5",
@@ -437,15 +479,18 @@ PAPERS = (
         "(I1 sin(theta)^2 + I3 cos(theta)^2) phi' + I3 psi' cos(theta)",
         "momentum of phi",
         _TOP,
+        seen="Cambridge, Mathematical Tripos, Part II, 2009",
     ),
     Paper(
-        f"{_GOLDSTEIN}, ch. 5",
-        "steady precession: m g l = φ' (I3 ω3 − I1 φ' cos θ), from the equation of nutation",
+        "Kuttler, Engineering Math, app. C",
+        "heavy top in Euler's angles",
         system("heavy_top"),
-        "I1 theta'' = (I1 phi'^2 cos(theta) - I3 w3 phi' + m g lc) sin(theta)",
+        "d/dt(I1 sin(theta)^2 phi') + d/dt(I3 cos(theta)^2 phi' + I3 cos(theta) psi') = 0\n"
+        "d/dt(I3 cos(theta) phi' + I3 psi') = 0\n"
+        "I1 theta'' + phi'^2 cos(theta) sin(theta) (I3 - I1) + I3 sin(theta) phi' psi'"
+        " - m g lc sin(theta) = 0",
         let=_TOP,
-        outcome="incomplete",
-        remark="one of three equations of motion",
+        seen="Kuttler, Engineering Math, app. C",
     ),
     Paper(
         "Euler, Mém. Acad. Berlin 14 (1758) 154",
@@ -487,6 +532,7 @@ PAPERS = (
         system("chaplygin_sleigh"),
         "v' = a w^2\n(I + m a^2) w' = -m a v w",
         let=("v = x' cos(theta) + y' sin(theta)", "w = theta'"),
+        seen="mathematica.stackexchange.com 162070, with I = 1",
     ),
     Paper(
         "SymPy documentation, A rolling disc, with Kane's method",
@@ -496,6 +542,7 @@ PAPERS = (
         "u2' = -2/3 u1 u3\n"
         "u3' = (-2 u2 + u3 tan(lean)) u1",
         let=("u1 = lean'", "u2 = spin' + yaw' sin(lean)", "u3 = yaw' cos(lean)"),
+        seen="SymPy documentation, A rolling disc, with Kane's method",
     ),
     Paper(
         "French, Vibrations and Waves, ch. 5",
@@ -511,12 +558,121 @@ PAPERS = (
         "alpha'' - 2 W beta' + g/l alpha = 0\nbeta'' + 2 W alpha' + g/l beta = 0",
         outcome="wrong",
         remark="an approximation, as the source says: terms with W² and large angles are missing",
+        seen="Kuttler, Engineering Math, sect. 24.7",
     ),
     Paper(
         "Den Hartog, Mechanical Vibrations, ch. 3",
         "two masses on two springs, a force on the second",
         system("two_blocks"),
         "m1 q1'' = -k1 q1 + k2 (q2 - q1)\nm2 q2'' = -k2 (q2 - q1) + F",
+    ),
+    Paper(
+        _TEDRAKE,
+        "Acrobot, q1 from the downward vertical, inertias about the pins",
+        partial(two_links, False),
+        "(J1 + J2 + m2 l1^2 + 2 m2 l1 lc2 cos(q2)) q1'' + (J2 + m2 l1 lc2 cos(q2)) q2''"
+        " - 2 m2 l1 lc2 sin(q2) q1' q2' - m2 l1 lc2 sin(q2) q2'^2 + m1 g lc1 sin(q1)"
+        " + m2 g (l1 sin(q1) + lc2 sin(q1 + q2)) = 0\n"
+        "(J2 + m2 l1 lc2 cos(q2)) q1'' + J2 q2'' + m2 l1 lc2 sin(q2) q1'^2"
+        " + m2 g lc2 sin(q1 + q2) = tau",
+        let=("J1 = I1 + m1 lc1^2", "J2 = I2 + m2 lc2^2"),
+        seen=_TEDRAKE,
+    ),
+    Paper(
+        _TEDRAKE,
+        "cart-pole without friction, solved for the accelerations",
+        undamped("cart_pole"),
+        "x'' = (fx + mp sin(q) (l q'^2 + g cos(q)))/(mc + mp sin(q)^2)\n"
+        "q'' = (-fx cos(q) - mp l q'^2 cos(q) sin(q) - (mc + mp) g sin(q))"
+        "/(l (mc + mp sin(q)^2))",
+        let=("fx = F", "mp = m", "mc = M"),
+        seen=_TEDRAKE,
+    ),
+    Paper(
+        "Lund University, Control System Synthesis, exercise 2, 2020",
+        "cart and pendulum with friction on the track, angle from the downward vertical",
+        partial(inverted_pendulum, False),
+        "(M + m) x'' + b x' + m l u'' cos(u) - m l u'^2 sin(u) = F\n"
+        "(J + m l^2) u'' + m g l sin(u) = -m l x'' cos(u)",
+        let=("u = pi - theta", "b = c"),
+        seen="Lund University, Control System Synthesis, exercise 2, 2020",
+    ),
+    Paper(
+        "Wolfram Language documentation, state-space models in natural form",
+        "cart and pendulum, angle from upright",
+        undamped("cart_pole"),
+        "(M + m) x'' - m l sin(u) u'^2 + m l cos(u) u'' = F\nm x'' cos(u) + m l u'' = m g sin(u)",
+        let=("u = pi - q",),
+        seen="Wolfram Language documentation, state-space models in natural form",
+    ),
+    Paper(
+        "DecisionMakingProblems.jl, documentation, Cart-Pole",
+        "cart and homogeneous pole of length L",
+        partial(cart_and_pole, False),
+        "theta'' = (g sin(theta) - (F + theta'^2 L sin(theta/2))/(mc + m) cos(theta))"
+        "/(L/2 (4/3 - m/(mc + m) cos(theta)^2))\n"
+        "x'' = (F + theta'^2 L sin(theta/2))/(mc + m) - L/2 theta'' cos(theta) m/(mc + m)",
+        let=("L = 2 l",),
+        outcome="wrong",
+        cause="units do not fit",
+        remark="a misprint: m L/2 sin θ is meant",
+        seen="DecisionMakingProblems.jl, documentation, Cart-Pole",
+    ),
+    Paper(
+        "github.com/HSJNYCU/Pendulums, after Spong",
+        "Acrobot, q1 from the horizontal, printed with two slips",
+        partial(two_links, True),
+        "(m1 lc1^2 + m2 (l1^2 + lc2^2 + 2 l1 lc2 cos(q2)) + I1 + I2) q1''"
+        " + m2 (lc2^2 + l1 lc2 cos(q2) + I2) q2'' - m2 l1 lc2 sin(q2) q2'^2"
+        " - 2 m1 l1 lc2 sin(q2) q1' q2' + (m1 lc1 + m2 l1) g cos(q1)"
+        " + m2 lc2 g cos(q1 + q2) = 0\n"
+        "m2 (lc2^2 + l1 lc2 cos(q2) + I2) q1'' + (m2 lc2^2 + I2) q2''"
+        " + m2 l1 lc2 sin(q2) q1'^2 + m2 lc2 g cos(q1 + q2) = tau",
+        outcome="wrong",
+        cause="units do not fit",
+        remark="I2 stands within the brackets of m2, and m1 for m2 in the Coriolis term",
+        seen="github.com/HSJNYCU/Pendulums, after Spong",
+    ),
+    Paper(
+        "analyticphysics.com, Swinging Atwood Machine, 2019",
+        "angle from the vertical",
+        system("swinging_atwood_machine"),
+        "(M + m) r'' = m r theta'^2 + m g cos(theta) - M g\n"
+        "m r^2 theta'' + 2 m r r' theta' = m g r sin(theta)",
+        outcome="wrong",
+        cause="the sign of the term",
+        remark="gravity turns a hanging mass back: −m g r sin θ",
+        seen="analyticphysics.com, Swinging Atwood Machine, 2019",
+    ),
+    Paper(
+        "shelvean.github.io, Swinging Atwood Machine",
+        "swing of the bob",
+        system("swinging_atwood_machine"),
+        "theta'' = -(2 r' theta' + g sin(theta))/r",
+        outcome="incomplete",
+        remark="one of two equations of motion; the other is a picture there",
+        seen="shelvean.github.io, Swinging Atwood Machine",
+    ),
+    Paper(
+        "academickids.com, Spherical pendulum",
+        "equations of motion, with one exponent lost",
+        system("spherical_pendulum"),
+        "d/dt(m l^2 theta') - m l^2 sin(theta) cos(theta) phi'^2 + m g l sin(theta) = 0\n"
+        "d/dt(m l^2 sin(theta) phi') = 0",
+        outcome="wrong",
+        cause="is taken half",
+        remark="m l² sin² θ φ' is conserved; as it is here, the Coriolis term is half",
+        seen="academickids.com, Spherical pendulum",
+    ),
+    Paper(
+        "physics.stackexchange.com 545374",
+        "spherical pendulum, from a question",
+        system("spherical_pendulum"),
+        "m l^2 theta'' = m l^2 phi' sin(theta) cos(theta) - m g l sin(theta)",
+        outcome="wrong",
+        cause="units do not fit",
+        remark="φ' without its square",
+        seen="physics.stackexchange.com 545374",
     ),
 )
 """The formulas."""
@@ -537,8 +693,9 @@ def page() -> str:
         "text; the letters of a source",
         "are defined in those of the system. `tests/checking/papers.py` holds them, and a test "
         "keeps this page true.",
-        f"Of {len(PAPERS)} formulas {rights} are right as they stand. Those marked * are cited "
-        "from memory, not from a copy of the source.",
+        f"Of {len(PAPERS)} formulas {rights} are right as they stand. Where a source was not at "
+        "hand, a public text that prints the same",
+        "formula is named (“in …”); those marked * are cited from memory.",
         "",
         "| source | formula | verdict | why |",
         "|---|---|---|---|",
@@ -548,7 +705,6 @@ def page() -> str:
         why = [*found.forms, *(cause.text for cause in found.causes[:1])]
         why += [paper.remark] if paper.remark else []
         formula = "<br>".join(f"`{line}`" for line in paper.text.splitlines())
-        source = paper.source + ("" if paper.compared else " *")
-        cells = (source, f"{paper.what}: {formula}", found.outcome, "; ".join(why))
+        cells = (paper.cited, f"{paper.what}: {formula}", found.outcome, "; ".join(why))
         lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
     return "\n".join(lines) + "\n"

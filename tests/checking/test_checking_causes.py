@@ -64,6 +64,21 @@ def test_units_come_before_anything_else() -> None:
     assert found.outcome == "wrong"
 
 
+def test_a_defined_letter_of_another_unit_is_named() -> None:
+    text = "I q'' + m g l/2 sin q = 0"
+    found = mq.check(mq.textbook.load(ROD), text, let=["I = m l/3"])
+    assert found.causes[0].kind == "units"
+    assert found.causes[0].text.endswith("I is defined in kg·m")
+    found = mq.check(mq.textbook.load(ROD), text, let=["I = m l^2/3 + m l"])
+    assert found.causes[0].text.endswith("the terms that define I differ in theirs")
+
+
+def test_a_rate_is_quoted_as_it_was_written() -> None:
+    text = "theta'' - sin(theta) cos(theta) phi'^2 + g/l sin(theta) = 0\nd/dt(sin(theta) phi') = 0"
+    found = mq.check(mq.textbook.load("spherical_pendulum"), text)
+    assert all("\n" not in cause.text and "g/l" not in cause.text for cause in found.causes)
+
+
 def test_a_linearized_equation_is_a_matter_of_form() -> None:
     found = mq.check(mq.textbook.load(ROD), "2 l q'' + 3 g q = 0")
     assert found.outcome == "right except for form"

@@ -88,6 +88,10 @@ def test_a_letter_for_another_coordinate_brings_its_rates() -> None:
     ("text", "outcome", "form"),
     [
         ("q' (m l^2 q''/3 + m g l sin(q)/2) = 0", "right except for form", "velocities"),
+        ("sin(q) (l q''/3 + g sin(q)/2) = 0", "right except for form", "where sin(q) = 0"),
+        ("l q'' q/3 + g sin(q) q/2 = 0", "right except for form", "where q = 0"),
+        ("(2 + cos(q)) (l q''/3 + g sin(q)/2) = 0", "right", ""),
+        ("(l q''/3 + g sin(q)/2)/sin(q) = 0", "right", ""),
         ("q'' + 3*9.81 sin(q)/2 = 0", "right except for form", "these values"),
         ("q'' - q'' = 0", "incomplete", "1 of 1"),
         ("(q'' + 3 g/(2 l) sin q)^3 + q'' + 3 g/(2 l) sin q", "right except for form", "linear"),
@@ -100,6 +104,20 @@ def test_verdicts(text: str, outcome: str, form: str) -> None:
     assert found.outcome == outcome
     assert form in found.form
     assert found.right is (outcome == "right")
+
+
+def test_a_factor_that_vanishes_is_named_with_its_equation() -> None:
+    text = "(M + m) x'' + m l cos q q'' - m l sin q q'^2 + c x' = F\n"
+    text += "cos(q)^2 x'' + l cos(q) q'' + g sin(q) cos(q) = 0"
+    found = mq.check(mq.textbook.load("cart_pole"), text)
+    assert [line.outcome for line in found.lines] == ["right", "right except for form"]
+    assert found.form.startswith("multiplied by a factor that vanishes where cos(q) = 0")
+
+
+def test_an_acceleration_that_is_zero_is_right() -> None:
+    """A rolling disk does not leave its slope; its z'' comes out as rounding alone."""
+    text = "3/2 m x'' = m g sin(alpha)\nR turn'' = x''\nz'' = 0"
+    assert mq.check(mq.textbook.load("rolling_disk"), text).right
 
 
 def test_one_of_two_equations_is_incomplete() -> None:

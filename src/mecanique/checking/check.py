@@ -15,6 +15,7 @@ from mecanique.checking.judgement.motion import Residual, count_missing, residua
 from mecanique.checking.judgement.proof import Proof
 from mecanique.checking.judgement.quantities import Quantity, ask_for
 from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.mistakes.factor import Factors
 from mecanique.checking.mistakes.search import Search
 from mecanique.checking.verdict import Cause, Check, Line, Outcome
 from mecanique.derivation.symbolic.derivation import Derivation
@@ -82,6 +83,7 @@ class Checker:
         self.truth = Truth(mechanism, seed)
         self._asked: dict[str, Quantity] = {}
         self._proofs: dict[str, Proof] = {}
+        self._factors = Factors(self.truth)
         self.search = Search(self.truth, Letters.of(mechanism))
 
     def check(
@@ -98,8 +100,8 @@ class Checker:
             let: definitions of further letters.
         """
         if ask in ("equation of motion", "equations of motion"):
-            statements = read(text, self._letters(let, self.truth.further_letters))
-            return self._motion(statements, text)
+            letters = self._letters(let, self.truth.further_letters)
+            return self._motion(read(text, letters), text, letters)
         quantity = self._ask(ask)
         own = {*self.mechanism.values, *self.mechanism.coordinates, *self.mechanism.velocities}
         letters = self._letters(let, [name for name in quantity.letters if name not in own])
@@ -120,7 +122,8 @@ class Checker:
         for number, one in enumerate(judged, 1):
             causes: tuple[Cause, ...] = ()
             if not one.holds and one.residual is not None:
-                causes = self.search.mend(one.residual, number if several else 0, text)
+                place = number if several else 0
+                causes = self.search.mend(one.residual, place, text, quantity.dimensions)
             outcome: Outcome = "right" if one.holds else "wrong"
             if one.holds and one.forms:
                 outcome = "right except for form"
@@ -181,15 +184,19 @@ class Checker:
             _, _, letters = define(definition, letters)
         return letters
 
-    def _motion(self, statements: Sequence[Statement], text: str) -> Check:
+    def _motion(self, statements: Sequence[Statement], text: str, letters: Letters) -> Check:
         truth = self.truth
         found = residuals(statements, truth, truth.sample, text)
         numbers = self._with_numbers(found, statements, text)
         forms = []
         if numbers:
             forms, found = ["right for these values of the parameters only"], numbers
-        explained = self.search.causes(found, text)
-        lines = [_line(one, causes) for one, causes in zip(found, explained, strict=True)]
+        defined = {name: node for name, node in letters.defined.items() if "'" not in name}
+        explained = self.search.causes(found, text, defined)
+        lines = [
+            _line(one, causes, self._factors.explain(one) if one.holds else "")
+            for one, causes in zip(found, explained, strict=True)
+        ]
         wrong = [one for one in found if not one.holds]
         bad = any(line.outcome == "wrong" for line in lines)
         outcome: Outcome = "wrong" if bad else "right"
@@ -239,7 +246,7 @@ class Checker:
         return again if all(one.holds for one in again) else []
 
 
-def _line(one: Residual, causes: tuple[Cause, ...]) -> Line:
+def _line(one: Residual, causes: tuple[Cause, ...], factor: str) -> Line:
     forms = []
     if one.holds:
         if one.says_nothing:
@@ -248,6 +255,8 @@ def _line(one: Residual, causes: tuple[Cause, ...]) -> Line:
             forms.append("not linear in the accelerations")
         elif one.has_factor_of_velocities:
             forms.append("not divided by a common factor that depends on velocities")
+        elif factor:
+            forms.append(factor)
     outcome: Outcome = "wrong"
     if one.holds:
         outcome = "right except for form" if forms else "right"

@@ -166,7 +166,8 @@ def define(text: str, letters: Letters) -> tuple[str, Node, Letters]:
     statements = read(right, letters)
     if len(statements) != 1 or statements[0].is_equation:
         raise FormulaError(f"expected one formula after {name} =, got {right.strip()!r}")
-    formula = statements[0].sides[0]
+    # its places are those of the definition, not of the text that it is used in
+    formula = statements[0].sides[0].put_at(0)
     if name in letters.kinds and not formula.letters:
         raise FormulaError(
             f"{name!r} is a letter of the system already; its value is a parameter's (-p {name}=…)"
@@ -343,7 +344,7 @@ class _Builder(Transformer[Any, Any]):
 
     def _rate(self, node: Node) -> Node:
         try:
-            return tree.rate(node, self._letters.rate_nodes)
+            return tree.rate(node, self._letters.rate_nodes).put_at(node.start)
         except FormulaError as error:
             raise FormulaError(str(error), self._text, node.start) from None
 

@@ -83,6 +83,11 @@ class Node:
         """Return the same part at another place of the text."""
         return replace(self, start=start, end=end)
 
+    def put_at(self, place: int) -> Node:
+        """Return the same part, of which nothing is written but a hint at one place."""
+        parts = tuple(part.put_at(place) for part in self.parts)
+        return replace(self, parts=parts, start=place, end=place)
+
     def walk(self) -> Iterator[Node]:
         """Yield this and all parts below it."""
         yield self

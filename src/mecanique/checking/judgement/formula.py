@@ -13,6 +13,7 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.reader import Statement
 from mecanique.checking.grammar.tape import Tape
 from mecanique.checking.grammar.tree import Node, add, letter, negate
+from mecanique.checking.judgement.equilibrium import Positions
 from mecanique.checking.judgement.motion import TOLERANCE, Residual
 from mecanique.checking.judgement.quantities import Quantity
 from mecanique.checking.judgement.truth import Sample, Truth
@@ -233,8 +234,11 @@ def _judge_several(
             with np.errstate(all="ignore"):
                 period = 2 * np.pi / omega
             known = dict.fromkeys(quantity.letters, omega)
-            known |= {"f": omega / (2 * np.pi), "nu": omega / (2 * np.pi)}
-            known |= {"T": period, "T0": period}
+            for name in quantity.letters:
+                if name.startswith(("f", "nu")):
+                    known[name] = omega / (2 * np.pi)
+                elif name.startswith("T"):
+                    known[name] = period
             tried.append(
                 _residual(statement, truth, truth.sample, known, quantity.letters[0], text)
             )
@@ -302,33 +306,8 @@ def _forces_elsewhere(truth: Truth, body: str, names: Sequence[str]) -> set[str]
 def _judge_equilibrium(
     statements: Sequence[Statement], truth: Truth, quantity: Quantity, text: str
 ) -> list[Judged]:
-    """Nothing accelerates where the coordinates are as stated; those left out are zero."""
-    sample, derivation = truth.sample, truth.derivation
-    assert derivation is not None
-    still = dict.fromkeys(
-        (*truth.mechanism.coordinates, *truth.velocities, *truth.accelerations),
-        np.zeros(sample.count),
-    )
-    values: dict[str, Array] = {**sample.values, **still}
-    for statement in statements:
-        left, right = statement.sides[0], statement.sides[-1]
-        if left.kind != "letter" or left.name not in truth.mechanism.coordinates:
-            raise FormulaError("expected COORDINATE = FORMULA, e.g. q = 0", text, statement.start)
-        values[left.name] = Tape(right).evaluate(values, sample.count).whole
-    evaluated = Evaluation(derivation.algebra.ring, values)
-    usual = np.abs(sample.bias - sample.forces).mean(0)
-    left_over = np.zeros(sample.count)
-    for k, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
-        with np.errstate(all="ignore"):
-            force = np.abs(np.broadcast_to(evaluated(h - Q), (sample.count,)))
-            left_over = np.fmax(left_over, force / max(usual[k], 1e-300))
-    defined = np.isfinite(np.stack([values[name] for name in truth.mechanism.coordinates])).all(0)
-    if not defined.any():
-        raise FormulaError("the formula has a value at no state", text, statements[0].start)
-    worst = float(left_over[defined].max())
-    # the balance is as exact as the coordinates, of order one
-    worst = worst if worst > _BALANCED else 0.0
+    """Nothing accelerates at any of the positions stated."""
+    positions = Positions(truth, text)
+    positions.move(statements)
+    worst = positions.measure_forces()
     return [Judged(statement, None, worst) for statement in statements]
-
-
-_BALANCED = 1e-9

@@ -24,6 +24,9 @@ __all__ = ["TOLERANCE", "Residual", "count_missing", "difference", "residuals"]
 TOLERANCE = 1e-8
 """A difference below this part of the formula's own terms is rounding."""
 
+_ROUNDING = 1e-13
+"""The part of the usual size of accelerations that those which are zero may be off."""
+
 _RANK = 1e-7
 _RANKED = 6
 """States at which it is counted what equations determine."""
@@ -63,7 +66,21 @@ class Residual:
         """Its size relative to that of its terms, shape (n,); zero where it has no value."""
         with np.errstate(all="ignore"):
             found = np.abs(self.values.whole) / self.values.size
-        return np.where(self.finite & (self.values.size > 0), found, 0.0)
+        counts = self.finite & (self.values.size > 0)
+        if (found[counts] > TOLERANCE).any():
+            counts &= np.abs(self.values.whole) > self._rounding
+        return np.where(counts, found, 0.0)
+
+    @cached_property
+    def _rounding(self) -> Array:
+        """What rounding makes of it: an acceleration that is zero is known by the others' size."""
+        M, a = self.sample.M, self.sample.a
+        vigor = np.sqrt(np.abs(np.einsum("ni,nij,nj->n", a, M, a)))
+        with np.errstate(all="ignore"):
+            usual = vigor[:, None] / np.sqrt(np.diagonal(M, axis1=1, axis2=2))
+        known = np.where(np.isfinite(usual), usual, 0.0)
+        slopes = np.nan_to_num(np.abs(self.by_acceleration), posinf=0.0)
+        return np.asarray(_ROUNDING * np.einsum("ni,ni->n", slopes, known))
 
     @property
     def worst(self) -> float:
@@ -85,6 +102,12 @@ class Residual:
         """Its derivatives by the accelerations, shape (n, nv)."""
         columns = [self.tape.along(self.slopes, name) for name in self.truth.accelerations]
         return np.stack(columns, axis=-1)
+
+    @cached_property
+    def by_unknown(self) -> Array:
+        """Its derivatives by the accelerations and multipliers, shape (n, nv + m)."""
+        columns = [self.tape.along(self.slopes, name) for name in self.truth.multipliers]
+        return np.concatenate([self.by_acceleration, *(c[:, None] for c in columns)], axis=1)
 
     @cached_property
     def says_nothing(self) -> bool:

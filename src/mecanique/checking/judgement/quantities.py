@@ -17,6 +17,8 @@ from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, UnknownNameError
+from mecanique.model.dimensions import Dimension, read_unit
+from mecanique.model.units import units
 
 __all__ = ["QUESTIONS", "Quantity", "ask_for"]
 
@@ -46,6 +48,7 @@ class Quantity:
         again: the same at other states with the same parameters, and the letters there.
         series: its value in the ring of the derivation, by letter; a matrix row by row.
         derivation: whose ring that is, if it is not that of the equations of motion.
+        dimensions: of the letters, where they have one.
     """
 
     name: str
@@ -55,6 +58,7 @@ class Quantity:
     again: tuple[Array, Mapping[str, Array]] | None = None
     series: Mapping[str, Series] = field(default_factory=dict)
     derivation: Derivation | None = None
+    dimensions: Mapping[str, Dimension] = field(default_factory=dict)
 
 
 _ZERO = np.zeros(())
@@ -71,6 +75,9 @@ _LETTERS = {
     "equilibrium": (),
     "reaction": (),
 }
+
+_NUMBERED = ("omega", "w", "f", "nu", "T")
+"""Letters of frequencies and periods that may have a number, as omega1."""
 
 _OF = ("momentum", "equilibrium")
 """Questions that may name a coordinate or a body."""
@@ -143,11 +150,13 @@ class _Asked:
             "energy": T + V,
         }[name]
         found = self._value(series, self._sample.values)
+        joules = dict.fromkeys(_LETTERS[name], read_unit("N·m"))
         if name == "kinetic energy":
-            return self._in_letters(Quantity(name, "value", _LETTERS[name], found), series)
+            own = Quantity(name, "value", _LETTERS[name], found, dimensions=joules)
+            return self._in_letters(own, series)
         moved = roll(self._truth, self._sample)
         again = self._value(series, moved), moved
-        whole = Quantity(name, "up to a constant", _LETTERS[name], found, again)
+        whole = Quantity(name, "up to a constant", _LETTERS[name], found, again, dimensions=joules)
         return self._in_letters(whole, series)
 
     def _in_letters(self, quantity: Quantity, series: Series) -> Quantity:
@@ -176,7 +185,10 @@ class _Asked:
         velocity = self._truth.velocities[coordinates.index(chosen)]
         series = self._lagrange.T.diff(velocity)
         found = self._value(series, self._sample.values)
-        return self._in_letters(Quantity(name, "value", ("p", f"p{chosen}"), found), series)
+        letters = ("p", f"p{chosen}")
+        own = units(self._truth.mechanism).get(velocity)
+        unit = {} if own is None else dict.fromkeys(letters, _divide("N·m", own))
+        return self._in_letters(Quantity(name, "value", letters, found, dimensions=unit), series)
 
     def _reactions(self, name: str, _: str) -> Quantity:
         derivation = balances(self._truth)
@@ -215,7 +227,18 @@ class _Asked:
         if (squares.real < -1e-9 * np.abs(squares).max()).any():
             raise InputError("the position with all coordinates zero is not stable")
         found = np.sort(np.sqrt(np.maximum(squares.real, 0.0)), axis=1)
-        return Quantity(name, "several", _LETTERS[name], found.T)
+        numbered = [
+            f"{letter}{k + 1}" for letter in _NUMBERED for k in range(len(self._truth.velocities))
+        ]
+        letters = (*_LETTERS[name], *numbered)
+        rate, time = read_unit("1/s"), read_unit("s")
+        unit = {letter: time if letter.startswith("T") else rate for letter in letters}
+        return Quantity(name, "several", letters, found.T, dimensions=unit)
+
+
+def _divide(unit: str, by: str) -> Dimension:
+    pairs = zip(read_unit(unit), read_unit(by), strict=True)
+    return tuple(above - below for above, below in pairs)
 
 
 def roll(truth: Truth, sample: Sample) -> dict[str, Array]:

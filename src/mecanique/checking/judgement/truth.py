@@ -28,7 +28,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
 
-__all__ = ["Sample", "Truth"]
+__all__ = ["Sample", "Truth", "accelerate"]
 
 STATES = 24
 """States at which a formula is compared."""
@@ -55,6 +55,7 @@ class Sample:
         forces: generalized forces, shape (n, nv).
         slopes: of the constraints, shape (n, m, nv); m = 0 where there are none.
         a: the true accelerations, shape (n, nv).
+        multipliers: the true multipliers of the constraints, shape (n, m).
         count: number of states n.
         varied: whether parameters differ from state to state.
         lengths: of springs that have a letter, which follow from the rest.
@@ -66,6 +67,7 @@ class Sample:
     forces: Array
     slopes: Array
     a: Array
+    multipliers: Array
     count: int
     varied: bool
     lengths: Mapping[str, Array] = field(default_factory=dict)
@@ -74,6 +76,11 @@ class Sample:
     def letters(self) -> dict[str, Array]:
         """The value of each letter that a formula may have."""
         return {**self.values, **self.lengths}
+
+    @property
+    def motion(self) -> Array:
+        """The accelerations and multipliers, shape (n, nv + m)."""
+        return np.concatenate([self.a, self.multipliers], axis=1)
 
 
 @final
@@ -159,13 +166,24 @@ class Truth:
         values = {name: value[at] if np.ndim(value) else value for name, value in values.items()}
         slopes, own = self._ties(evaluated, n)
         slopes, own, M, bias, forces = slopes[at], own[at], M[at], bias[at], forces[at]
-        a, multipliers = _accelerate(M, forces - bias, slopes, own)
+        a, multipliers = accelerate(M, forces - bias, slopes, own)
         values |= dict(zip(self.accelerations, a.T, strict=True))
         values |= dict(zip(self.multipliers, multipliers.T, strict=True))
         lengths = {}
         for name in derivation.lengths:
             lengths[name] = np.broadcast_to(evaluated(derivation.algebra.ring[name]), (n,))[at]
-        return Sample(values, M, bias, forces, slopes, a, len(at), bool(varied), lengths)
+        return Sample(
+            values=values,
+            M=M,
+            bias=bias,
+            forces=forces,
+            slopes=slopes,
+            a=a,
+            multipliers=multipliers,
+            count=len(at),
+            varied=bool(varied),
+            lengths=lengths,
+        )
 
     @cached_property
     def multipliers(self) -> tuple[str, ...]:
@@ -235,10 +253,20 @@ class Truth:
         values = {name: np.asarray(value, dtype=float) for name, value in values.items()}
         M = equations.mass_matrix(states.q, states.t)
         bias, forces = equations.bias(*arguments), equations.forces(*arguments)
-        return Sample(values, M, bias, forces, slopes, a, n, False)
+        return Sample(
+            values=values,
+            M=M,
+            bias=bias,
+            forces=forces,
+            slopes=slopes,
+            a=a,
+            multipliers=np.zeros((n, 0)),
+            count=n,
+            varied=False,
+        )
 
 
-def _accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Array]:
+def accelerate(M: Array, force: Array, J: Array, own: Array) -> tuple[Array, Array]:
     """Return a and λ of M a = force + Jᵀ λ, J a + own = 0; redundant rows share their load."""
     n, m, nv = J.shape
     if not m:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
+from types import MappingProxyType
 from typing import final
 
 import numpy as np
@@ -11,14 +12,21 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.checking.grammar.letters import Letters
+from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.truth import Truth
+from mecanique.checking.mistakes.context import Context
 from mecanique.checking.mistakes.hypotheses import Hypotheses
-from mecanique.checking.mistakes.repairs import Context, Repair, repairs
+from mecanique.checking.mistakes.repair import Repair
+from mecanique.checking.mistakes.repairs import repairs
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
+from mecanique.model.dimensions import Dimension
 
 __all__ = ["Search"]
+
+NOTHING: Mapping[str, Node] = MappingProxyType({})
+"""No further letters."""
 
 _HOLDS = 1e-7
 """An equation holds at other accelerations up to this part of its terms."""
@@ -48,7 +56,7 @@ class Search:
 
     @cached_property
     def _hypotheses(self) -> Hypotheses:
-        return Hypotheses(self._truth, self._truth.sample)
+        return Hypotheses(self._truth)
 
     @cached_property
     def context(self) -> Context:
@@ -63,12 +71,15 @@ class Search:
         """The units of the letters."""
         return Units(self._truth.mechanism)
 
-    def causes(self, found: Sequence[Residual], text: str) -> tuple[tuple[Cause, ...], ...]:
+    def causes(
+        self, found: Sequence[Residual], text: str, defined: Mapping[str, Node] = NOTHING
+    ) -> tuple[tuple[Cause, ...], ...]:
         """Return the causes of each equation's being wrong; none where it is right.
 
         Args:
             found: the equations.
             text: what they were read from.
+            defined: what further letters stand for.
         """
         several = len(found) > 1
         holds = self._hold(found)
@@ -84,17 +95,21 @@ class Search:
             number = k + 1 if several else 0
             own = [*common, *self._list_likeliest(holds[:, k], denied, number)]
             own += self._mend(one, number, text)
-            causes.append(_rank(self._misfits(one, number, text), own))
+            causes.append(_rank(_misfits(self.units, one, number, text, defined), own))
         return tuple(causes)
 
-    def mend(self, one: Residual, number: int, text: str) -> tuple[Cause, ...]:
+    def mend(
+        self, one: Residual, number: int, text: str, asked: Mapping[str, Dimension]
+    ) -> tuple[Cause, ...]:
         """Return the single changes that would make a formula of any quantity right.
 
         Args:
             one: the formula minus its true value.
             number: of the formula among several, 0 for a single one.
             text: what it was read from.
+            asked: dimensions of the letters that stand for what is asked for.
         """
+        units = Units(self._truth.mechanism, asked)
         zero = np.zeros(one.sample.count)
         found = repairs(one.tape, one.values, zero, self.context, text)
         weighed = [
@@ -102,19 +117,11 @@ class Search:
             for repair in _list_once(found)
             if repair.part
         ]
-        return _rank(self._misfits(one, number, text), weighed)
+        return _rank(_misfits(units, one, number, text), weighed)
 
     def has_unit_fault(self, one: Residual, text: str) -> bool:
         """Return whether units do not fit in an equation."""
-        return bool(self._misfits(one, 0, text))
-
-    def _misfits(self, one: Residual, number: int, text: str) -> list[Cause]:
-        try:
-            self.units.check(one.root, text)
-        except UnitMisfitError as fault:
-            part = " ".join(text[fault.part.start : fault.part.end].split())
-            return [Cause("units", fault.text, part, number)]
-        return []
+        return bool(_misfits(self.units, one, 0, text))
 
     def _mend(self, one: Residual, number: int, text: str) -> list[tuple[float, Cause]]:
         """Return the single changes that would make an equation right, with their weights."""
@@ -139,10 +146,10 @@ class Search:
         known = all(one.sample is self._truth.sample for one in found)
         if not known or all(one.holds for one in found) or not self._hypotheses.listed:
             return np.zeros((0, len(found)), dtype=bool)
-        step = self._hypotheses.accelerations - self._truth.sample.a
+        step = self._hypotheses.motions - self._truth.sample.motion
         columns = []
         for one in found:
-            slopes = one.by_acceleration
+            slopes = one.by_unknown
             with np.errstate(all="ignore"):
                 moved = np.einsum("nv,hnv->hn", slopes, step)
                 size = one.values.size + np.einsum("nv,hnv->hn", np.abs(slopes), np.abs(step))
@@ -169,6 +176,21 @@ class Search:
         return [
             (weight, Cause(one.kind, one.sentence, "", number)) for weight, one in weighed[:_MOST]
         ]
+
+
+def _misfits(
+    units: Units, one: Residual, number: int, text: str, defined: Mapping[str, Node] = NOTHING
+) -> list[Cause]:
+    try:
+        units.check(one.root, text)
+    except UnitMisfitError as fault:
+        part = " ".join(text[fault.part.start : fault.part.end].split())
+        if odd := units.list_odd(defined):
+            what = f"the units do not fit: the terms that define {', '.join(odd)} differ in theirs"
+            return [Cause("units", what, "", number)]
+        own = [units.describe(name, node) for name, node in defined.items() if name in fault.text]
+        return [Cause("units", "; ".join([fault.text, *own]), part, number)]
+    return []
 
 
 def _list_once(found: Iterable[Repair]) -> list[Repair]:

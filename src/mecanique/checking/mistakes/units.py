@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
+from types import MappingProxyType
 from typing import final
 
 from mecanique.checking.grammar.tree import Node
@@ -35,14 +37,17 @@ class Units:
 
     Args:
         mechanism: whose letters.
+        asked: dimensions of the letters that stand for what is asked for.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    def __init__(
+        self, mechanism: Mechanism, asked: Mapping[str, Dimension] = MappingProxyType({})
+    ) -> None:
         known = {parameter.symbol: parameter.unit for parameter in mechanism.parameters}
         known |= {signal.symbol: signal.unit for signal in mechanism.inputs}
         known |= units(mechanism)
         known |= {f"{name}'": per_second(known[name]) for name in mechanism.velocities}
-        self.of: dict[str, Dimension] = {"t": read_unit("s"), "pi": PURE}
+        self.of: dict[str, Dimension] = {**asked, "t": read_unit("s"), "pi": PURE}
         for name, unit in known.items():
             if unit:
                 try:
@@ -77,6 +82,21 @@ class Units:
             case "power":
                 return self._of_power(node, text)
         return self._of_call(node, text)
+
+    def describe(self, name: str, formula: Node) -> str:
+        """Return in what unit the formula is that a letter is defined by, in words."""
+        its = self.check(formula, "")
+        return f"{name} is defined in {say_unit(its)}" if its else f"look at what defines {name}"
+
+    def list_odd(self, defined: Mapping[str, Node]) -> list[str]:
+        """Return which letters are defined by terms that have different units."""
+        odd = []
+        for name, formula in defined.items():
+            try:
+                self.check(formula, "")
+            except UnitMisfitError:
+                odd.append(name)
+        return odd
 
     def _of_sum(self, node: Node, text: str) -> Dimension | None:
         found = [(part, self.check(part, text)) for part in node.parts]
@@ -144,4 +164,6 @@ def _combine(a: Dimension | None, b: Dimension | None, sign: int) -> Dimension |
 
 
 def _quote(node: Node, text: str) -> str:
-    return f"'{' '.join(text[node.start : node.end].split())}'"
+    """Return a part as it was written; what is asked for is not, where the formula stands alone."""
+    written = " ".join(text[node.start : node.end].split())
+    return f"'{written}'" if written else "what is asked for"

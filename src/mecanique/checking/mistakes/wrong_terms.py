@@ -1,0 +1,129 @@
+"""Single terms of the equations of motion taken wrongly: left out, doubled, of the other sign."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from itertools import permutations
+from typing import Any
+
+from mecanique.arrays import Array
+from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations, group_by_velocities
+from mecanique.derivation.scalars.monomials import exponents
+from mecanique.derivation.scalars.series import Series
+
+__all__ = ["mistake_letters", "mistake_terms"]
+
+_MOST_TERMS = 12
+"""A longer entry of the equations is taken as a whole, not term by term."""
+
+
+def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
+    """Yield what follows with terms left out, of the other sign, doubled or halved."""
+    for row, term, column, name, weight in _list_terms(right):
+        missing = f"{name} {{}} is missing" if name else "the term {} is missing"
+        yield _change(right, "missing", missing, weight, row, term, column, 0.0)
+        sign = "the sign of the term {} is wrong"
+        yield _change(right, "sign", sign, weight, row, term, column, -1.0)
+        twice = "the term {} is taken twice"
+        yield _change(right, "factor", twice, weight + 0.5, row, term, column, 2.0)
+        half = "the term {} is taken half"
+        yield _change(right, "factor", half, weight + 0.5, row, term, column, 0.5)
+
+
+def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
+    """Yield what follows with one letter for another of the same unit in a single term."""
+    parameters = right.truth.mechanism.parameters
+    values = right.sample.values
+    for row, whole, column, _, _ in _list_terms(right):
+        if len(whole) > 1:
+            continue
+        ((_, monomial, _),) = whole.terms()
+        powers = {whole.ring.generators[i].name: e for i, e in exponents(monomial)}
+        for one, other in permutations(parameters, 2):
+            if one.unit == other.unit and one.symbol in powers:
+                ratio = (values[other.symbol] / values[one.symbol]) ** powers[one.symbol]
+                text = f"in the term {{}} stands {other.symbol} for {one.symbol}"
+                yield _change(right, "letter", text, 2.1, row, whole, column, ratio)
+
+
+def _list_terms(right: RightEquations) -> Iterator[tuple[int, Series, int, str, float]]:
+    """Yield row, term, column of M or −1, its name and how likely it is forgotten."""
+    derivation = right.derivation
+    velocities = derivation.algebra.velocities
+    for row, entries in enumerate(derivation.M):
+        for column, entry in enumerate(entries):
+            if not entry:
+                continue
+            own = row == column
+            name = "the inertia term" if own else "the coupling term"
+            yield row, entry, column, name, 1.6 if own else 1.0
+            for part in _split(entry):
+                yield row, part, column, "the inertia term", 2.0
+    for row, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
+        groups = group_by_velocities(h, velocities)
+        for powers, group in groups.items():
+            name = _name_of(powers)
+            yield row, group, -1, name, 1.0
+            for part in _split(group):
+                yield row, part, -1, name, 2.0
+        for group in group_by_velocities(Q, velocities).values():
+            yield row, -group, -1, "the force", 1.2
+            for part in _split(group):
+                yield row, -part, -1, "the force", 1.5
+
+
+def _change(
+    right: RightEquations,
+    kind: str,
+    text: str,
+    weight: float,
+    row: int,
+    term: Series,
+    column: int,
+    factor: float | Array,
+) -> Hypothesis:
+    """Return the equations with a term of one row multiplied by a factor."""
+    M, rest = right.sample.M, right.rest
+    change = (factor - 1) * right.value(term)
+    if column >= 0:
+        M = M.copy()
+        M[:, row, column] += change
+    else:
+        rest = rest.copy()
+        rest[:, row] += change
+    shown = term
+    if column >= 0:
+        ring = right.derivation.algebra.ring
+        shown = term * ring[right.truth.accelerations[column]]
+    return Hypothesis(kind, text, weight, M, rest, row, shown)
+
+
+def _split(series: Series) -> list[Series]:
+    """Return parts of a series: its terms, and those that share letters, or sine and cosine."""
+    terms = list(series.terms())
+    if not 1 < len(terms) <= _MOST_TERMS:
+        return []
+    ring = series.ring
+    groups: dict[frozenset[int], Series] = {}
+    for first, last in ((1, 2), (0, 1), (0, 2)):
+        # what shares the monomial, the sine or cosine, or both
+        together: dict[Any, list[int]] = {}
+        for place, term in enumerate(terms):
+            together.setdefault(term[first:last], []).append(place)
+        for places in together.values():
+            if len(places) < len(terms):
+                parts = [_term(series, *terms[place]) for place in places]
+                groups[frozenset(places)] = ring.sum(parts)
+    return list(groups.values())
+
+
+def _term(series: Series, trig: int, monomial: int, c: Fraction) -> Series:
+    return Series(series.ring, {trig: {monomial: c.numerator}}, c.denominator, series.reach)
+
+
+def _name_of(powers: Sequence[int]) -> str:
+    """What a textbook calls the terms with these powers of the velocities."""
+    if sum(powers) == 2:
+        return "the centripetal term" if 2 in powers else "the Coriolis term"
+    return "the damping term" if sum(powers) == 1 else "the term"
