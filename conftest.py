@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import io
 import os
 import runpy
@@ -41,6 +42,12 @@ def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
         return subprocess.CompletedProcess(command, returned, said.getvalue(), complaint.getvalue())
 
     monkeypatch.setattr("mecanique.generation.verdict.verdict.subprocess.run", run)
+
+
+def pytest_collection_finish() -> None:
+    """Look less often for garbage: what all tests share lives to the end and is much."""
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 50)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -349,19 +349,19 @@ def test_every_folder_has_an_order_or_is_small() -> None:
             assert count <= LARGEST, f"{room} holds {count} modules"
 
 
-@pytest.mark.parametrize("name", sorted(NAMES.keys() - {"__main__"}))
-def test_every_module_can_be_imported_by_its_dotted_name(name: str) -> None:
+def test_every_module_can_be_imported_by_its_dotted_name() -> None:
     """No function of the same name hides a module from `import a.b.c as d`."""
-    scope: dict[str, object] = {}
-    exec(f"import mecanique.{name} as module", scope)
-    assert scope["module"] is import_module(f"mecanique.{name}")
+    for name in sorted(NAMES.keys() - {"__main__"}):
+        scope: dict[str, object] = {}
+        exec(f"import mecanique.{name} as module", scope)
+        assert scope["module"] is import_module(f"mecanique.{name}"), name
 
 
-@pytest.mark.parametrize("name", sorted(NAMES))
-def test_inside_the_package_imports_are_absolute_and_name_a_room(name: str) -> None:
-    names = set(imports(NAMES[name].read_text(encoding="utf-8")))
-    assert "." not in names
-    assert "mecanique" not in names or name.startswith("cli")
+def test_inside_the_package_imports_are_absolute_and_name_a_room() -> None:
+    for name, path in NAMES.items():
+        names = set(imports(path.read_text(encoding="utf-8")))
+        assert "." not in names, name
+        assert "mecanique" not in names or name.startswith("cli"), name
 
 
 def test_the_derivation_never_sees_the_engine_and_the_engine_never_sees_the_derivation() -> None:
@@ -402,8 +402,9 @@ def test_only_the_verdict_on_code_sees_the_engine() -> None:
 def test_only_the_reference_mentions_pinocchio_as_a_module() -> None:
     """No way around by an attribute of the reference room either."""
     for name, path in NAMES.items():
-        if not name.startswith("reference"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        text = path.read_text(encoding="utf-8")
+        if "pinocchio" in text and not name.startswith("reference"):
+            for node in ast.walk(ast.parse(text)):
                 assert not (isinstance(node, ast.Attribute) and node.attr == "pinocchio"), path
 
 

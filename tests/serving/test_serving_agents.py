@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Coroutine
 from concurrent.futures import ThreadPoolExecutor
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -21,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import transcripts
 
-mcp = pytest.importorskip("mcp")
+pytestmark = pytest.mark.skipif(find_spec("mcp") is None, reason="needs the package mcp")
 
 ROD = "rigid_bar_pendulum"
 
@@ -30,8 +31,10 @@ T = TypeVar("T")
 
 async def converse() -> dict[str, Any]:
     """Ask every tool once, in process."""
+    from mcp import Client
+
     found: dict[str, Any] = {}
-    async with mcp.Client(make_server()) as client:
+    async with Client(make_server()) as client:
         listed = await client.list_tools()
         found["tools"] = {tool.name: tool for tool in listed.tools}
         for name, arguments in (
@@ -77,11 +80,13 @@ def test_the_official_client_can_ask_every_tool() -> None:
 
 @pytest.mark.slow
 def test_it_serves_over_standard_input_and_output() -> None:
+    from mcp import Client, StdioServerParameters
+
     async def ask() -> str:
-        command = mcp.StdioServerParameters(
+        command = StdioServerParameters(
             command=sys.executable, args=["-m", "mecanique", "agents"], env=dict(os.environ)
         )
-        async with mcp.Client(command) as client:
+        async with Client(command) as client:
             found = await client.call_tool("derive", {"system": ROD})
             return text_of(found)
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from systems import FREE
 
 from mecanique import textbook
 from mecanique.derivation import derive
@@ -47,7 +48,7 @@ def slider(*forces: Any, **more: Any) -> Mechanism:
     )
 
 
-@pytest.mark.parametrize("name", textbook.names())
+@pytest.mark.parametrize("name", [*FREE, "four_bar_linkage", "rolling_coin"])
 def test_one_seed_gives_one_set_of_states(name: str) -> None:
     mechanism = textbook.load(name)
     first, again, other = (random_states(mechanism, 3, seed) for seed in (1, 1, 2))

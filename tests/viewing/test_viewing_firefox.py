@@ -24,6 +24,8 @@ from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.show import scene as scene_with_texts
 
+pytestmark = pytest.mark.slow  # what Chromium shows, once more in another browser
+
 
 @pytest.fixture(scope="module")
 def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Firefox]:
