@@ -115,12 +115,16 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
     frame = placement(element, report, where)
     parts = {tag: single(element, tag, report, where) for tag in ("mass", "inertia")}
     for tag, part in parts.items():
-        if part is None:
+        if part is None and tag == "inertia":
+            message = "<inertial> has no <inertia>; it is read as a point's"
+            remedy = "Write <inertia> out; Pinocchio and Drake take a point, MuJoCo refuses the file."
+            report.aside.add("M103", element, where, message, remedy)
+        elif part is None:
             report.add("M103", element, where, f"<inertial> has no <{tag}>")
     mass_element, inertia_element = parts["mass"], parts["inertia"]
     mass = None if mass_element is None else number(mass_element, "value", report, where)
     entries = (
-        []
+        [0.0] * len(ENTRIES)
         if inertia_element is None
         else [number(inertia_element, name, report, where) for name in ENTRIES]
     )
@@ -128,7 +132,6 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
     if (
         mass is None
         or mass_element is None
-        or inertia_element is None
         or len(inertia) < len(ENTRIES)
     ):
         return nothing
@@ -136,7 +139,7 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
         report.add("M201", mass_element, where, f"its mass is {mass:g} kg")
         return nothing
     fault = inertia_fault(mass, inertia)
-    if fault:
+    if fault and inertia_element is not None:
         # Lagrange's equations hold for any numbers
         code = "M203" if "triangle" in fault else "M202"
         report.aside.add(code, inertia_element, where, fault)
