@@ -131,7 +131,7 @@ if TYPE_CHECKING:
         degrees_of_freedom,
     )
     from mecanique.urdf import read_urdf, write_urdf
-    from mecanique.urdf.lint import lint
+    from mecanique.urdf.lint import compare_inertias, lint
     from mecanique.urdf.robots import robot, robots
     from mecanique.verification import Verdict, verify
     from mecanique.verification.descriptions.change import Difference
@@ -220,6 +220,7 @@ __all__ = [
     "box",
     "check",
     "cloud",
+    "compare_inertias",
     "cone",
     "contact_events",
     "coordinate",
@@ -354,6 +355,7 @@ _HOMES = {
     "box": "mecanique.model",
     "check": "mecanique.checking.check",
     "cloud": "mecanique.model",
+    "compare_inertias": "mecanique.urdf.lint",
     "cone": "mecanique.model",
     "contact_events": "mecanique.motion",
     "coordinate": "mecanique.model",

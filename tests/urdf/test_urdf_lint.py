@@ -124,6 +124,14 @@ _THIRD = (
 )
 _BALL = '<drake:joint name="wrist" type="ball">'
 
+_SIDES = "".join(
+    f'<link name="{side}_hip"><inertial><mass value="{mass}"/>'
+    '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>\n'
+    f'<joint name="{side}_hip" type="fixed"><origin xyz="0 {y} 0"/><parent link="base"/>'
+    f'<child link="{side}_hip"/></joint>\n'
+    for side, mass, y in (("l", 1, 0.1), ("r", 2, -0.1))
+)
+
 CASES: dict[str, tuple[str, int, str]] = {
     "M001": ("missing.urdf", 1, "cannot be read: No such file"),
     "M002": (swap("<parent link", "<parent link link"), 26,
@@ -186,6 +194,11 @@ CASES: dict[str, tuple[str, int, str]] = {
     "M211": (swap('<link name="base"/>', f'<link name="base"><inertial>{_MASS}'
                   f'<inertia {_INERTIA} ixy="0" ixz="0" '
                   'iyz="0"/></inertial></link>'), 4, "the root link has a mass of 1 kg"),
+    "M212": (add(_SIDES), 39, "it is not link 'l_hip' mirrored: 2 kg, not 1 kg"),
+    "M213": (swap('<origin xyz="0 0 0.5"/>', '<origin xyz="0 0 500"/>'), 5,
+             "its center of mass lies 4.99e+05 mm outside of its shape"),
+    "M214": (swap('<mass value="1"', '<mass value="0.001"').replace(
+        _INERTIA, 'ixx="0.000084" iyy="0.000084" izz="0.000002"'), 5, "its density would be 0.1"),
     "M301": (wrist("", "hinge"), 31, "expected a type among revolute"),
     "M302": (wrist("", axis='<axis xyz="0 0 0"/>'), 35, "its axis '0 0 0' has no length"),
     "M303": (wrist("", axis='<axis xyz="0 0 2"/>'), 35, "its axis '0 0 2' has the length 2"),

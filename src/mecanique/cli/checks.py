@@ -77,6 +77,7 @@ def lint_file(
     fix: bool,
     output: Path | None,
     balance: bool = False,
+    meshes: bool = False,
 ) -> int:
     """Report what is wrong in a URDF file, or repair it; return the exit code.
 
@@ -87,6 +88,7 @@ def lint_file(
         fix: whether to repair what has one safe remedy.
         output: where to write the repaired text; it is printed by default.
         balance: whether to repair also inertias that no real body has.
+        meshes: whether to read mesh files.
     """
     from mecanique.urdf.lint import as_json, as_sarif, as_text, find_balances, lint, mend
 
@@ -97,7 +99,12 @@ def lint_file(
     if balance and not fix:
         raise mq.InputError("expected --fix with --balance: it repairs a copy")
     path = Path(file) if Path(file).exists() or not _is_word(file) else mq.robot(file)
-    findings = lint(path, package_path=reading.package_path or None, arguments=reading.arguments)
+    findings = lint(
+        path,
+        package_path=reading.package_path or None,
+        arguments=reading.arguments,
+        meshes=meshes,
+    )
     if fix and not any(_unreadable(finding.code) for finding in findings):
         given = path.read_text(encoding="utf-8-sig")
         text = mend(given, name=path.stem, balance=balance)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 import mecanique as mq
-from mecanique.cli import code, equations, formulas, motions, pictures
+from mecanique.cli import bodies, code, equations, formulas, motions, pictures
 from mecanique.cli.printing import say
 
 __all__ = ["app"]
@@ -45,5 +45,5 @@ def _mecanique(
     """
 
 
-for room in (equations, formulas, code, motions, pictures):
+for room in (equations, bodies, formulas, code, motions, pictures):
     app.add_typer(room.app)

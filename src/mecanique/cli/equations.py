@@ -260,6 +260,14 @@ def lint(
             "--output", "-o", help="Where to write the repaired copy; printed by default."
         ),
     ] = None,
+    meshes: Annotated[
+        bool,
+        typer.Option(
+            "--meshes",
+            help="Read mesh files, too, for centers of mass outside of them and impossible "
+            "densities (extra 'mesh').",
+        ),
+    ] = False,
     *,
     reading: Reading,
 ) -> None:
@@ -270,7 +278,8 @@ def lint(
     form = "text"
     if as_json or as_sarif:
         form = "json" if as_json else "sarif"
-    raise typer.Exit(lint_file(file, form, reading, fix=fix, output=output, balance=balance))
+    code = lint_file(file, form, reading, fix=fix, output=output, balance=balance, meshes=meshes)
+    raise typer.Exit(code)
 
 
 @app.command(epilog="Example: mecanique diff old.urdf new.urdf")

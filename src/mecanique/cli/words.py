@@ -31,6 +31,7 @@ __all__ = [
     "Tolerance",
     "Velocities",
     "choose",
+    "find_file",
     "report_errors",
     "simulate_motion",
     "source",
@@ -124,11 +125,11 @@ def choose(system: str, parameters: Sequence[str] | None, reading: Reading = _PL
         return Chosen(
             mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration
         )
-    mechanism = reading.read(_file(system))
+    mechanism = reading.read(find_file(system))
     return Chosen(mechanism.replace(**values) if values else mechanism)
 
 
-def _file(system: str) -> Path:
+def find_file(system: str) -> Path:
     """Return the URDF file that a word names."""
     path, robots = Path(system), mq.robots()
     if path.is_file():

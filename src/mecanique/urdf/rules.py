@@ -258,6 +258,27 @@ _TABLE: tuple[tuple[str, str, Severity, str, str], ...] = (
         "counts.",
         "Nothing, or put an empty root link before it.",
     ),
+    (
+        "M212",
+        "sides-differ",
+        "warning",
+        "A slip in one of two sides, such as a sign that was not mirrored, escapes every engine.",
+        "Compare both links: mirrored at the plane x–z, y, ixy and iyz change their signs.",
+    ),
+    (
+        "M213",
+        "center-outside",
+        "warning",
+        "A center of mass outside of the body is likely in other units or another frame.",
+        "Give the center in the link's frame, in meters (`mecanique inertia` computes it).",
+    ),
+    (
+        "M214",
+        "density",
+        "warning",
+        "No material is denser than osmium, and no part lighter than air.",
+        "Compare mass and shape, e.g. their units (`mecanique inertia`).",
+    ),
     # joints
     (
         "M301",

@@ -2,8 +2,18 @@
 
 from mecanique.urdf.findings import Finding
 from mecanique.urdf.lint.check import lint
+from mecanique.urdf.lint.homogeneous import compare_inertias
 from mecanique.urdf.lint.output import as_json, as_text
 from mecanique.urdf.lint.repair import find_balances, mend
 from mecanique.urdf.lint.sarif import as_sarif
 
-__all__ = ["Finding", "as_json", "as_sarif", "as_text", "find_balances", "lint", "mend"]
+__all__ = [
+    "Finding",
+    "as_json",
+    "as_sarif",
+    "as_text",
+    "compare_inertias",
+    "find_balances",
+    "lint",
+    "mend",
+]

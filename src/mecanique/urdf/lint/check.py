@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from mecanique.errors import InputError
 from mecanique.urdf.findings import Finding
-from mecanique.urdf.lint import added, blanks, engines, masses, spelling, units
+from mecanique.urdf.lint import added, blanks, engines, homogeneous, masses, sides, spelling, units
 from mecanique.urdf.read import mechanism_of
 from mecanique.urdf.reading.document import Source, read_document
 from mecanique.urdf.reading.meshes import PackagePath
@@ -20,6 +20,7 @@ def lint(
     *,
     package_path: PackagePath | None = None,
     arguments: Mapping[str, str] | None = None,
+    meshes: bool = False,
 ) -> tuple[Finding, ...]:
     """Return what is wrong in a URDF and what other programs read differently, line by line.
 
@@ -31,12 +32,14 @@ def lint(
         package_path: folders to search for packages, before those of ROS_PACKAGE_PATH and
             AMENT_PREFIX_PATH.
         arguments: values of the arguments of a xacro file, which is expanded first.
+        meshes: whether to read mesh files, too, for centers of mass outside of them and densities
+            that no material has (extra `mesh`).
 
     Returns:
         What was found, to print or to loop over.
 
     Raises:
-        InputError: if it is neither a path nor a text.
+        InputError: if it is neither a path nor a text, or if trimesh is needed and not installed.
 
     Example:
         >>> len(mq.lint(mq.write_urdf(mq.textbook.load('rigid_bar_pendulum'))))
@@ -47,6 +50,8 @@ def lint(
     document, report = read_document(path_or_text, package_path, arguments)
     if document is not None:
         mechanism_of(document, report)
-        for rules in (spelling, blanks, masses, units, engines, added):
+        for rules in (spelling, blanks, masses, sides, units, engines, added):
             rules.check(document, report)
+        for link in document.links:
+            homogeneous.check(link, report, meshes=meshes)
     return tuple(sorted(report.findings, key=lambda finding: (finding.line, finding.code)))

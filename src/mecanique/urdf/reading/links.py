@@ -117,7 +117,9 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
     for tag, part in parts.items():
         if part is None and tag == "inertia":
             message = "<inertial> has no <inertia>; it is read as a point's"
-            remedy = "Write <inertia> out; Pinocchio and Drake take a point, MuJoCo refuses the file."
+            remedy = (
+                "Write <inertia> out; Pinocchio and Drake take a point, MuJoCo refuses the file."
+            )
             report.aside.add("M103", element, where, message, remedy)
         elif part is None:
             report.add("M103", element, where, f"<inertial> has no <{tag}>")
@@ -129,11 +131,7 @@ def _inertial(link: Element, report: Report, where: str) -> tuple[float, Placeme
         else [number(inertia_element, name, report, where) for name in ENTRIES]
     )
     inertia = tuple(entry for entry in entries if entry is not None)
-    if (
-        mass is None
-        or mass_element is None
-        or len(inertia) < len(ENTRIES)
-    ):
+    if mass is None or mass_element is None or len(inertia) < len(ENTRIES):
         return nothing
     if mass < 0:
         report.add("M201", mass_element, where, f"its mass is {mass:g} kg")

@@ -1,0 +1,66 @@
+"""The command on the bodies of a file: masses and inertias beside those of their shapes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import mecanique as mq
+from mecanique.cli.printing import inform, say
+from mecanique.cli.reading import Reading, reads_files
+from mecanique.cli.words import AsJson, find_file, report_errors
+
+__all__ = ["app"]
+
+app = typer.Typer()
+
+
+@app.command(epilog="Example: mecanique inertia arm.urdf --density 2700 --link wrist -o new.urdf")
+@report_errors
+@reads_files
+def inertia(
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")
+    ],
+    density: Annotated[
+        float | None,
+        typer.Option(
+            metavar="NUMBER",
+            help="Density of the bodies [kg/m³], e.g. 2700 for aluminum; each keeps its mass by "
+            "default.",
+        ),
+    ] = None,
+    collisions: Annotated[
+        bool, typer.Option("--collisions", help="Take the shapes of <collision>, not <visual>.")
+    ] = False,
+    links: Annotated[
+        list[str] | None,
+        typer.Option("--link", metavar="NAME", help="With -o: change only this link; repeatable."),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", help="Write a copy with the inertias by shape."),
+    ] = None,
+    as_json: AsJson = False,
+    *,
+    reading: Reading,
+) -> None:
+    """Compare masses and inertias with those of homogeneous bodies of the same shape.
+
+    Primitives are computed in closed form, meshes by trimesh (extra 'mesh'); a mesh with holes
+    stands for its convex hull.
+    """
+    path = find_file(file)
+    if path.suffix == ".xacro":
+        raise mq.InputError("expected a URDF file: expand the xacro file first")
+    found = mq.compare_inertias(
+        path, density=density, collisions=collisions, package_path=reading.package_path or None
+    )
+    if links and output is None:
+        raise mq.InputError("expected -o FILE with --link: it says what to change in a copy")
+    say(found.to_json() if as_json else str(found))
+    if output is not None:
+        output.write_text(found.write(links or ()), encoding="utf-8")
+        inform(f"Wrote {output}")

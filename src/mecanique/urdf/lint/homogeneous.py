@@ -1,0 +1,254 @@
+"""Masses and inertias as written beside those of homogeneous bodies of the same shape."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.errors import InputError, UnknownNameError
+from mecanique.urdf.element import Element
+from mecanique.urdf.findings import Report
+from mecanique.urdf.lint.blanks import start_tag
+from mecanique.urdf.lint.solids import Solid, solid_of
+from mecanique.urdf.reading.document import read_document
+from mecanique.urdf.reading.links import ENTRIES, Link
+from mecanique.urdf.reading.meshes import PackagePath
+
+__all__ = ["Inertias", "LinkInertia", "check", "compare_inertias"]
+
+_OUTSIDE = 0.02
+"""How far outside of its shape a center of mass may lie, relative to the shape's diagonal."""
+
+_DENSE, _LIGHT = 23_000.0, 1.2
+"""Densities of osmium, and of air [kg/m³]."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class LinkInertia:
+    """What is written of a link, and what its shape would have if it were homogeneous.
+
+    Args:
+        name: of the link.
+        mass: as written [kg].
+        solid: of density 1.
+        by_shape: the mass for which the homogeneous body is computed [kg].
+        off: distance of the center of mass from the centroid [m].
+        ratio: largest principal moment as written, by that of the homogeneous body.
+    """
+
+    name: str
+    mass: float
+    solid: Solid
+    by_shape: float
+    off: float
+    ratio: float
+
+    @property
+    def density(self) -> float:
+        """Mass as written by volume [kg/m³]."""
+        return self.mass / self.solid.volume
+
+    @property
+    def inertia(self) -> Array:
+        """Of the homogeneous body about its center, in the link's axes, shape (3, 3) [kg·m²]."""
+        return self.solid.inertia * (self.by_shape / self.solid.volume)
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Inertias:
+    """A file's masses and inertias beside those by shape.
+
+    Args:
+        links: those whose shape is known.
+        unknown: the names of links with mass whose shape is not.
+        text: of the file.
+        elements: of the links, by name.
+    """
+
+    links: tuple[LinkInertia, ...]
+    unknown: tuple[str, ...]
+    text: bytes
+    elements: dict[str, Element]
+
+    def __str__(self) -> str:
+        width = max((len(link.name) for link in self.links), default=4)
+        lines = [
+            f"{'link':<{width}}  {'mass [kg]':>10}  {'by shape':>10}  {'volume [cm³]':>12}  "
+            f"{'density':>9}  {'center off':>10}  {'inertia':>8}  shape"
+        ]
+        for link in self.links:
+            lines.append(
+                f"{link.name:<{width}}  {link.mass:10.4g}  {link.by_shape:10.4g}  "
+                f"{1e6 * link.solid.volume:12.4g}  {link.density:9.4g}  "
+                f"{1000 * link.off:7.3g} mm  {_times(link.ratio):>8}  {link.solid.kind}"
+            )
+        if self.unknown:
+            lines.append(f"no closed shape: {', '.join(self.unknown)}")
+        return "\n".join(lines)
+
+    def to_json(self) -> str:
+        """Return the table for scripts."""
+        rows = [
+            {
+                "link": link.name,
+                "mass": link.mass,
+                "volume": link.solid.volume,
+                "density": link.density,
+                "shape": link.solid.kind,
+                "center_off": link.off,
+                "inertia_ratio": link.ratio if math.isfinite(link.ratio) else None,
+                "by_shape": {
+                    "mass": link.by_shape,
+                    "center": link.solid.center.tolist(),
+                    "inertia": dict(zip(ENTRIES, _entries(link.inertia), strict=True)),
+                },
+            }
+            for link in self.links
+        ]
+        return json.dumps({"links": rows, "unknown": list(self.unknown)}, indent=2)
+
+    def write(self, links: Collection[str] = ()) -> str:
+        """Return the file's text with the homogeneous bodies' masses and inertias.
+
+        Args:
+            links: names of the links to change; all whose shape is known, by default.
+
+        Raises:
+            UnknownNameError: if there is no such link with a known shape.
+        """
+        known = {link.name: link for link in self.links}
+        for name in links:
+            if name not in known:
+                raise UnknownNameError("link of a known shape", name, known)
+        raw = self.text
+        chosen = [known[name] for name in links] if links else list(self.links)
+        for link in sorted(chosen, key=lambda link: -self.elements[link.name].offset):
+            raw = _replace(raw, self.elements[link.name], link)
+        return raw.decode("utf-8-sig")
+
+
+def compare_inertias(
+    path: str | os.PathLike[str],
+    *,
+    density: float | None = None,
+    collisions: bool = False,
+    package_path: PackagePath | None = None,
+) -> Inertias:
+    """Compare a file's masses and inertias with those of homogeneous bodies of the same shape.
+
+    Args:
+        path: of a URDF file.
+        density: of the homogeneous bodies [kg/m³]; without it each has its link's mass.
+        collisions: whether the shapes are those of <collision> instead of <visual>.
+        package_path: folders to search for packages.
+
+    Returns:
+        The table, to print, and to `write` into a copy of the file.
+
+    Raises:
+        UrdfError: if the file cannot be read.
+        InputError: if the density is not positive, or trimesh is needed and not installed.
+
+    Example:
+        >>> print(mq.compare_inertias(mq.robot("double_pendulum")).links[0].solid.kind)
+        mesh
+    """
+    if density is not None and not (density > 0 and math.isfinite(density)):
+        raise InputError(f"expected a positive density, got {density!r}")
+    document, report = read_document(Path(path), package_path)
+    report.refuse(strict=False)
+    if document is None:
+        raise InputError(f"expected a URDF file, got {path!r}")
+    found, unknown = [], []
+    for link in document.links:
+        solid = solid_of(link.collisions if collisions else link.visuals, meshes=True)
+        if solid is not None:
+            found.append(_compare(link, solid, density))
+        elif link.mass:
+            unknown.append(link.name)
+    elements = {link.name: link.element for link in document.links}
+    return Inertias(tuple(found), tuple(unknown), document.text, elements)
+
+
+def check(link: Link, report: Report, *, meshes: bool) -> None:
+    """Note a center of mass outside of the link's shape, and a density that no material has.
+
+    Args:
+        link: the link.
+        report: where findings go.
+        meshes: whether to read the files of meshes.
+    """
+    if not link.mass > 0:
+        return
+    # what is drawn may lack a motor; what collides may be larger than the part
+    shapes = (*link.visuals, *link.collisions)
+    whole = solid_of(shapes, meshes=meshes)
+    if whole is None:
+        return
+    off = whole.outside(np.array(link.frame.xyz, float))
+    if off > max(_OUTSIDE * float(np.linalg.norm(whole.high - whole.low)), 1e-3):
+        message = f"its center of mass lies {1000 * off:.3g} mm outside of its shape"
+        report.add("M213", link.element, link.where, message)
+    parts = (solid_of(each, meshes=meshes) for each in (link.visuals, link.collisions) if each)
+    solids = [part for part in parts if part is not None]
+    densities = [link.mass / part.volume for part in solids]
+    if densities and not any(_LIGHT < density < _DENSE for density in densities):
+        told = " or ".join(f"{density:.3g}" for density in dict.fromkeys(densities))
+        message = f"its density would be {told} kg/m³ by the volume of its shape"
+        report.add("M214", link.element, link.where, message)
+
+
+def _compare(link: Link, solid: Solid, density: float | None) -> LinkInertia:
+    mass = link.mass if density is None else density * solid.volume
+    center = np.array(link.frame.xyz, float) if link.mass else solid.center
+    ixx, iyy, izz, ixy, ixz, iyz = link.inertia
+    written = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]).max()
+    own = np.linalg.eigvalsh(solid.inertia * (mass / solid.volume)).max()
+    off = float(np.linalg.norm(center - solid.center))
+    return LinkInertia(
+        link.name, link.mass, solid, mass, off, float(written / own) if own > 0 else math.inf
+    )
+
+
+def _replace(raw: bytes, element: Element, link: LinkInertia) -> bytes:
+    """Put the <inertial> of a homogeneous body into a link, instead of its own if it has one."""
+    old = element.child("inertial")
+    if old is not None:
+        tag = start_tag(old, raw)
+        assert tag is not None, "an element that was parsed has a start tag"
+        closed = tag.group().endswith(b"/>")
+        end = b"</inertial>"
+        until = tag.end() if closed else raw.index(end, tag.end()) + len(end)
+        return raw[: tag.start()] + _inertial(link).encode() + raw[until:]
+    tag = start_tag(element, raw)
+    assert tag is not None, "an element that was parsed has a start tag"
+    return raw[: tag.end()] + f"\n    {_inertial(link)}".encode() + raw[tag.end() :]
+
+
+def _inertial(link: LinkInertia) -> str:
+    center = " ".join(f"{value:.9g}" for value in link.solid.center)
+    entries = zip(ENTRIES, _entries(link.inertia), strict=True)
+    inertia = " ".join(f'{name}="{value:.9g}"' for name, value in entries)
+    return (
+        f'<inertial>\n      <origin xyz="{center}" rpy="0 0 0"/>\n'
+        f'      <mass value="{link.by_shape:.9g}"/>\n      <inertia {inertia}/>\n    </inertial>'
+    )
+
+
+def _entries(inertia: Array) -> Iterator[float]:
+    rows, columns = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
+    yield from (float(entry) for entry in inertia[rows, columns])
+
+
+def _times(ratio: float) -> str:
+    return f"× {ratio:.3g}" if math.isfinite(ratio) else "-"
