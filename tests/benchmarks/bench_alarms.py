@@ -1,28 +1,32 @@
 """Count false alarms: verdicts of sound textbook systems that disagree, over many seeds.
 
-Run it by hand: python tests/benchmarks/bench_alarms.py [SEEDS] [SAMPLES] [FIRST] [PROCESSES]
-It prints every false alarm with its quantity, difference and what was allowed, then a line by
-system, with the largest part of the bounds on entries that a difference reaches. A seed all of
-whose differences are within half of the tolerance, and of the bounds on entries, cannot be a false
-alarm; every other one, and every `STRIDE`-th, is judged as `verify` does it. Where the bound on
-what is solved for decides, because it exceeds the tolerance, the line has how many of the rows
-judged that is, and how tight the bound is: the largest part of it that a difference reaches.
+Run it by hand: python tests/benchmarks/bench_alarms.py [NAME …] [--seeds 2000] [--record FILE]
+with names for these systems only. With a record, a file to which every lot of seeds is added as it
+is counted, a run that was ended goes on where it was. It prints every false alarm with its
+quantity, difference and what was allowed, then a line by system, with the largest part of the
+bounds on entries that a difference reaches. A seed all of whose differences are within half of the
+tolerance, and of the bounds on entries, cannot be a false alarm; every other one, and every
+`STRIDE`-th, is judged as `verify` does it. Where the bound on what is solved for decides, because
+it exceeds the tolerance, the line has how many of the rows judged that is, and how tight the bound
+is: the largest part of it that a difference reaches.
 
 The states of each seed are drawn as those of `verify`, only in smaller lots, so that states next to
 singular ones are recognized less well. Derivations and answers are shared, as a form answers at
 many states as fast as at one. 2,000 seeds of 3 samples take about ten minutes of two idle cores,
-most of it to close loops.
+most of it to close loops; what is constrained comes last.
 """
 
 from __future__ import annotations
 
+import argparse
+import json
 import os
-import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, field
-from functools import partial
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict, dataclass, field
 from multiprocessing import get_context
+from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
@@ -54,9 +58,10 @@ LOT = 5
 
 @dataclass
 class Count:
-    """What became of one system."""
+    """What became of some seeds of one system."""
 
     name: str
+    seeds: list[int] = field(default_factory=list)
     alarms: list[str] = field(default_factory=list)
     entries: float = 0.0
     allowed: float = 0.0
@@ -64,16 +69,38 @@ class Count:
     tight: float = 0.0
     seconds: float = 0.0
 
+    def add(self, other: Count) -> None:
+        """Add what became of other seeds."""
+        self.seeds += other.seeds
+        self.alarms += other.alarms
+        self.entries = max(self.entries, other.entries)
+        self.allowed = max(self.allowed, other.allowed)
+        self.decided += other.decided
+        self.tight = max(self.tight, other.tight)
+        self.seconds += other.seconds
+
+
+def count_all(name: str, seeds: list[int], samples: int, record: Path | None) -> Count:
+    """Count the false alarms of one system, and add each lot to the record."""
+    total = Count(name)
+    for found in count(name, seeds, samples):
+        total.add(found)
+        if record is not None:
+            with record.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(found)) + "\n")
+    return total
+
 
 @one_thread_for_loops
-def count(name: str, seeds: range, samples: int) -> Count:
-    """Count the false alarms of one system."""
-    found, begin = Count(name), time.process_time()
+def count(name: str, seeds: list[int], samples: int) -> Iterator[Count]:
+    """Yield the false alarms of one system, lot by lot."""
     setattr(drawing, "_LOT", LOT)  # noqa: B010
     mechanism = textbook.load(name)
     ours, engine = derivations.derive_all(mechanism), Reference(mechanism)
-    for first in range(seeds.start, seeds.stop, BATCH):
-        some = range(first, min(first + BATCH, seeds.stop))
+    for first in range(0, len(seeds), BATCH):
+        begin = time.process_time()
+        some = seeds[first : first + BATCH]
+        found = Count(name, some)
         drawn = [drawing.random_states(mechanism, samples, seed, ours.assumptions) for seed in some]
         q, v, t, a = (
             np.concatenate([getattr(states, part) for states in drawn]) for part in "qvta"
@@ -82,7 +109,7 @@ def count(name: str, seeds: range, samples: int) -> Count:
         answers = ask(ours, engine, mechanism, everywhere, budget=False)
         entries = largest_of_entries(answers, mechanism, everywhere, samples)
         large = np.maximum(entries, largest_differences(answers, mechanism, samples) / TOLERANCE)
-        found.entries = max(found.entries, float(entries.max()))
+        found.entries = float(entries.max())
         for k, (seed, states) in enumerate(zip(some, drawn, strict=True)):
             if large[k] <= 0.5 and seed % STRIDE:
                 continue
@@ -98,8 +125,8 @@ def count(name: str, seeds: range, samples: int) -> Count:
                         f"  seed {seed}: {row.quantity}, {row.sources[0]}: {row.worst:.1e}, "
                         f"allowed {row.allowed:.1e}, q = {np.round(row.q, 6)}"
                     )
-    found.seconds = time.process_time() - begin
-    return found
+        found.seconds = time.process_time() - begin
+        yield found
 
 
 def largest_of_entries(
@@ -150,30 +177,53 @@ def _relative(x: Array, y: Array, least: float) -> Array:
     return np.where(np.isfinite(difference), difference, np.inf)
 
 
-def main(seeds: int = 300, samples: int = 3, first: int = 0, processes: int = 0) -> int:
+def main(options: argparse.Namespace) -> int:
     """Return the number of false alarms."""
     begin, total = time.perf_counter(), 0
-    one = partial(count, seeds=range(first, first + seeds), samples=samples)
-    # what takes longest comes first
-    names = sorted(textbook.names(), key=lambda name: -len(textbook.load(name).loops))
+    counts = {name: Count(name) for name in options.names or textbook.names()}
+    if options.record is not None and options.record.exists():
+        for line in options.record.read_text(encoding="utf-8").splitlines():
+            done = Count(**json.loads(line))
+            if done.name in counts:
+                counts[done.name].add(done)
     print(
-        "system, false alarms, largest part of the bounds on entries, largest part of what is "
-        "allowed, rows where the bound decides, largest part of the bound there, seconds"
+        "system, seeds, false alarms, largest part of the bounds on entries, largest part of what "
+        "is allowed, rows where the bound decides, largest part of the bound there, seconds"
     )
     with ProcessPoolExecutor(
-        processes or os.cpu_count(), get_context("spawn"), initializer=os.nice, initargs=(10,)
+        options.processes, get_context("spawn"), initializer=os.nice, initargs=(10,)
     ) as pool:
-        for found in pool.map(one, names):
+        running = []
+        for name in sorted(counts, key=lambda name: textbook.load(name).constrained):
+            done = set(counts[name].seeds)
+            left = [seed for seed in range(options.seeds) if seed not in done]
+            running.append(pool.submit(count_all, name, left, options.samples, options.record))
+        for future in as_completed(running):
+            name = future.result().name
+            counts[name].add(future.result())
+            found = counts[name]
             print("\n".join([*found.alarms, ""]), end="")
             print(
-                f"{found.name:24} {len(found.alarms):4} {found.entries:9.1e} {found.allowed:9.1e} "
-                f"{found.decided:6} {found.tight:9.1e} {found.seconds:7.0f}",
+                f"{found.name:24} {len(found.seeds):5} {len(found.alarms):4} {found.entries:9.1e} "
+                f"{found.allowed:9.1e} {found.decided:6} {found.tight:9.1e} {found.seconds:7.0f}",
                 flush=True,
             )
             total += len(found.alarms)
-    print(f"{total} false alarms in {seeds} seeds, {time.perf_counter() - begin:.0f} s")
+    verdicts = sum(len(found.seeds) for found in counts.values())
+    print(f"{total} false alarms in {verdicts} verdicts, {time.perf_counter() - begin:.0f} s")
     return total
 
 
+def read_options() -> argparse.Namespace:
+    """Return what the command line asks for."""
+    parser = argparse.ArgumentParser(description="Count false alarms of verify.")
+    parser.add_argument("names", nargs="*", help="systems; all by default")
+    parser.add_argument("--seeds", type=int, default=300, help="how many, from 0 on")
+    parser.add_argument("--samples", type=int, default=3, help="states of each seed")
+    parser.add_argument("--record", type=Path, help="what was counted, to go on with")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    return parser.parse_args()
+
+
 if __name__ == "__main__":
-    raise SystemExit(min(1, main(*map(int, sys.argv[1:]))))
+    raise SystemExit(min(1, main(read_options())))
