@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from mecanique import textbook
+from mecanique import simulate, textbook
 from mecanique.errors import EngineError
 from mecanique.model import Body, Floating, Mechanism, ball
 from mecanique.reference import Reference, assembly_branches
@@ -90,6 +90,23 @@ def test_in_a_singular_position_at_rest_nothing_decides_how_it_goes_on() -> None
         reference.acceleration(np.zeros(5))
     with pytest.raises(EngineError, match="no motion goes on with"):
         reference.acceleration(np.zeros(5), [1.0, 0.0, 0.0, -1.0, 0.0])
+
+
+def test_motions_refuse_to_begin_where_nothing_decides_how_they_go_on() -> None:
+    chain = textbook.load("chained_four_bars", n=2)
+    with pytest.raises(EngineError, match="nothing decides which of them it takes"):
+        Reference(chain).rhs()(0.0, np.zeros(10))
+    with pytest.raises(EngineError, match="nothing decides which of them it takes"):
+        simulate(chain, q=np.zeros(5), duration=0.1)
+
+
+def test_a_right_hand_side_taken_bare_counts_the_constraints() -> None:
+    """Without their number it would free a second branch, and miss what this one demands."""
+    reference = Reference(textbook.load("chained_four_bars", n=2))
+    rates = reference.rhs()(0.0, np.concatenate([np.zeros(5), 2.0 * TURN]))
+    np.testing.assert_allclose(
+        rates[5:], reference.acceleration(np.zeros(5), 2.0 * TURN), rtol=1e-6
+    )
 
 
 @pytest.mark.parametrize("name", ["phi", "theta", "psi"])

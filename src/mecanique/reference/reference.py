@@ -17,6 +17,7 @@ from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
+from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.loading import load_once
 from mecanique.reference.loops.singular import branch_acceleration, closed_rhs, plain_rhs
 from mecanique.reference.wrenches import Wrenches
@@ -155,7 +156,9 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         Python's own arithmetic raises (`ArithmeticError`, `ValueError`) where a map or a force is
         not defined.
 
-        Loops must be closed; how far a state has left them is not looked at.
+        Loops must be closed; how far a state has left them is not looked at. In the first state f
+        raises what `acceleration` does, as in a singular position at rest; later ones are taken for
+        those of a motion from there. After `with_rank_at` no state is looked at.
 
         Args:
             overwriting: whether an answer may be overwritten by the next, which is faster for many
@@ -166,5 +169,20 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         """
         if self._closed is None:
             return self._tree.rhs(overwriting=overwriting)
-        # what rolls has no branches to cross
-        return closed_rhs(self._closed) if self.mechanism.loops else plain_rhs(self._closed)
+        if not self.mechanism.loops:  # what rolls has no branches to cross
+            return plain_rhs(self._closed)
+        if self._closed.most is not None:
+            return closed_rhs(self._closed)
+        return self._count_first(self._closed)
+
+    def _count_first(self, closed: Closed) -> Rhs:
+        """Return the right-hand side of loops that counts their constraints in its first state."""
+        nq, counted = self.mechanism.nq, list[Rhs]()
+
+        def rhs(t: float, y: Array) -> Array:
+            if not counted:
+                self._look_for_locks(self._accelerate)(y[:nq], y[nq:], t)
+                counted.append(closed_rhs(closed.with_rank(self._generic)))
+            return counted[0](t, y)
+
+        return rhs

@@ -56,8 +56,10 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
 
     Raises:
         ClosureError: naming the loop that cannot be closed, and by how much.
+        EngineError: where branches of the motion cross, and the velocities decide for none.
     """
     from mecanique.reference.loops.assembly import close_velocity, position_near, project
+    from mecanique.reference.loops.singular import branch_acceleration, is_crossing
 
     m = reference.mechanism
     given_q, given_v = m.position(q), m.velocity(v)
@@ -68,6 +70,8 @@ def begin_on_loops(reference: Reference, q: Given, v: Given, t: float) -> Beginn
     held = named_v if isinstance(v, Mapping) and v else None
     velocity = close_velocity(closed, position, given_v, t, held)
     position, velocity = project(closed, position, velocity, t)
+    if is_crossing(closed, position, velocity, t):
+        branch_acceleration(closed, position, velocity, t)  # refuses what it does not decide
     changes = [
         f"{what} changed by up to {size:.3g}"
         for what, size in (

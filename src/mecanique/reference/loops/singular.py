@@ -25,7 +25,7 @@ from mecanique.reference.loops.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import WEAK
 
-__all__ = ["branch_acceleration", "closed_rhs", "plain_rhs"]
+__all__ = ["branch_acceleration", "closed_rhs", "is_crossing", "plain_rhs"]
 
 _BENT = 1e-5
 """What the acceleration of a branch may miss of J a + γ = 0, relative to γ."""
@@ -68,6 +68,21 @@ def plain_rhs(closed: Closed) -> Rhs:
     return lambda t, y: np.concatenate(_slope(closed, _State(y[:nq], y[nq:], t)))
 
 
+def is_crossing(closed: Closed, q: Array, v: Array, t: float) -> bool:
+    """Return whether branches of the motion cross in a position, as its constraints lose rank.
+
+    Args:
+        closed: the mechanism, with the rank of its constraints if that is known.
+        q: shape (nq,), with closed loops.
+        v: shape (nv,).
+        t: time [s].
+    """
+    if closed.most is None or not closed.mechanism.loops:
+        return False
+    jacobian = closed.closures.at(q, v, t).jacobian
+    return split(closed.measure(jacobian).scale(jacobian)).rank < closed.most
+
+
 def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
     """Return the acceleration, in a singular position that of the branch which the motion takes.
 
@@ -81,13 +96,10 @@ def branch_acceleration(closed: Closed, q: Array, v: Array, t: float) -> Array:
         EngineError: in a singular position at rest, or where no motion goes that way.
     """
     plain = closed.acceleration(q, v, t)
-    if closed.most is None or not closed.mechanism.loops:
-        return plain
-    closure = closed.closures.at(q, v, t)
-    metric = closed.measure(closure.jacobian)
-    if split(metric.scale(closure.jacobian)).rank >= closed.most:
+    if not is_crossing(closed, q, v, t):
         return plain
     state = _State(q, v, t)
+    closure = closed.closures.at(q, v, t)
     way = _find_way(closed, state)
     found = _interpolate(closed, way, state) if way.along.any() else None
     if found is None or not _fits(closure.jacobian @ found, closure.gamma):
