@@ -51,7 +51,7 @@ class UnknownNameError(InputError):
     def __init__(self, kind: str, name: object, known: Iterable[str]) -> None:
         self.kind = kind
         self.name = str(name)
-        self.known = tuple(known)
+        self.known = tuple(dict.fromkeys(known))
         self.near = tuple(get_close_matches(self.name, self.known, n=3, cutoff=0.5))
         hint = (
             f"did you mean {' or '.join(map(repr, self.near))}?"

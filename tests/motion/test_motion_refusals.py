@@ -129,8 +129,10 @@ def test_unknown_events_and_reactions_are_refused(tmp_path: Path) -> None:
         motion.times("gates")
     path = tmp_path / "motion.npz"
     motion.save(path)
-    # a file does not say what was watched for
-    np.testing.assert_array_equal(mq.Motion.load(path, slider()).times("gate"), [])
+    loaded = mq.Motion.load(path, slider())
+    assert not len(loaded.times("gate"))
+    with pytest.raises(mq.UnknownNameError, match="unknown event 'gates'; did you mean 'gate'"):
+        loaded.times("gates")
     loop = mq.textbook.load("four_bar_linkage")
     swing = mq.simulate(loop, q={"phi": 1.1, "theta": -0.76, "psi": 1.25}, duration=0.1)
     with pytest.raises(mq.UnknownNameError, match="unknown joint or loop 'E'; known: A, B, D, C"):

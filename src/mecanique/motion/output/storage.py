@@ -44,7 +44,9 @@ def save(motion: Motion, path: str | PathLike[str]) -> None:
 
     path = Path(path)
     path = path if path.suffix else path.with_suffix(".npz")
-    s = motion.statistics
+    s, watched = motion.statistics, motion.event_names
+    if motion.watched is not None:
+        watched = tuple(event.name for event in motion.watched)
     about = {
         "format": FORMAT,
         "mecanique": version("mecanique"),
@@ -54,6 +56,7 @@ def save(motion: Motion, path: str | PathLike[str]) -> None:
         "smooth": motion.curve.smooth,
         "close": motion.curve.close,
         "events": [event.name for event in motion.events],
+        "watched": watched,
         **provenance(motion.mechanism),
     }
     arrays = {f"step_{name}": getattr(motion.curve, name) for name in _STEPS}
@@ -97,6 +100,8 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
         steps = [data[f"step_{name}"] for name in _STEPS]
         t, q, v, happened = (data[name] for name in ("t", "q", "v", "events"))
         names, method = list(about["events"]), str(about["method"])
+        watched = about.get("watched")  # older files have none
+        watched = None if watched is None else tuple(map(str, watched))
         smooth, close = bool(about["smooth"]), bool(about["close"])
         numbers = about["statistics"]
         statistics = Statistics(int(numbers[0]), int(numbers[1]), *(float(x) for x in numbers[2:5]))
@@ -126,7 +131,9 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     for name, row in zip(names, happened, strict=True):
         time, *state = np.split(row, cut)
         events.append(Occurrence(name, float(time[0]), *state))
-    motion = Motion(mechanism, t, q, v, curve, method, statistics, tuple(events))
+    motion = Motion(
+        mechanism, t, q, v, curve, method, statistics, tuple(events), event_names=watched
+    )
     _check_accelerations(motion, os.fspath(path))
     return motion
 

@@ -71,6 +71,7 @@ class Motion:
         statistics: what that took.
         events: what took place, in order of time.
         watched: the events that were watched for; None if that is not known, as of a file.
+        event_names: their names where these alone are known.
         engine: the mechanism's `Reference`, if one was given.
         rank: how many of the loops' constraints are independent, if that is known.
     """
@@ -84,6 +85,7 @@ class Motion:
     statistics: Statistics
     events: tuple[Occurrence, ...] = ()
     watched: tuple[Event, ...] | None = field(default=None, repr=False)
+    event_names: tuple[str, ...] | None = field(default=None, repr=False)
     engine: Reference | None = field(default=None, repr=False)
     rank: int | None = field(default=None, repr=False)
 
@@ -283,10 +285,12 @@ class Motion:
         Raises:
             UnknownNameError: if no event of that name was watched for.
         """
+        names = self.event_names
         if self.watched is not None:
-            known = [each.name for each in self.watched]
-            known += [occurrence.name for occurrence in self.events]
-            known += break_names(self.mechanism)
+            names = tuple(each.name for each in self.watched)
+        if names is not None:
+            happened = (occurrence.name for occurrence in self.events)
+            known = (*names, *happened, *break_names(self.mechanism))
             if event not in known:
                 raise UnknownNameError("event", event, known)
         return np.array([occurrence.t for occurrence in self.events if occurrence.name == event])
