@@ -13,8 +13,9 @@ import pytest
 from systems import CLOSED, FREE, derive_system
 
 import mecanique as mq
+from mecanique.generation import compiled
 from mecanique.generation.identifiers import identifiers, mangle, unmangle
-from mecanique.generation.targets.c import WARNINGS, compiler
+from mecanique.generation.targets.c import LONG, WARNINGS, compiler, limit_optimization
 from mecanique.generation.targets.javascript import JavaScript
 from mecanique.generation.targets.python import Python
 
@@ -34,6 +35,20 @@ OF_TREES = (
     "poses",
     "jacobians",
 )
+
+
+def test_very_long_c_is_not_optimized(tmp_path: Path) -> None:
+    short, long = tmp_path / "short.c", tmp_path / "long.c"
+    short.write_text("int x;\n" * 100)
+    long.write_text("int x;\n" * (LONG + 1))
+    assert limit_optimization([short]) == []
+    assert limit_optimization([short, long]) == ["-O0"]
+
+
+def test_a_compiler_that_does_not_end_is_stopped(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(compiled, "SECONDS", 1e-3)
+    with pytest.raises(mq.InputError, match="the C compiler did not end within 0 s"):
+        compiled.build_library({"one.c": "int one(void) { return 1; }\n"})
 
 
 def assert_code_agrees(name: str, target: str) -> None:

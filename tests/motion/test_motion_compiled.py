@@ -12,10 +12,21 @@ import pytest
 
 from mecanique import simulate, textbook
 from mecanique.errors import DerivationError, InputError, IntegrationError
-from mecanique.model import Input, JointForce, Mechanism, Prismatic, coordinate
+from mecanique.model import (
+    Body,
+    Input,
+    JointForce,
+    JointSpring,
+    Mechanism,
+    Prismatic,
+    box,
+    coordinate,
+)
 from mecanique.motion import Event, Motion
+from mecanique.motion.compile import cache, program
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.stepper import has_compiler
+from mecanique.motion.simulation.choice import STEPS
 from mecanique.reference import Reference
 
 pytestmark = pytest.mark.skipif(not has_compiler(), reason="no C compiler")
@@ -117,6 +128,52 @@ def test_long_motions_of_loops_are_compiled_by_themselves(linkage: Mechanism) ->
     assert "chosen for a motion long enough to pay for compiling" in motion.method
     again = simulate(textbook.load("four_bar_linkage"), q=START, duration=200.0, rtol=1e-8)
     np.testing.assert_array_equal(motion.q[-1], again.q[-1])
+
+
+def test_what_takes_too_many_operations_stays_on_the_reference(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(program, "MOST", 200)
+    linkage = textbook.load("four_bar_linkage")
+    motion = simulate(linkage, q=START, duration=20.0, rtol=1e-8, samples=2)
+    assert motion.method.startswith("dop853")
+    assert "derived" not in motion.method
+    with pytest.raises(DerivationError, match="the program takes more than 200 operations"):
+        simulate(linkage, q=START, method="compiled")
+
+
+def test_equations_that_take_too_long_to_compile_are_integrated_in_python(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(cache._COMPILING_OPERATIONS, "optimized", 10.0)
+    linkage = textbook.load("four_bar_linkage")
+    motion = simulate(linkage, q=START, duration=20.0, rtol=1e-8, samples=2)
+    assert "on the equations derived in-house" in motion.method
+    assert motion.method.startswith("dop853")
+
+
+def test_an_input_known_only_while_it_moves_is_no_fault() -> None:
+    """Enough steps to derive the equations, which are compared at times after the motion's end."""
+
+    def push(t: float) -> float:
+        if t > 1.001:
+            raise ValueError("nothing was recorded after 1 s")
+        return 1.0
+
+    force = Input("F", push, "N")
+    mass = Mechanism(
+        "mass",
+        [Body("ground"), Body("mass", box(1.0, (0.1, 0.1, 0.1)))],
+        [Prismatic("slide", "ground", "mass", axis=(1, 0, 0), coordinate="x")],
+        forces=[JointSpring("spring", "slide", 2e6), JointForce("push", "slide", force)],
+        inputs=[force],
+    )
+    motion = simulate(mass, q=[0.01], duration=1.0, samples=2)
+    assert motion.statistics.steps > STEPS
+    w = np.sqrt(2e6)
+    assert motion["x"][-1] == pytest.approx(0.01 * np.cos(w) + (1 - np.cos(w)) / 2e6, abs=1e-8)
+    with pytest.raises(DerivationError, match="an input fails at a random time"):
+        simulate(mass, q=[0.01], duration=1.0, method="closed_form")
 
 
 def test_short_motions_of_loops_are_not_worth_it(linkage: Mechanism) -> None:

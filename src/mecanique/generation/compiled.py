@@ -15,12 +15,15 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.generation.program.program import Answer, Program
-from mecanique.generation.targets.c import compiler
+from mecanique.generation.targets.c import compiler, limit_optimization
 
 __all__ = ["OPTIONS", "Compiled", "build_library", "compile_program"]
 
 OPTIONS = ("-O1", "-march=native")
 """More optimization takes long on programs without branches, and gains nothing."""
+
+SECONDS = 300.0
+"""How long the compiler may take."""
 
 
 @final
@@ -155,10 +158,10 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
 
     Args:
         files: texts by name; those that end in .c are compiled.
-        options: for the compiler.
+        options: for the compiler; what is very long is not optimized.
 
     Raises:
-        InputError: if no C compiler is installed, or it refuses the code.
+        InputError: if no C compiler is installed, it refuses the code, or does not end.
     """
     # Windows removes no library that is loaded
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
@@ -166,12 +169,24 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
         for name, text in files.items():
             (directory / name).write_text(text, encoding="utf-8")
         library = directory / ("library.dll" if os.name == "nt" else "library.so")
-        sources = [str(directory / name) for name in files if name.endswith(".c")]
+        sources = [directory / name for name in files if name.endswith(".c")]
         shared = ["-std=c99", "-shared", "-fPIC", "-o", str(library)]
-        command = [compiler(), *options, *shared, *sources, "-lm"]
-        done = subprocess.run(
-            command, capture_output=True, encoding="utf-8", errors="replace", check=False
-        )
+        options = [*options, *limit_optimization(sources)]
+        command = [compiler(), *options, *shared, *map(str, sources), "-lm"]
+        try:
+            done = subprocess.run(
+                command,
+                capture_output=True,
+                encoding="utf-8",
+                errors="replace",
+                check=False,
+                timeout=SECONDS,
+            )
+        except subprocess.TimeoutExpired:
+            raise InputError(
+                f"the C compiler did not end within {SECONDS:.0f} s; expected a shorter program, "
+                'or options=("-O0",)'
+            ) from None
         if done.returncode:
             raise InputError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
         return ctypes.CDLL(str(library))

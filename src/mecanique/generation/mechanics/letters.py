@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import cached_property
+from math import inf
 from typing import Any, final
 
 from mecanique.derivation.tree.quaternions import quaternion_rotation
@@ -21,11 +22,20 @@ class Letters:
     Args:
         mechanism: whose.
         open: symbols of the parameters that stay letters; the others are their numbers.
+        most: how many operations the program may take.
+
+    Raises:
+        DerivationError: later, by what writes more operations.
     """
 
-    def __init__(self, mechanism: Mechanism, open: Collection[str] = ()) -> None:  # noqa: A002
+    def __init__(
+        self,
+        mechanism: Mechanism,
+        open: Collection[str] = (),  # noqa: A002
+        most: float = inf,
+    ) -> None:
         self.mechanism = mechanism
-        self.tape = Tape()
+        self.tape = Tape(most=most)
         self.arithmetic = arithmetic_on(self.tape)
         self.t = self._input("t")
         self.q = [self._input(name) for name in mechanism.coordinates]

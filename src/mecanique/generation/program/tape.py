@@ -11,6 +11,8 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeAlias, final
 
+from mecanique.errors import DerivationError
+
 __all__ = ["Operation", "Tape", "Value"]
 
 Value: TypeAlias = "float | int"
@@ -44,9 +46,11 @@ class Tape:
 
     Args:
         operations: in order; each uses earlier ones only.
+        most: how many there may be.
     """
 
     operations: list[Operation] = field(default_factory=list)
+    most: float = math.inf
     _places: dict[object, int] = field(default_factory=dict)
 
     def input(self, name: str) -> int:
@@ -165,6 +169,8 @@ class Tape:
         found = self._places.get(key)
         if found is None:
             found = self._places[key] = len(self.operations)
+            if found >= self.most:
+                raise DerivationError(f"the program takes more than {self.most:,} operations")
             self.operations.append((kind, values, name))
         return found
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import final
 
@@ -16,7 +16,7 @@ from mecanique.generation.program.listing import Notation
 from mecanique.generation.program.program import Answer, Program
 from mecanique.generation.targets.target import Cases, describe, list_answer
 
-__all__ = ["NOTATION", "SIGN", "C", "compiler"]
+__all__ = ["LONG", "NOTATION", "SIGN", "C", "compiler", "limit_optimization"]
 
 _FUNCTIONS = {
     **{name: f"{name}({{}})" for name in ("sin", "cos", "tan", "sqrt", "exp", "log")},
@@ -35,6 +35,9 @@ _PLAIN = str.maketrans({"·": "*", "²": "^2", "³": "^3", "θ": "theta", "–":
 WARNINGS = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wno-overlength-strings")
 """Emitted C stands these."""
 
+LONG = 10_000
+"""Lines of a source from which on it takes minutes to optimize them."""
+
 
 def compiler() -> str:
     """Return the path of a C compiler: $CC, or cc, gcc or clang.
@@ -50,6 +53,16 @@ def compiler() -> str:
         "expected a C compiler, found none: install gcc or clang, or name one in the environment "
         "variable CC"
     )
+
+
+def limit_optimization(sources: Iterable[Path]) -> list[str]:
+    """Return the option, to be the last one, that leaves very long code as it is.
+
+    Args:
+        sources: the files to compile.
+    """
+    lines = max((text.count(b"\n") for text in map(Path.read_bytes, sources)), default=0)
+    return ["-O0"] if lines > LONG else []
 
 
 @final
@@ -72,9 +85,10 @@ class C:
     def commands(self, program: Program, directory: Path) -> list[list[str]]:
         """Return the commands that compile and run the test."""
         name, runnable = program.name, str(directory / f"test_{program.name}.exe")
-        sources = [str(directory / f"{name}.c"), str(directory / f"test_{name}.c")]
+        sources = [directory / f"{name}.c", directory / f"test_{name}.c"]
+        options = [*WARNINGS, "-O1", *limit_optimization(sources), "-o", runnable]
         return [
-            [compiler(), *WARNINGS, "-O1", "-o", runnable, *sources, "-lm"],
+            [compiler(), *options, *map(str, sources), "-lm"],
             [runnable],
         ]
 

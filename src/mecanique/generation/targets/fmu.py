@@ -18,7 +18,7 @@ from typing import final
 
 from mecanique.errors import DerivationError, InputError
 from mecanique.generation.program.program import Program
-from mecanique.generation.targets.c import compiler
+from mecanique.generation.targets.c import compiler, limit_optimization
 from mecanique.generation.targets.fmi import (
     describe_model,
     results_of,
@@ -150,7 +150,8 @@ def _build(name: str, source: str) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         path, library = Path(folder) / f"{name}.c", Path(folder) / name
         path.write_text(source, encoding="utf-8")
-        command = [compiler(), *_OPTIONS, "-o", str(library), str(path), "-lm"]
+        options = [*_OPTIONS, *limit_optimization([path]), "-o", str(library)]
+        command = [compiler(), *options, str(path), "-lm"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode:
             raise DerivationError(f"the C compiler refused: {done.stderr.strip()[:2000]}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, final
 import numpy as np
 
 from mecanique.errors import DerivationError
+from mecanique.generation.targets.c import LONG
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.admission import SAMPLES, require_agreement
@@ -40,6 +41,12 @@ _CLOSING = 2e-4
 
 _COMPILING = 0.05
 """Time to compile equations in C, for each velocity, roughly [s]."""
+
+OPERATIONS_OF_LINE = 2
+"""How many a line of C has, roughly."""
+
+_COMPILING_OPERATIONS = {"optimized": 5e-4, "plain": 5e-5}
+"""The same for each operation [s]."""
 
 
 @final
@@ -76,6 +83,14 @@ class Compiled:
                 self._program = _compare(mechanism, reference)
             except DerivationError as error:
                 self._program = error
+            except Exception as error:
+                if not any(callable(signal.signal) for signal in mechanism.inputs):
+                    raise
+                self._program = DerivationError(
+                    f"the equations of {mechanism.name!r} cannot be compared with the reference: "
+                    f"an input fails at a random time ({error})"
+                )
+                self._program.__cause__ = error
         if isinstance(self._program, DerivationError):
             raise self._program
         return self._program
@@ -166,9 +181,16 @@ class Compiled:
             return _DERIVING_LOOPS * self._size + closing
         return _DERIVING + 1e-3 * self._size**3
 
-    def seconds_to_compile(self) -> float:
-        """Return about how long it takes to compile the equations in C, by the size alone [s]."""
-        return _COMPILING * self._size
+    def seconds_to_compile(self, operations: int | None = None) -> float:
+        """Return about how long it takes to compile the equations in C [s].
+
+        Args:
+            operations: of their program, if it is known; by the mechanism's size otherwise.
+        """
+        if operations is None:
+            return _COMPILING * self._size
+        kind = "plain" if operations > OPERATIONS_OF_LINE * LONG else "optimized"
+        return _COMPILING_OPERATIONS[kind] * operations
 
     def seconds_to_build(self) -> float:
         """Return about how long it takes to build a Taylor integrator, by the size alone [s]."""

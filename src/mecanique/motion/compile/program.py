@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from math import inf
 from typing import final
 
 from mecanique.derivation import derive
@@ -25,6 +26,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 
 __all__ = ["Program", "program_of"]
+
+MOST = 100_000
+"""Operations of a closed mechanism's program; a longer one is no faster than the reference."""
 
 
 @final
@@ -56,6 +60,13 @@ class Program:
         """Names of the state's parts: coordinates, then velocities."""
         return (*self.mechanism.coordinates.names, *self.mechanism.velocities)
 
+    @property
+    def length(self) -> int:
+        """How many operations give the rates, and keep the loops closed."""
+        landing = self.landing
+        closing = () if landing is None else (*landing.changes, landing.firmness)
+        return len(self.tape.find_needed([*self.rates, *closing]))
+
 
 def program_of(
     mechanism: Mechanism, swept: Collection[str] = (), states: States | None = None
@@ -70,10 +81,11 @@ def program_of(
             random ones by default.
 
     Raises:
-        DerivationError: if there is no closed form, or none that holds at every state.
+        DerivationError: if there is no closed form, none that holds at every state, or it takes too
+            many operations.
     """
     kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
-    letters = Letters(mechanism, kept)
+    letters = Letters(mechanism, kept, MOST if mechanism.constrained else inf)
     landing = None
     if mechanism.constrained:
         rates, landing = _solve_loops(letters, states)

@@ -195,7 +195,7 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
 def _reconsider(problem: Problem, choice: Choice, t: float) -> Choice:
     """Tighten the steps if there are many, and compile if that pays."""
     if problem.loops is not None:
-        return _with_program(problem, choice, _best_for_loops(problem, t))
+        return _with_program(problem, choice, t)
     steps, left, code = _steps_in_all(problem, t), _seconds_left(problem, t), problem.code
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
         choice = replace(choice, share=max(FREE_STEPS / steps, MIN_RTOL / problem.rtol))
@@ -209,32 +209,42 @@ def _reconsider(problem: Problem, choice: Choice, t: float) -> Choice:
     return choice
 
 
-def _best_for_loops(problem: Problem, t: float) -> str:
-    """Return the method that ends soonest, by about what each takes: to compile, and for a step."""
+def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -> str:
+    """Return the method that ends soonest, by about what each takes: to compile, and for a step.
+
+    Args:
+        problem: what is integrated.
+        t: the time that the first `LOOP_STEPS` steps reached [s].
+        operations: of the equations, once they are derived.
+    """
     code = problem.code
     if not code.possible:
         return "dop853"
     steps, nv = LOOP_STEPS * (problem.end - problem.t0) / (t - problem.t0), problem.mechanism.nv
     by_reference = LOOP_STEP_SECONDS["dop853"] * nv
     by_program = LOOP_STEP_SECONDS["closed_form"] * nv**2
+    deriving = code.seconds_to_derive() if operations is None else 0.0
     seconds = {
         "dop853": (steps - LOOP_STEPS) * by_reference / PAYOFF_OF_LOOPS,
-        "closed_form": code.seconds_to_derive() + steps * by_program,
+        "closed_form": deriving + steps * by_program,
     }
     if has_compiler() and not problem.events and not _is_blind(problem):
-        compiling = code.seconds_to_derive() + code.seconds_to_compile()
+        compiling = deriving + code.seconds_to_compile(operations)
         seconds["compiled"] = compiling + steps * LOOP_STEP_SECONDS["compiled"]
     return min(seconds, key=lambda method: seconds[method])
 
 
-def _with_program(problem: Problem, choice: Choice, method: str) -> Choice:
-    """Change to the equations derived in-house, in Python or C, if there are any."""
+def _with_program(problem: Problem, choice: Choice, t: float) -> Choice:
+    """Change to the equations derived in-house, in Python or C, if there are any and they pay."""
     choice = replace(choice, compiles=False)
+    code, reference = problem.code, problem.reference
     try:
-        equations = problem.code.rhs(problem.reference)
+        method = _best_for_loops(problem, t, code.program(reference).length)
+        if method == "dop853":
+            return choice
         if method == "closed_form":
-            return replace(choice, equations=equations, closed_form=True)
-        problem.code.stepper(problem.reference)
+            return replace(choice, equations=code.rhs(reference), closed_form=True)
+        code.stepper(reference)
     except (DerivationError, InputError):
         return choice
     reason = "a motion long enough to pay for compiling"
