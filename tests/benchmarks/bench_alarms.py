@@ -183,9 +183,9 @@ def main(options: argparse.Namespace) -> int:
     counts = {name: Count(name) for name in options.names or textbook.names()}
     if options.record is not None and options.record.exists():
         for line in options.record.read_text(encoding="utf-8").splitlines():
-            done = Count(**json.loads(line))
-            if done.name in counts:
-                counts[done.name].add(done)
+            earlier = Count(**json.loads(line))
+            if earlier.name in counts:
+                counts[earlier.name].add(earlier)
     print(
         "system, seeds, false alarms, largest part of the bounds on entries, largest part of what "
         "is allowed, rows where the bound decides, largest part of the bound there, seconds"

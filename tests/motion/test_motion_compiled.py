@@ -163,10 +163,10 @@ def test_an_input_known_only_while_it_moves_is_no_fault() -> None:
     force = Input("F", push, "N")
     mass = Mechanism(
         "mass",
-        [Body("ground"), Body("mass", box(1.0, (0.1, 0.1, 0.1)))],
-        [Prismatic("slide", "ground", "mass", axis=(1, 0, 0), coordinate="x")],
-        forces=[JointSpring("spring", "slide", 2e6), JointForce("push", "slide", force)],
-        inputs=[force],
+        (Body("ground"), Body("mass", box(1.0, (0.1, 0.1, 0.1)))),
+        (Prismatic("slide", "ground", "mass", axis=(1, 0, 0), coordinate="x"),),
+        forces=(JointSpring("spring", "slide", 2e6), JointForce("push", "slide", force)),
+        inputs=(force,),
     )
     motion = simulate(mass, q=[0.01], duration=1.0, samples=2)
     assert motion.statistics.steps > STEPS
