@@ -1,8 +1,8 @@
 """What a mechanism is: parameters, shapes, bodies, joints, forces, coordinates. Frozen data."""
 
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.shapes import (
-    Shape,
     ball,
     bar,
     box,

@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError, EngineError, InputError, IntegrationError
-from mecanique.model.mechanism import Mechanism
 from mecanique.textbook.catalogue import entry
 from mecanique.textbook.facts import (
     Acceleration,
@@ -38,11 +36,9 @@ from mecanique.textbook.facts import (
     Values,
 )
 from mecanique.textbook.system import System
-from mecanique.verification.states.random import random_states
-from mecanique.verification.stencil import differences
+from mecanique.verification.bench import Bench, jacobian
 
 if TYPE_CHECKING:
-    from mecanique.derivation.equations import Equations
     from mecanique.reference import Reference
 
 __all__ = ["SOURCES", "TOLERANCE", "FactRow", "check"]
@@ -52,9 +48,6 @@ TOLERANCE = 1e-10
 
 SOURCES = ("reference", "derive")
 """Whose equations of motion the facts can be checked against."""
-
-_STEP = 1e-2
-"""Step of the differences, relative to coordinates larger than one."""
 
 _ASIDE = 0.01
 """Distance from a limit of stability, relative to it, at which both of its sides are examined."""
@@ -140,12 +133,15 @@ def check(
 
     system = name if isinstance(name, System) else entry(name)
 
-    def build(given: Mapping[str, float]) -> _Bench:
-        return _Bench(system, {**(values or {}), **given}, source, samples, seed)
+    def build(given: Mapping[str, float]) -> Bench:
+        return Bench(system, {**(values or {}), **given}, source, samples, seed)
 
     system.mechanism(**(values or {}))  # refuses unknown parameters even where no fact needs them
     called = system.title if isinstance(name, System) else name
     return tuple(_row(called, fact, build) for fact in system.facts)
+
+
+_Build = Callable[[Mapping[str, float]], Bench]
 
 
 def _row(system: str, fact: Fact, build: _Build) -> FactRow:
@@ -161,121 +157,6 @@ def _row(system: str, fact: Fact, build: _Build) -> FactRow:
     return FactRow(
         system, type(fact).__name__, fact.statement, residual, reason if undefined else ""
     )
-
-
-_Build = Callable[[Mapping[str, float]], "_Bench"]
-
-
-@final
-@dataclass(frozen=True)
-class _Bench:
-    """A system with certain parameters and its equations of motion."""
-
-    system: System
-    values: Mapping[str, float]
-    source: str
-    samples: int
-    seed: int
-
-    @cached_property
-    def mechanism(self) -> Mechanism:
-        return self.system.mechanism(**self.values)
-
-    @cached_property
-    def reference(self) -> Reference:
-        from mecanique.reference import Reference
-
-        return Reference.of(self.mechanism)
-
-    @cached_property
-    def dynamics(self) -> Reference | Equations:
-        if self.source == "reference":
-            return self.reference
-        from mecanique.derivation import derive
-
-        return derive(self.mechanism)
-
-    @cached_property
-    def constants(self) -> dict[str, Any]:
-        options = {
-            name: int(self.values.get(name, number)) for name, number in self.system.options.items()
-        }
-        return {**self.mechanism.values, **options}
-
-    def numbers(self, q: Any, v: Any, t: Any = 0.0) -> Values:
-        names = (*self.mechanism.coordinates, *self.mechanism.velocities, "t")
-        return Values({**self.constants, **dict(zip(names, (*q, *v, t), strict=True))})
-
-    def state(self, given: State) -> tuple[Array, Array]:
-        named = given(Values(self.constants)) if callable(given) else given
-        positions = {
-            name: x for name, x in named.items() if name in set(self.mechanism.coordinates)
-        }
-        velocities = {name: x for name, x in named.items() if name not in positions}
-        if not np.isfinite(list(named.values())).all():
-            raise ArithmeticError("its state is not defined")
-        return self.close(self.mechanism.position(positions), self.mechanism.velocity(velocities))
-
-    def close(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Return the state next to this one at which the loops are closed."""
-        closed = self.reference.closed if self.mechanism.constrained else None
-        if closed is None:
-            return q, v
-        from mecanique.reference.loops.assembly import project
-        from mecanique.reference.loops.closing import close_position
-
-        return project(closed, close_position(closed, q, 0.0), v, 0.0)
-
-    def states(self) -> Iterator[tuple[Array, Array, float]]:
-        """Yield the better half of twice as many random states: singular ones lose digits."""
-        states = random_states(self.mechanism, 2 * self.samples, self.seed)
-        worth = [
-            np.linalg.cond(self.dynamics.mass_matrix(q, float(t)))
-            for q, t in zip(states.q, states.t, strict=True)
-        ]
-        for k in np.argsort(worth)[: self.samples]:
-            yield states.q[k], states.v[k], float(states.t[k])
-
-    def aside(self, q: Array, v: Array) -> Array:
-        """Return the accelerations also where loops are open, next to where they are closed."""
-        closed = self.reference.closed
-        if closed is None or self.source != "reference":
-            return np.asarray(self.dynamics.acceleration(q, v, 0.0))
-        return np.asarray(closed.solve(q, v, 0.0).acceleration)
-
-    def slope(self, t: float, y: Array) -> Array:
-        """Return the rates of [q, v]."""
-        q, v = y[: self.mechanism.nq], y[self.mechanism.nq :]
-        return np.concatenate((self.reference.rates(q, v), self.dynamics.acceleration(q, v, t)))
-
-    def flow(self, q: Array, v: Array, times: Any) -> Array:
-        """Return the states [q, v] at the times, shape (n, nq + nv)."""
-        from scipy.integrate import solve_ivp
-
-        slope = self.reference.rhs() if self.source == "reference" else self.slope
-        found = solve_ivp(
-            slope,
-            (0.0, float(times[-1])),
-            np.concatenate((q, v)),
-            method="DOP853",
-            t_eval=np.asarray(times, dtype=float),
-            rtol=3e-14,
-            atol=1e-14,
-        )
-        if not found.success:
-            raise IntegrationError(f"no motion up to t = {times[-1]:g} s: {found.message}")
-        return np.asarray(found.y.T)
-
-    def stiffness(self, at: State) -> tuple[Array, Array]:
-        """Return M and K of small motion about an equilibrium."""
-        q, _ = self.state(at)
-        rest = np.zeros(self.mechanism.nv)
-
-        def static_forces(x: Array) -> Array:
-            return self.dynamics.bias(x, rest, 0.0) - self.dynamics.forces(x, rest, 0.0)
-
-        K = _jacobian(static_forces, q)
-        return np.asarray(self.dynamics.mass_matrix(q, 0.0)), K
 
 
 def _residual(fact: Fact, build: _Build) -> float:
@@ -327,7 +208,7 @@ def _relative(found: Any, expected: Any) -> float:
 
 
 def _at_states(
-    bench: _Bench, formula: Callable[[Values], Any], engine: Callable[[Array, Array, float], Any]
+    bench: Bench, formula: Callable[[Values], Any], engine: Callable[[Array, Array, float], Any]
 ) -> float:
     states = list(bench.states())
     expected = [np.asarray(formula(bench.numbers(q, v, t)), dtype=float) for q, v, t in states]
@@ -340,7 +221,7 @@ def _of_joint(reference: Reference, joint: str, q: Array, v: Array, t: float) ->
     return ask(q, v, t)[joint].force
 
 
-def _mass_matrix(bench: _Bench, fact: MassMatrix) -> float:
+def _mass_matrix(bench: Bench, fact: MassMatrix) -> float:
     differences = []
     for q, v, t in bench.states():
         expected = np.asarray(fact.formula(bench.numbers(q, v, t)), dtype=float)
@@ -350,7 +231,7 @@ def _mass_matrix(bench: _Bench, fact: MassMatrix) -> float:
     return float(np.max(differences))
 
 
-def _drift(bench: _Bench, fact: Conserved) -> float:
+def _drift(bench: Bench, fact: Conserved) -> float:
     """Return the rates along the flow, relative to the sum of what q, v and t contribute."""
     nq, rates, sizes, depends = bench.mechanism.nq, [], [], False
     for q, v, t in bench.states():
@@ -370,7 +251,7 @@ def _drift(bench: _Bench, fact: Conserved) -> float:
     return float(np.max(np.max(rates, axis=0) / np.where(size > 0, size, 1.0)))
 
 
-def _solution(bench: _Bench, fact: Solution) -> float:
+def _solution(bench: Bench, fact: Solution) -> float:
     q, v = bench.state(fact.start)
     times = np.linspace(0.0, float(fact.until(Values(bench.constants))), 8)
     names = (*bench.mechanism.coordinates, *bench.mechanism.velocities)
@@ -381,7 +262,7 @@ def _solution(bench: _Bench, fact: Solution) -> float:
     )
 
 
-def _period(bench: _Bench, fact: Period) -> float:
+def _period(bench: Bench, fact: Period) -> float:
     q, v = bench.state(fact.start)
     onwards = np.concatenate(bench.state(fact.advance))
     T = float(fact.seconds(Values(bench.constants)))
@@ -392,7 +273,7 @@ def _period(bench: _Bench, fact: Period) -> float:
     return math.inf if np.min(np.max(off[:-1], axis=1)) < 1e-3 else float(np.max(off[-1]))
 
 
-def _frequencies(bench: _Bench, fact: Frequencies) -> float:
+def _frequencies(bench: Bench, fact: Frequencies) -> float:
     M, K = bench.stiffness(fact.at)
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(M, K)).real)
     stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=float)
@@ -403,14 +284,14 @@ def _frequencies(bench: _Bench, fact: Frequencies) -> float:
     return difference if rounding < TOLERANCE else max(0.0, difference - rounding)
 
 
-def _eigenvalues(bench: _Bench, fact: Eigenvalues) -> float:
+def _eigenvalues(bench: Bench, fact: Eigenvalues) -> float:
     found = np.linalg.eigvals(_state_matrix(bench, fact.at))
     stated = np.asarray(fact.formula(bench.numbers(*bench.state(fact.at))), dtype=complex)
     nearest = np.min(np.abs(np.subtract.outer(stated, found)), axis=1)
     return float(np.max(nearest) / np.max(np.abs(stated)))
 
 
-def _steady(bench: _Bench, fact: Steady) -> float:
+def _steady(bench: Bench, fact: Steady) -> float:
     """Return the acceleration relative to that at a state nearby."""
     q, v = bench.state(fact.at)
     quaternions = [k for _, at in bench.mechanism.quaternions for k in at]
@@ -421,16 +302,7 @@ def _steady(bench: _Bench, fact: Steady) -> float:
     return float(np.max(np.abs(bench.dynamics.acceleration(q, v, 0.0))) / (typical or 1.0))
 
 
-def _jacobian(function: Callable[[Array], Any], at: Array) -> Array:
-    """Return the derivative of a function, shape (m, n)."""
-    return differences(
-        lambda steps: np.array([function(at + step) for step in steps]),
-        len(at),
-        _STEP * np.maximum(1.0, np.abs(at)),
-    )
-
-
-def _state_matrix(bench: _Bench, at: State) -> Array:
+def _state_matrix(bench: Bench, at: State) -> Array:
     """Return the matrix of deviations of [q, v] from an equilibrium or a steady motion."""
     q, v = bench.state(at)
     if len(q) != len(v):
@@ -438,11 +310,11 @@ def _state_matrix(bench: _Bench, at: State) -> Array:
             f"expected a system without quaternions for eigenvalues, got {bench.mechanism.name!r}"
         )
     n = len(q)
-    lower = _jacobian(lambda y: bench.aside(y[:n], y[n:]), np.concatenate((q, v)))
+    lower = jacobian(lambda y: bench.aside(y[:n], y[n:]), np.concatenate((q, v)))
     return np.block([[np.zeros((n, n)), np.eye(n)], [lower]])
 
 
-def _limit(bench: _Bench, fact: StabilityLimit, build: _Build) -> float:
+def _limit(bench: Bench, fact: StabilityLimit, build: _Build) -> float:
     value = float(fact.formula(Values(bench.constants)))
     below, at, above = (
         _margin(build({**fact.given, fact.parameter: value * factor}), fact)
@@ -454,13 +326,13 @@ def _limit(bench: _Bench, fact: StabilityLimit, build: _Build) -> float:
     return abs(at) / (abs(above - below) / (2 * _ASIDE))
 
 
-def _margin(bench: _Bench, fact: StabilityLimit) -> float:
+def _margin(bench: Bench, fact: StabilityLimit) -> float:
     """Return a number that is positive where the equilibrium is stable, and zero at the limit."""
     if fact.period is None:
         M, K = bench.stiffness(fact.at)
         return float(np.min(np.linalg.eigvals(np.linalg.solve(M, K)).real))
     q, v = bench.state(fact.at)
     n, T = len(q), float(fact.period(Values(bench.constants)))
-    turn = _jacobian(lambda y: bench.flow(y[:n], y[n:], [0.0, T])[-1], np.concatenate((q, v)))
+    turn = jacobian(lambda y: bench.flow(y[:n], y[n:], [0.0, T])[-1], np.concatenate((q, v)))
     # Floquet: det(turn − 1) passes through zero where a multiplier passes through one
     return float(np.linalg.det(turn - np.eye(2 * n)))

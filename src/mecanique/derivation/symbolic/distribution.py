@@ -13,7 +13,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Vector, along, lift
 from mecanique.derivation.tree.poses import combination
-from mecanique.model.bodies.shapes import Shape
+from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Cylinder
 
 __all__ = ["Distribution", "distribution_of"]

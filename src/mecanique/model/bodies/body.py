@@ -9,7 +9,7 @@ from typing import final
 import numpy as np
 
 from mecanique.errors import InputError
-from mecanique.model.bodies.shapes import Inertia, Shape, combine
+from mecanique.model.bodies.shape import Inertia, Shape, combine
 from mecanique.model.bodies.visuals import Visual
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.placement import vector

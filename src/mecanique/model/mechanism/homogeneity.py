@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import final
 
-from mecanique.model.bodies.shapes import Shape
+from mecanique.model.bodies.shape import Shape
 from mecanique.model.bodies.visuals import Box, Cylinder, Geometry, Sphere
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack

@@ -23,7 +23,7 @@ from mecanique.model import (
     Spring,
     bar,
 )
-from mecanique.model.bodies.shapes import Shape
+from mecanique.model.bodies.shape import Shape
 from mecanique.textbook.facts import Conserved, KineticEnergy, Number, Values
 from mecanique.textbook.system import System
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import final
 
 from mecanique.model.bodies import Body
-from mecanique.model.bodies.shapes import Inertia, Shape
+from mecanique.model.bodies.shape import Inertia, Shape
 from mecanique.model.bodies.visuals import Visual
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.model.placement import Placement

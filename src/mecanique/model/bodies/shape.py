@@ -1,0 +1,125 @@
+"""A piece of a body, and several pieces as one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias, final
+
+from mecanique.errors import InputError
+from mecanique.model.bodies.visuals import Rgba, Visual
+from mecanique.model.expression import Scalar, Vector, plain
+from mecanique.model.placement import Matrix3, Placement, rotate, vector
+
+__all__ = ["Inertia", "Shape", "combine"]
+
+Inertia: TypeAlias = "tuple[Scalar, Scalar, Scalar, Scalar, Scalar, Scalar]"
+"""ixx, iyy, izz, ixy, ixz, iyz: entries of the tensor, as in URDF (ixy is no product)."""
+
+
+@final
+@dataclass(frozen=True)
+class Shape:
+    """A piece of a body: its mass, inertia and appearance, in the body's frame.
+
+    Args:
+        mass: [kg].
+        center: shape (3,), center of mass [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the center of mass, in body axes [kg·m²].
+        visuals: what is drawn.
+    """
+
+    mass: Scalar
+    center: tuple[Scalar, Scalar, Scalar] = (0.0, 0.0, 0.0)
+    inertia: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    visuals: tuple[Visual, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", plain(self.mass))
+        object.__setattr__(self, "center", vector(self.center, "center of mass"))
+        inertia = tuple(plain(entry) for entry in self.inertia)
+        if len(inertia) != 6:
+            raise InputError(
+                "expected six entries ixx, iyy, izz, ixy, ixz, iyz of an inertia, "
+                f"got {len(inertia)}"
+            )
+        object.__setattr__(self, "inertia", inertia)
+        object.__setattr__(self, "visuals", tuple(self.visuals))
+
+    def at(self, xyz: Vector = (0.0, 0.0, 0.0), rpy: Vector = (0.0, 0.0, 0.0)) -> Shape:
+        """Return the shape moved to another place in the body.
+
+        Args:
+            xyz: shape (3,), where its origin goes [m].
+            rpy: shape (3,), how it is turned: roll, pitch, yaw [rad].
+        """
+        place = Placement(tuple(xyz), tuple(rpy))
+        turn = place.rotation
+        return replace(
+            self,
+            center=_sum(place.xyz, rotate(turn, self.center)),
+            inertia=_turn_inertia(turn, self.inertia),
+            visuals=tuple(visual.at(place) for visual in self.visuals),
+        )
+
+    def colored(self, rgba: Rgba) -> Shape:
+        """Return the shape drawn in another color.
+
+        Args:
+            rgba: red, green, blue, opacity, each from 0 to 1.
+        """
+        return replace(self, visuals=tuple(replace(visual, rgba=rgba) for visual in self.visuals))
+
+
+def combine(shapes: Sequence[Shape]) -> Shape:
+    """Return several shapes as one: masses add, inertias add about the common center of mass.
+
+    Args:
+        shapes: pieces of one body, in its frame.
+    """
+    heavy = [shape for shape in shapes if not all(map(_is_zero, (shape.mass, *shape.inertia)))]
+    visuals = tuple(visual for shape in shapes for visual in shape.visuals)
+    if len(heavy) == 1:
+        return replace(heavy[0], visuals=visuals)
+    if not heavy:
+        return Shape(0.0, visuals=visuals)
+    mass = _total(shape.mass for shape in heavy)
+    center: list[Scalar] = []
+    for column in zip(*(shape.center for shape in heavy), strict=True):
+        moments = [shape.mass * c for shape, c in zip(heavy, column, strict=True)]
+        center.append(0.0 if all(map(_is_zero, moments)) else _total(moments) / mass)
+    x, y, z = center
+    inertia: list[Scalar] = [0.0] * 6
+    for shape in heavy:
+        dx, dy, dz = (c - r for c, r in zip(shape.center, (x, y, z), strict=True))
+        steiner = (dy**2 + dz**2, dx**2 + dz**2, dx**2 + dy**2, -dx * dy, -dx * dz, -dy * dz)
+        inertia = [
+            i + own + shape.mass * s
+            for i, own, s in zip(inertia, shape.inertia, steiner, strict=True)
+        ]
+    return Shape(mass, (x, y, z), tuple(inertia), visuals)
+
+
+def _total(terms: Any) -> Scalar:
+    first, *rest = terms
+    return sum(rest, first)
+
+
+def _is_zero(scalar: Scalar) -> bool:
+    return isinstance(scalar, (int, float)) and scalar == 0
+
+
+def _sum(a: Vector, b: Vector) -> tuple[Scalar, Scalar, Scalar]:
+    x, y, z = (p + q for p, q in zip(a, b, strict=True))
+    return x, y, z
+
+
+def _turn_inertia(turn: Matrix3, inertia: Inertia) -> Inertia:
+    """R I Rᵀ, entry by entry."""
+    ixx, iyy, izz, ixy, ixz, iyz = inertia
+    columns = zip(
+        *(rotate(turn, row) for row in ((ixx, ixy, ixz), (ixy, iyy, iyz), (ixz, iyz, izz))),
+        strict=True,
+    )
+    rows = [rotate(turn, column) for column in columns]
+    return rows[0][0], rows[1][1], rows[2][2], rows[0][1], rows[0][2], rows[1][2]
