@@ -32,6 +32,36 @@ def test_other_questions_have_right_answers_too(ask: str) -> None:
     assert mq.check(made.mechanism, made.answer, ask).right
 
 
+@pytest.mark.parametrize(
+    ("ask", "last", "left_out"),
+    [
+        ("kinetic energy", "2. Kinetic energy", "3. Potential energy"),
+        ("mass matrix", "M_ij = ∂²T/∂q_i' ∂q_j'", "3. Potential energy"),
+        ("Lagrangian", "3. Potential energy", "Operator for"),
+        ("frequency", "With the numbers given: omega = ", "Operator for"),
+        ("equation of motion", "Equations of motion", "Small motions"),
+    ],
+)
+def test_the_steps_end_where_the_question_does(ask: str, last: str, left_out: str) -> None:
+    made = make_exercise("simple_pendulum", ask, seed=1)
+    assert last in made.solution
+    assert left_out not in made.solution
+
+
+def test_the_number_of_a_frequency_is_that_of_the_numbers_given() -> None:
+    made = make_exercise("simple_pendulum", "frequency", seed=3)
+    values = made.mechanism.values
+    assert f"omega = {(values['g'] / values['l']) ** 0.5:.3g} rad/s" in made.solution
+
+
+def test_one_coordinate_is_spoken_of_as_one() -> None:
+    assert "in the coordinate theta." in make_exercise("bead_on_hoop", "potential energy").problem
+    assert (
+        "in the coordinates x, q and their rates."
+        in make_exercise("cart_pole", "kinetic energy").problem
+    )
+
+
 def test_some_variants_count_an_angle_the_other_way_round() -> None:
     texts = [make_exercise("rigid_bar_pendulum", seed=seed).problem for seed in range(8)]
     assert any("psi = −q" in text for text in texts)

@@ -12,7 +12,9 @@ from typing import TYPE_CHECKING, final
 
 from mecanique.checking.check import Checker
 from mecanique.derivation import derive
+from mecanique.derivation.document import Document
 from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.small_motions import linearize_equations
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, MechanismError, UnknownNameError
@@ -41,14 +43,26 @@ ASKED = (
 """What an exercise may ask for."""
 
 _TASKS = {
-    "equation of motion": "Derive the equations of motion in the coordinates {q}.",
-    "kinetic energy": "Write the kinetic energy T in the coordinates {q} and their rates.",
-    "potential energy": "Write the potential energy V in the coordinates {q}.",
-    "Lagrangian": "Write Lagrange's function L = T − V in the coordinates {q} and their rates.",
-    "mass matrix": "Write the mass matrix M for the coordinates {q}, in this order.",
-    "frequency": "Find the natural angular frequency of small motions about {q} = 0.",
+    "equation of motion": "Derive the {equations} of motion in the {q}.",
+    "kinetic energy": "Write the kinetic energy T in the {q} and {rates}.",
+    "potential energy": "Write the potential energy V in the {q}.",
+    "Lagrangian": "Write Lagrange's function L = T − V in the {q} and {rates}.",
+    "mass matrix": "Write the mass matrix M for the {q}{order}.",
+    "frequency": "Find the natural angular frequency of small motions about {names} = 0.",
 }
 """The question in words."""
+
+_LAST = {
+    "kinetic energy": "Kinetic energy",
+    "potential energy": "Potential energy",
+    "Lagrangian": "Potential energy",
+    "mass matrix": "Kinetic energy",
+}
+"""The last step of a derivation that an answer needs."""
+
+_FROM_T = """
+   The entry of the mass matrix for two coordinates is the second derivative of T by their rates:
+   M_ij = ∂²T/∂q_i' ∂q_j', for T is half of the sum of M_ij q_i' q_j'."""
 
 _SPREAD = (0.5, 2.0)
 """Parameters vary within these multiples of the catalogue's values."""
@@ -124,13 +138,12 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
         raise InputError(
             f"no exercise about the {ask} of {system!r}: {verdict.form or 'it is not determined'}"
         )
-    names = ", ".join(mechanism.coordinates)
     statement = inspect.cleandoc(
         import_module(f"mecanique.textbook.systems.{system}").__doc__ or ""
     )
     statement = statement.partition("\n")[2].strip()
     given = _write_data(mechanism)
-    task = _TASKS[ask].format(q=names)
+    task = _word_task(ask, mechanism.coordinates.names)
     problem = "\n\n".join(
         part
         for part in (
@@ -152,6 +165,18 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
         ]
     )
     return Exercise(found.title, mechanism, ask, f"{problem}\n", f"{solution}\n", answer, verdict)
+
+
+def _word_task(ask: str, names: tuple[str, ...]) -> str:
+    """Return the question in words."""
+    several, listed = len(names) > 1, ", ".join(names)
+    return _TASKS[ask].format(
+        names=listed,
+        q=f"coordinates {listed}" if several else f"coordinate {listed}",
+        equations="equations" if several else "equation",
+        rates="their rates" if several else "its rate",
+        order=", in this order" if several else "",
+    )
 
 
 def _vary(parameter: Parameter, draw: random.Random) -> float:
@@ -201,7 +226,9 @@ def _answer(mechanism: Mechanism, ask: str) -> tuple[str, str]:
         return equations.text(), steps
     if ask == "frequency":
         return _frequency(mechanism)
+    steps = _cut(equations.document, _LAST[ask])
     if ask == "mass matrix":
+        steps += _FROM_T
         rows = []
         for row in equations.derivation.M:
             entries = ", ".join(expression(entry).text() for entry in row)
@@ -214,6 +241,16 @@ def _answer(mechanism: Mechanism, ask: str) -> tuple[str, str]:
         "Lagrangian": ("L", lagrange.T - lagrange.V),
     }[ask]
     return f"{chosen[0]} = {expression(chosen[1]).text()}", steps
+
+
+def _cut(document: Document, last: str) -> str:
+    """Return the steps of a derivation up to the one with a title."""
+    stages = document.derivation.stages
+    titles = [stage.title for stage in stages]
+    kept = stages[: titles.index(last) + 1] if last in titles else stages
+    derivation = replace(document.derivation, stages=kept, assumptions=())
+    text = replace(document, derivation=derivation).text(steps=True)
+    return text.partition(f"\n\n{len(kept) + 1}. Equations of motion")[0]
 
 
 def _frequency(mechanism: Mechanism) -> tuple[str, str]:
@@ -229,4 +266,13 @@ def _frequency(mechanism: Mechanism) -> tuple[str, str]:
             "freedom and a stable equilibrium with all coordinates zero"
         )
     answer = f"omega = sqrt({expression(small.square).text()})"
-    return answer, small.text()
+    square = Evaluation(small.square.ring, mechanism.values)(small.square)
+    lines = (
+        "Equation of motion:",
+        derive(mechanism).text(),
+        "",
+        small.text(),
+        "",
+        f"With the numbers given: omega = {math.sqrt(square):.3g} rad/s",
+    )
+    return answer, "\n".join(lines)
