@@ -126,7 +126,7 @@ ORDER: dict[str, list[str]] = {
         "needed units hypothesis factor",
         "context",
         "wrong_terms wrong_operators wrong_readings wrong_parts wrong_constraints repair",
-        "hypotheses repaired_terms repaired_factors",
+        "hypotheses lacking repaired_terms repaired_factors",
         "repairs",
         "search",
     ],

@@ -73,6 +73,12 @@ def test_a_defined_letter_of_another_unit_is_named() -> None:
     assert found.causes[0].text.endswith("the terms that define I differ in theirs")
 
 
+def test_a_term_that_comes_from_a_prescribed_motion_is_no_damping() -> None:
+    text = "(l0 - w t) theta'' + x'' cos theta + g sin theta = 0"
+    found = mq.check(mq.textbook.load("crane"), text)
+    assert found.causes[0].text.startswith("the Coriolis term -2 m w (l0 - w t) theta'")
+
+
 def test_a_rate_is_quoted_as_it_was_written() -> None:
     text = "theta'' - sin(theta) cos(theta) phi'^2 + g/l sin(theta) = 0\nd/dt(sin(theta) phi') = 0"
     found = mq.check(mq.textbook.load("spherical_pendulum"), text)

@@ -120,6 +120,10 @@ def test_an_acceleration_that_is_zero_is_right() -> None:
     assert mq.check(mq.textbook.load("rolling_disk"), text).right
 
 
+def test_two_accelerations_that_are_equal_say_something() -> None:
+    assert mq.check(mq.textbook.load("free_particle"), "x'' = y'' = 0, z'' = -g").right
+
+
 def test_one_of_two_equations_is_incomplete() -> None:
     found = mq.check(mq.textbook.load("cart_pole"), "cos(q) x'' + l q'' + g sin(q) = 0")
     assert found.outcome == "incomplete"

@@ -123,7 +123,9 @@ class Checker:
             causes: tuple[Cause, ...] = ()
             if not one.holds and one.residual is not None:
                 place = number if several else 0
-                causes = self.search.mend(one.residual, place, text, quantity.dimensions)
+                causes = self.search.mend(
+                    one.residual, place, text, quantity.dimensions, one.series
+                )
             outcome: Outcome = "right" if one.holds else "wrong"
             if one.holds and one.forms:
                 outcome = "right except for form"

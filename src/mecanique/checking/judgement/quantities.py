@@ -70,7 +70,7 @@ _LETTERS = {
     "energy": ("E", "H", "h"),
     "mass matrix": (),
     "momentum": ("p",),
-    "conserved quantity": ("E", "H", "h", "C", "p", "Lz", "const"),
+    "conserved quantity": (*"EHhCcpALJKk", "C1", "C2", "c1", "c2", "Lz", "const"),
     "frequency": ("omega", "omega0", "omegan", "w", "f", "nu", "T", "T0"),
     "equilibrium": (),
     "reaction": (),
@@ -129,7 +129,7 @@ class _Asked:
             "energy": self._energy,
             "mass matrix": self._mass,
             "momentum": self._momentum,
-            "conserved quantity": lambda name, _: Quantity(name, "conserved", _LETTERS[name]),
+            "conserved quantity": self._constant,
             "frequency": self._frequency,
             "equilibrium": self._equilibrium,
             "reaction": self._reactions,
@@ -185,7 +185,7 @@ class _Asked:
         velocity = self._truth.velocities[coordinates.index(chosen)]
         series = self._lagrange.T.diff(velocity)
         found = self._value(series, self._sample.values)
-        letters = ("p", f"p{chosen}")
+        letters = ("p", f"p{chosen}", f"p{coordinates.index(chosen) + 1}")
         own = units(self._truth.mechanism).get(velocity)
         unit = {} if own is None else dict.fromkeys(letters, _divide("N·m", own))
         return self._in_letters(Quantity(name, "value", letters, found, dimensions=unit), series)
@@ -218,6 +218,10 @@ class _Asked:
         return Quantity(
             f"{name} of {what}", "free body", tuple(series), values, again, series, derivation
         )
+
+    def _constant(self, name: str, _: str) -> Quantity:
+        momenta = [f"p{velocity.removesuffix(chr(39))}" for velocity in self._truth.velocities]
+        return Quantity(name, "conserved", (*_LETTERS[name], *momenta))
 
     def _frequency(self, name: str, _: str) -> Quantity:
         M, C, K = linear_matrices(self._truth, self._sample)

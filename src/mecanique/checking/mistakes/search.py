@@ -17,10 +17,12 @@ from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.context import Context
 from mecanique.checking.mistakes.hypotheses import Hypotheses
+from mecanique.checking.mistakes.lacking import find_lacking
 from mecanique.checking.mistakes.repair import Repair
 from mecanique.checking.mistakes.repairs import repairs
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
+from mecanique.derivation.scalars.series import Series
 from mecanique.model.dimensions import Dimension
 
 __all__ = ["Search"]
@@ -99,7 +101,12 @@ class Search:
         return tuple(causes)
 
     def mend(
-        self, one: Residual, number: int, text: str, asked: Mapping[str, Dimension]
+        self,
+        one: Residual,
+        number: int,
+        text: str,
+        asked: Mapping[str, Dimension],
+        series: Mapping[str, Series],
     ) -> tuple[Cause, ...]:
         """Return the single changes that would make a formula of any quantity right.
 
@@ -108,6 +115,7 @@ class Search:
             number: of the formula among several, 0 for a single one.
             text: what it was read from.
             asked: dimensions of the letters that stand for what is asked for.
+            series: what the letters of the quantity are.
         """
         units = Units(self._truth.mechanism, asked)
         zero = np.zeros(one.sample.count)
@@ -116,6 +124,10 @@ class Search:
             (repair.weight, Cause(repair.kind, repair.text, repair.part, number))
             for repair in _list_once(found)
             if repair.part
+        ]
+        weighed += [
+            (repair.weight, Cause(repair.kind, repair.text, "", number))
+            for repair in _list_once(find_lacking(one, series))
         ]
         return _rank(_misfits(units, one, number, text), weighed)
 

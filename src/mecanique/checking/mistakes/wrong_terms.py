@@ -10,9 +10,12 @@ from typing import Any
 from mecanique.arrays import Array
 from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations, group_by_velocities
 from mecanique.derivation.scalars.monomials import exponents
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.scalars.series import Kind, Series
 
-__all__ = ["mistake_letters", "mistake_terms"]
+__all__ = ["list_parts", "mistake_letters", "mistake_terms"]
+
+_MOST_SINGLE = 60
+"""A longer quantity is not looked through term by term."""
 
 _MOST_TERMS = 12
 """A longer entry of the equations is taken as a whole, not term by term."""
@@ -99,6 +102,17 @@ def _change(
     return Hypothesis(kind, text, weight, M, rest, row, shown)
 
 
+def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:
+    """Return parts of a series: by powers of velocities, by parameters, and single terms."""
+    single = [_term(series, *term) for term in series.terms()]
+    if len(single) > _MOST_SINGLE:
+        return []
+    parts = list(group_by_velocities(series, velocities).values())
+    for letter in (g for g in series.generators() if g.kind is Kind.PARAMETER):
+        parts.append(series.ring.sum([one for one in single if letter in one.generators()]))
+    return [part for part in dict.fromkeys([*parts, *single]) if part != series]
+
+
 def _split(series: Series) -> list[Series]:
     """Return parts of a series: its terms, and those that share letters, or sine and cosine."""
     terms = list(series.terms())
@@ -126,4 +140,5 @@ def _name_of(powers: Sequence[int]) -> str:
     """What a textbook calls the terms with these powers of the velocities."""
     if sum(powers) == 2:
         return "the centripetal term" if 2 in powers else "the Coriolis term"
-    return "the damping term" if sum(powers) == 1 else "the term"
+    # dampers are forces; these come from motions that are prescribed
+    return "the Coriolis term" if sum(powers) == 1 else "the term"
