@@ -28,7 +28,7 @@ ELSEWHERE = {
     # a joint's own damping is read where URDF's joints are, and varied with them; a spring's free
     # length that was forgotten is one of the mistakes that a check looks for
     "force": {
-        "checking/mistakes/wrong_parts.py",
+        "checking/mistakes/slips/parts.py",
         "model/mechanism/variants.py",
         "urdf/read.py",
     },

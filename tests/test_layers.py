@@ -123,13 +123,14 @@ ORDER: dict[str, list[str]] = {
     "verification.rounding": ["conditioning contributions"],
     "checking": ["grammar", "judgement", "verdict", "mistakes", "check"],
     "checking.mistakes": [
-        "needed units hypothesis factor",
+        "needed units factor",
         "context",
-        "wrong_terms wrong_operators wrong_readings wrong_parts wrong_constraints repair",
+        "repair slips",
         "hypotheses lacking repaired_terms repaired_factors",
         "repairs",
         "search",
     ],
+    "checking.mistakes.slips": ["hypothesis", "terms operators readings parts constraints"],
     "checking.grammar": [
         "tree",
         "letters tape mathml signs matrices",

@@ -13,12 +13,12 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.checking.judgement.truth import Truth, accelerate
-from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations
-from mecanique.checking.mistakes.wrong_constraints import mistake_constraints
-from mecanique.checking.mistakes.wrong_operators import mistake_operator
-from mecanique.checking.mistakes.wrong_parts import mistake_parts
-from mecanique.checking.mistakes.wrong_readings import linearize, mistake_angles, mistake_readings
-from mecanique.checking.mistakes.wrong_terms import mistake_letters, mistake_terms
+from mecanique.checking.mistakes.slips.constraints import mistake_constraints
+from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
+from mecanique.checking.mistakes.slips.operators import mistake_operator
+from mecanique.checking.mistakes.slips.parts import mistake_parts
+from mecanique.checking.mistakes.slips.readings import linearize, mistake_angles, mistake_readings
+from mecanique.checking.mistakes.slips.terms import mistake_letters, mistake_terms
 
 __all__ = ["Hypotheses"]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.mistakes.repair import ALIKE, Repair
-from mecanique.checking.mistakes.wrong_terms import list_parts
+from mecanique.checking.mistakes.slips.terms import list_parts
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.series import Series

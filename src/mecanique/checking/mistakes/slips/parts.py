@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations
+from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
 from mecanique.model.bodies import Body
 from mecanique.model.expression import plain
 from mecanique.model.forces import AnyForce, JointSpring, Spring

@@ -8,7 +8,7 @@ from itertools import combinations, islice
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations
+from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
 from mecanique.derivation.scalars.series import Series
 
 __all__ = ["mistake_constraints"]

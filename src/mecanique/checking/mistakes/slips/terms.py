@@ -8,7 +8,11 @@ from itertools import permutations
 from typing import Any
 
 from mecanique.arrays import Array
-from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations, group_by_velocities
+from mecanique.checking.mistakes.slips.hypothesis import (
+    Hypothesis,
+    RightEquations,
+    group_by_velocities,
+)
 from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.series import Kind, Series
 

@@ -7,7 +7,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations, group_by_velocities
+from mecanique.checking.mistakes.slips.hypothesis import (
+    Hypothesis,
+    RightEquations,
+    group_by_velocities,
+)
 from mecanique.derivation.scalars.series import Series
 
 __all__ = ["mistake_operator"]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.checking.mistakes.hypothesis import Hypothesis, RightEquations
+from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.ring import Ring
 from mecanique.model.joints import Single

@@ -1,0 +1,1 @@
+"""Slips in a whole derivation, each with the equations it gives."""
