@@ -41,7 +41,7 @@ ORDER: dict[str, list[str]] = {
         "joint_base",
         "bodies constraints forces joints",
         "mechanism",
-        "free_body guides states units",
+        "free_body guides states teeth units",
         "dynamics random_positions",
     ],
     "model.constraints": ["contacts loops velocity_constraints", "elements"],

@@ -89,6 +89,11 @@ def _in_slide(setting: Setting, joint: Prismatic, loads: Sequence[JointLoad]) ->
         return
     if joint.child not in solids:
         return
+    if setting.has_teeth(joint.child):
+        # beside the teeth, not among them
+        middle = setting.paper(joint.child).mean(axis=0) - b
+        shift = middle - (middle @ along) * along
+        a, b = a + shift, b + shift
     if float((b - a) @ along) > 46:
         yield from _bundle(setting, a, _surface(setting, joint.child, b, -along), loads)
         return

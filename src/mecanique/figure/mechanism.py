@@ -16,7 +16,7 @@ from mecanique.figure.paper.lettering import clear_letters
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, bounds
 from mecanique.figure.paper.signs import arrow, label, pin, unit
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.figure.solids import outline
+from mecanique.figure.solids import Solid, outline
 from mecanique.figure.supports import nuts, supports
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.constraints.loops import Loop
@@ -56,16 +56,20 @@ def figure(setting: Setting) -> tuple[Mark, ...]:
 
 
 def solid_marks(setting: Setting, body: str | None = None) -> Iterator[Mark]:
-    """Yield the solids, those behind first.
+    """Yield the solids, those of the ground and those behind first.
 
     Args:
         setting: what is drawn.
         body: whose; all by default.
     """
     shown = [each for each in setting.solids if body is None or each.body == body]
-    for solid in sorted(
-        shown, key=lambda s: (s.kind == "ball", setting.camera.depth(s.ends.mean(axis=0)))
-    ):
+    ground = setting.mechanism.ground
+
+    def order(solid: Solid) -> tuple[bool, bool, float]:
+        depth = setting.camera.depth(solid.ends.mean(axis=0))
+        return solid.body != ground, solid.kind == "ball", depth
+
+    for solid in sorted(shown, key=order):
         yield from outline(solid, setting.camera)
 
 

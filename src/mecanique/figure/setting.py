@@ -82,6 +82,10 @@ class Setting:
         axis: Floats = self.poses[self.index(joint.child), :3, :3] @ np.array(joint.axis)
         return axis
 
+    def has_teeth(self, body: str) -> bool:
+        """Return whether a body is drawn with teeth."""
+        return any(each.contour is not None for each in self.solids if each.body == body)
+
     def paper(self, body: str) -> Point:
         """Return the points that span a body on paper, shape (n, 2), or its origin."""
         spans = [each.corners for each in self.solids if each.body == body]

@@ -14,6 +14,7 @@ from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, unit
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 
 __all__ = ["Solid", "hull", "outline", "radius_of", "solids", "unit3"]
 
@@ -37,6 +38,8 @@ class Solid:
         geometry: as described.
         clear: whether it is drawn half transparent.
         point: whether it stands for a particle, at whatever size it is drawn.
+        contour: shape (n, 3), of its teeth, in the world; None if it has none [m].
+        hollow: whether these point inwards.
     """
 
     body: str
@@ -48,6 +51,8 @@ class Solid:
     geometry: Box | Cylinder | Sphere
     clear: bool
     point: bool = False
+    contour: Floats | None = None
+    hollow: bool = False
 
 
 def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
@@ -57,12 +62,41 @@ def solids(mechanism: Mechanism, poses: Floats) -> Iterator[Solid]:
         mechanism: whose bodies.
         poses: shape (nb, 4, 4).
     """
+    toothed = teeth_of(mechanism)
     for body, pose in zip(mechanism.bodies, poses, strict=True):
         for shape in body.shapes:
             point = all(isinstance(entry, (int, float)) and entry == 0 for entry in shape.inertia)
             for visual in shape.visuals:
                 for solid in _solid(mechanism, body.name, pose, visual):
-                    yield replace(solid, point=point and solid.kind == "ball")
+                    teeth = _find_teeth(mechanism, solid, toothed)
+                    yield replace(
+                        solid,
+                        point=point and solid.kind == "ball",
+                        contour=None if teeth is None else _outline(mechanism, teeth, pose),
+                        hollow=isinstance(teeth, WheelTeeth) and teeth.internal,
+                    )
+
+
+def _find_teeth(mechanism: Mechanism, solid: Solid, toothed: tuple[Toothed, ...]) -> Toothed | None:
+    """The teeth on a wheel's or a ring's cylinder, or a rack's box."""
+    for teeth in toothed:
+        if teeth.body != solid.body:
+            continue
+        if isinstance(teeth, RackTeeth):
+            fits = solid.kind == "box"
+        else:
+            more = solid.size / mechanism.evaluate(teeth.radius) - 1
+            fits = solid.kind == "cylinder" and (more > 0 if teeth.internal else abs(more) < 1e-6)
+        if fits:
+            return teeth
+    return None
+
+
+def _outline(mechanism: Mechanism, teeth: Toothed, pose: Floats) -> Floats:
+    """The contour of teeth in the world, shape (n, 3)."""
+    size = teeth.module if isinstance(teeth, RackTeeth) else teeth.radius
+    local = teeth.outline(mechanism.evaluate(size))
+    return np.asarray(local @ pose[:3, :3].T + pose[:3, 3])
 
 
 def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Iterator[Solid]:
@@ -118,8 +152,10 @@ def outline(solid: Solid, camera: Camera) -> Iterator[Mark]:
         yield from _box(solid, camera)
     elif solid.kind == "rod":
         yield from _bar(solid, camera)
-    else:
+    elif solid.contour is None or solid.hollow:
         yield from _cylinder(solid, camera)
+    if solid.contour is not None:
+        yield Stroke(camera.at(solid.contour), "bar" if solid.hollow else "body", closed=True)
 
 
 def radius_of(solid: Solid, camera: Camera) -> float:

@@ -195,7 +195,7 @@ def stands_on_columns(setting: Setting, joint: Prismatic) -> bool:
     offset, axis = setting.seat(joint) - setting.point(joint.parent), setting.axis(joint)
     raised = float(np.linalg.norm(offset - (offset @ axis) * axis)) * setting.camera.scale
     sprung = loads_in(setting.mechanism.forces, joint.name, "spring")
-    return bool(sprung) and raised > 24
+    return bool(sprung) and raised > 24 and not setting.has_teeth(joint.child)
 
 
 def wall(at: Point, outward: Point) -> Iterator[Mark]:

@@ -59,7 +59,7 @@ def build(
     sun, arm = coordinate("sun"), coordinate("arm")
     ring = rs + 2 * rp
     bar = Visual(Box((0.03, 0.02, rs + rp)), Placement((0, -0.06, (rs + rp) / 2)), ORANGE)
-    band = Visual(Cylinder(1.1 * ring, 0.02), Placement((0, 0.06, 0), (QUARTER, 0, 0)))
+    band = Visual(Cylinder(1.1 * ring, 0.02), Placement((0, 0.03, 0), (QUARTER, 0, 0)))
     return Mechanism(
         name="planetary_gear",
         bodies=(
@@ -107,7 +107,7 @@ def build(
 def wheel(mass: Parameter | int, r: Parameter, inertia: Parameter) -> Shape:
     """Return a wheel with a mark."""
     rim = Visual(Cylinder(r, 0.04), Placement(rpy=(QUARTER, 0, 0)))
-    mark = Visual(Box((0.1 * r, 0.06, 1.7 * r)), rgba=ORANGE)
+    mark = Visual(Box((0.1 * r, 0.06, 1.4 * r)), rgba=ORANGE)
     return Shape(mass, (0, 0, 0), (inertia / 2, inertia, inertia / 2, 0, 0, 0), (rim, mark))
 
 

@@ -53,13 +53,13 @@ def build(
     g: Parameter,
 ) -> Mechanism:
     """Return the pinion above the rack."""
-    mark = massless(Visual(Box((0.2 * r, 0.06, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+    mark = massless(Visual(Box((0.2 * r, 0.06, 1.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
     return Mechanism(
         name="rack_and_pinion",
         bodies=(
             Body("ground"),
             Body("pinion", disk(m, r, 0.05).at(rpy=(QUARTER, 0, 0)), mark),
-            Body("rack", box(M, (8 * r, 0.05, 0.4 * r)).at((0, 0, -0.2 * r))),
+            Body("rack", box(M, (8 * r, 0.05, 0.4 * r)).at((0, 0, -0.37 * r))),
         ),
         joints=(
             Revolute("axle", "ground", "pinion", axis=(0, -1, 0), coordinate="turn"),

@@ -20,6 +20,7 @@ from mecanique.generation.quantities import QUANTITIES, Quantity
 from mecanique.generation.targets.javascript import functions
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.model.teeth import visuals_of
 from mecanique.motion.record.motion import Motion
 from mecanique.verification.states.random import random_states
 from mecanique.viewing.engine.agreement import find_unknown
@@ -184,8 +185,9 @@ class Maker:
 
     def _find_resized(self) -> Iterator[tuple[Resized, list[Any]]]:
         """Shapes that depend on a parameter, with size and place on the tape."""
+        drawn = visuals_of(self._mechanism)
         for k, body in enumerate(self._mechanism.bodies):
-            solids = [visual for visual in body.visuals if sizes_of(visual)]
+            solids = [visual for visual in drawn[body.name] if sizes_of(visual)]
             for j, visual in enumerate(solids):
                 entries = self._columns.shape(visual)
                 if any(isinstance(value_of(entry), int) for entry in entries):

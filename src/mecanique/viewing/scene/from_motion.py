@@ -10,6 +10,7 @@ from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.teeth import visuals_of
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.motion import Motion
@@ -56,12 +57,13 @@ def scene_of(
     mechanism: Mechanism = motion.mechanism
     poses: Floats = motion.poses()
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
+    visuals = visuals_of(mechanism)
     shown = actions_of(motion) if actions is None else actions
     return Scene(
         title=mechanism.name.replace("_", " ").capitalize(),
         t=motion.t,
         bodies=tuple(
-            SceneBody(body.name, tuple(_shapes(mechanism, body.visuals)))
+            SceneBody(body.name, tuple(_shapes(mechanism, visuals[body.name])))
             for body in mechanism.bodies
         ),
         positions=poses[:, :, :3, 3],

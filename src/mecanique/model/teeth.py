@@ -1,0 +1,354 @@
+"""How gears and racks are drawn: with teeth that mesh.
+
+Nothing in the mechanics depends on teeth. Their module is one for all wheels that mesh, such that
+the smallest has as few teeth as make all numbers whole; they reach one module beyond the pitch
+circle and 1.25 modules to the root (ISO 53).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import atan2, cos, hypot, pi, sin
+from typing import TypeAlias, final
+
+import numpy as np
+
+from mecanique.arrays import Array
+from mecanique.model.bodies.visuals import Box, Cylinder, Visual
+from mecanique.model.constraints.elements import Gear, Rack
+from mecanique.model.expression import Scalar
+from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.placement import Placement
+
+__all__ = ["RackTeeth", "Toothed", "WheelTeeth", "teeth_of", "visuals_of"]
+
+_FEWEST, _MOST = 15, 40
+"""Teeth of the smallest wheel, from … to."""
+
+_WHOLE = 0.02
+"""A number of teeth this near to a whole one is whole."""
+
+_TIP, _ROOT = 1.0, 1.25
+"""Height above and below the pitch line, in modules."""
+
+_NARROW, _WIDE = 0.28, 0.72
+"""Width of a tooth at its tip and at its root, as a part of the pitch."""
+
+
+@final
+@dataclass(frozen=True)
+class WheelTeeth:
+    """The teeth of a wheel, about the origin of its body.
+
+    Args:
+        body: its name.
+        axes: shape (3, 3), columns: two normals to its axis, and the axis, in the body's frame.
+        radius: pitch radius [m].
+        count: of teeth.
+        phase: angle of one of them from the first column [rad].
+        internal: whether they point inwards.
+        width: along the axis [m].
+    """
+
+    body: str
+    axes: Array
+    radius: Scalar
+    count: int
+    phase: float
+    internal: bool
+    width: Scalar
+
+    @property
+    def module(self) -> Scalar:
+        """Pitch over π [m]."""
+        return 2 * self.radius / self.count
+
+    def outline(self, radius: float) -> Array:
+        """Return the contour, shape (n, 3), in the body's frame.
+
+        Args:
+            radius: the pitch radius as a number [m].
+        """
+        module, sign = 2 * radius / self.count, -1 if self.internal else 1
+        heights = sign * module * np.array([-_ROOT, _TIP, _TIP, -_ROOT])
+        places = np.array([-_WIDE, -_NARROW, _NARROW, _WIDE]) / 2
+        turn = self.phase + (np.arange(self.count)[:, None] + places) * (2 * pi / self.count)
+        r = radius + np.broadcast_to(heights, turn.shape)
+        flat = np.stack([r * np.cos(turn), r * np.sin(turn)], axis=-1).reshape(-1, 2)
+        found: Array = flat @ self.axes[:, :2].T
+        return found
+
+    def visuals(self) -> Iterator[Visual]:
+        """Yield a box for each tooth."""
+        middle = (_ROOT - _TIP) / 2 * (1 if self.internal else -1)
+        height = (_TIP + _ROOT) * self.module
+        size = (height, (_NARROW + _WIDE) / 2 * pi * self.module, self.width)
+        for k in range(self.count):
+            angle = self.phase + 2 * pi * k / self.count
+            out = self.axes[:, 0] * cos(angle) + self.axes[:, 1] * sin(angle)
+            turn = np.stack([out, np.cross(self.axes[:, 2], out), self.axes[:, 2]], axis=1)
+            far = self.radius + middle * self.module
+            x, y, z = (far * float(c) for c in out)
+            yield Visual(Box(size), Placement((x, y, z), _angles(turn)))
+
+
+@final
+@dataclass(frozen=True)
+class RackTeeth:
+    """The teeth of a rack.
+
+    Args:
+        body: its name.
+        axes: shape (3, 3), columns: along the pitch line, from it to the wheel, and across.
+        start: shape (3,), the middle of a tooth on the pitch line, in the body's frame [m].
+        module: pitch over π [m].
+        reach: shape (2,), how far they go along the pitch line, from `start` [m].
+        width: across [m].
+    """
+
+    body: str
+    axes: Array
+    start: Array
+    module: Scalar
+    reach: tuple[float, float]
+    width: Scalar
+
+    def _numbers(self, pitch: float) -> range:
+        first, last = (reach / pitch for reach in self.reach)
+        return range(int(np.ceil(first + _WIDE / 2)), int(np.floor(last - _WIDE / 2)) + 1)
+
+    def outline(self, module: float) -> Array:
+        """Return the contour of the teeth, shape (n, 3), in the body's frame.
+
+        Args:
+            module: as a number [m].
+        """
+        pitch = pi * module
+        heights = np.array([-_ROOT, _TIP, _TIP, -_ROOT]) * module
+        places = np.array([-_WIDE, -_NARROW, _NARROW, _WIDE]) / 2 * pitch
+        along = np.concatenate([k * pitch + places for k in self._numbers(pitch)])
+        high = np.tile(heights, len(along) // 4)
+        found: Array = (
+            self.start + along[:, None] * self.axes[:, 0] + high[:, None] * self.axes[:, 1]
+        )
+        return found
+
+    def visuals(self, module: float) -> Iterator[Visual]:
+        """Yield a box for each tooth.
+
+        Args:
+            module: as a number [m].
+        """
+        pitch = pi * module
+        size = ((_NARROW + _WIDE) / 2 * pitch, (_TIP + _ROOT) * module, self.width)
+        for k in self._numbers(pitch):
+            at = self.start + k * pitch * self.axes[:, 0]
+            at = at + (_TIP - _ROOT) / 2 * module * self.axes[:, 1]
+            x, y, z = at.tolist()
+            yield Visual(Box(size), Placement((x, y, z), _angles(self.axes)))
+
+
+Toothed: TypeAlias = WheelTeeth | RackTeeth
+
+
+def visuals_of(mechanism: Mechanism) -> dict[str, tuple[Visual, ...]]:
+    """Return what is drawn of each body, by name: its visuals, its wheels with teeth.
+
+    Args:
+        mechanism: whose bodies.
+    """
+    found = {body.name: body.visuals for body in mechanism.bodies}
+    for teeth in teeth_of(mechanism):
+        own = found[teeth.body]
+        if isinstance(teeth, RackTeeth):
+            found[teeth.body] = (*own, *teeth.visuals(mechanism.evaluate(teeth.module)))
+            continue
+        color = next((v.rgba for v in own if _is_pitch(mechanism, v, teeth.radius)), None)
+        own = tuple(_to_root(mechanism, visual, teeth) for visual in own)
+        found[teeth.body] = (*own, *(replace(tooth, rgba=color) for tooth in teeth.visuals()))
+    return found
+
+
+def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
+    """Return the teeth of all spur wheels and racks of a mechanism; at its zero position they mesh.
+
+    Args:
+        mechanism: whose elements.
+    """
+    meshes = [mesh for mesh in mechanism.elements if isinstance(mesh, (Gear, Rack))]
+    if not meshes:
+        return ()
+    poses = _poses(mechanism)
+    found: dict[tuple[str, bool], Toothed] = {}
+    waiting = [mesh for mesh in meshes if _is_flat(mechanism, mesh, poses)]
+    counts = _count(mechanism, waiting)
+    while waiting:
+        # what meshes with wheels that have teeth comes first
+        known = {body for body, _ in found}
+        ends = {id(m): {mechanism.joint(name).child for name in m.joints} for m in waiting}
+        mesh = next((m for m in waiting if ends[id(m)] & known), waiting[0])
+        waiting.remove(mesh)
+        for teeth in _mesh(mechanism, mesh, poses, counts[id(mesh)], found):
+            key = teeth.body, isinstance(teeth, WheelTeeth) and teeth.internal
+            found.setdefault(key, teeth)
+    return tuple(found.values())
+
+
+def _mesh(
+    mechanism: Mechanism,
+    mesh: Gear | Rack,
+    poses: dict[str, Array],
+    counts: tuple[int, int],
+    found: dict[tuple[str, bool], Toothed],
+) -> Iterator[Toothed]:
+    """The teeth of both parts of a mesh; a tooth of one is between two of the other."""
+    wheel, other = (mechanism.joint(name) for name in mesh.joints)
+    assert isinstance(wheel, Revolute)
+    A, B = poses[wheel.child], poses[other.child]
+    n = A[:3, :3] @ np.array(wheel.axis)
+    point = mesh.point if isinstance(mesh, Rack) else (0.0, 0.0, 0.0)
+    d = B[:3, :3] @ mechanism.evaluate_all(point) + B[:3, 3] - A[:3, 3]
+    if isinstance(other, Prismatic):
+        line = B[:3, :3] @ np.array(other.axis)
+        d = d - (d @ line) * line
+    d = d - (d @ n) * n
+    u = d / np.linalg.norm(d)
+    t = np.cross(n, u)
+    radius = mechanism.evaluate(mesh.radius)
+    pitch = 2 * pi * radius / counts[0]
+    internal = isinstance(mesh, Gear) and mesh.internal
+    width = _width(mechanism, wheel.child, mesh.radius) or pitch
+    if isinstance(mesh, Gear):
+        width = _width(mechanism, other.child, mesh.other_radius) or width
+    side = 1 if internal else -1  # of the other's center, where they touch
+    known, partner = found.get((wheel.child, internal)), found.get((other.child, False))
+    apart = 0.0  # along t, of a tooth of the wheel from where the pitch circles touch [m]
+    if isinstance(known, WheelTeeth):
+        apart = radius * _turn_of(known, A, n, u)
+    elif isinstance(partner, WheelTeeth) and isinstance(mesh, Gear):
+        apart = side * mechanism.evaluate(mesh.other_radius) * _turn_of(partner, B, n, side * u)
+        apart += pitch / 2
+    yield _wheel(wheel.child, A, (u, t, n), mesh.radius, counts[0], apart / radius, internal, width)
+    between = apart + pitch / 2
+    if isinstance(mesh, Gear):
+        size = mechanism.evaluate(mesh.other_radius)
+        frame = side * u, side * t, n
+        turn = side * between / size
+        yield _wheel(other.child, B, frame, mesh.other_radius, counts[1], turn, False, width)
+        return
+    turn = B[:3, :3].T
+    start = turn @ (A[:3, 3] + radius * u + between * t - B[:3, 3])
+    axes = turn @ np.stack([t, -u, np.cross(t, -u)], axis=1)
+    module = 2 * mesh.radius / counts[0]
+    reach = _reach(mechanism, other.child, start, axes[:, 0]) or (-4 * pitch, 4 * pitch)
+    yield RackTeeth(other.child, axes, start, module, reach, width)
+
+
+def _wheel(
+    body: str,
+    pose: Array,
+    frame: tuple[Array, Array, Array],
+    radius: Scalar,
+    count: int,
+    phase: float,
+    internal: bool,
+    width: Scalar,
+) -> WheelTeeth:
+    axes = pose[:3, :3].T @ np.stack(frame, axis=1)
+    return WheelTeeth(body, axes, radius, count, phase, internal, width)
+
+
+def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[int, int]]:
+    """Numbers of teeth of both wheels of each mesh, by its identity."""
+    radii = {}
+    for mesh in meshes:
+        pair = [mesh.radius, mesh.other_radius if isinstance(mesh, Gear) else mesh.radius]
+        radii[id(mesh)] = tuple(mechanism.evaluate_all(pair))
+    if not radii:
+        return {}
+    sizes = np.array(list(radii.values()))
+    least = sizes.min()
+
+    def miss(fewest: int) -> float:
+        counts = fewest * sizes / least
+        return float(np.abs(counts - np.round(counts)).max())
+
+    fewest = min(range(_FEWEST, _MOST + 1), key=lambda k: (miss(k) > _WHOLE) * miss(k))
+    found = {}
+    for key, (a, b) in radii.items():
+        found[key] = round(fewest * a / least), round(fewest * b / least)
+    return found
+
+
+def _poses(mechanism: Mechanism) -> dict[str, Array]:
+    """Where the bodies are while all joint coordinates are zero, by name."""
+    poses: dict[str, Array] = {mechanism.ground: np.eye(4)}
+    for joint in mechanism.tree:
+        poses[joint.child] = poses[joint.parent] @ mechanism.matrix(joint.origin)
+    return poses
+
+
+def _is_flat(mechanism: Mechanism, mesh: Gear | Rack, poses: dict[str, Array]) -> bool:
+    """Whether a mesh is one of spur wheels, whose axes are parallel, or of a rack."""
+    a, b = (mechanism.joint(name) for name in mesh.joints)
+    if not isinstance(a, Revolute) or not isinstance(b, Revolute | Prismatic):
+        return False
+    n, line = (poses[joint.child][:3, :3] @ np.array(joint.axis) for joint in (a, b))
+    return isinstance(mesh, Rack) or bool(np.linalg.norm(np.cross(n, line)) < 1e-6)
+
+
+def _is_pitch(mechanism: Mechanism, visual: Visual, radius: Scalar) -> bool:
+    """Whether a visual is the cylinder of a pitch circle."""
+    if not isinstance(visual.geometry, Cylinder):
+        return False
+    size = mechanism.evaluate(radius)
+    return abs(mechanism.evaluate(visual.geometry.radius) - size) < 1e-6 * size
+
+
+def _width(mechanism: Mechanism, body: str, radius: Scalar) -> Scalar | None:
+    """How wide a wheel is drawn."""
+    for visual in mechanism.body(body).visuals:
+        if isinstance(visual.geometry, Cylinder) and _is_pitch(mechanism, visual, radius):
+            return visual.geometry.length
+    return None
+
+
+def _to_root(mechanism: Mechanism, visual: Visual, teeth: WheelTeeth) -> Visual:
+    """A wheel drawn to the root of its teeth, not to its pitch circle."""
+    if teeth.internal or not _is_pitch(mechanism, visual, teeth.radius):
+        return visual
+    assert isinstance(visual.geometry, Cylinder)
+    radius = visual.geometry.radius - _ROOT * teeth.module
+    return replace(visual, geometry=replace(visual.geometry, radius=radius))
+
+
+def _reach(
+    mechanism: Mechanism, body: str, start: Array, along: Array
+) -> tuple[float, float] | None:
+    """How far a body's boxes reach along a direction."""
+    found = []
+    for visual in mechanism.body(body).visuals:
+        if isinstance(visual.geometry, Box):
+            pose = mechanism.matrix(visual.placement)
+            half = np.array(mechanism.evaluate_all(visual.geometry.size)) / 2
+            middle = float((pose[:3, 3] - start) @ along)
+            wide = float(np.abs(pose[:3, :3].T @ along) @ half)
+            found.append((middle - wide, middle + wide))
+    return max(found, key=lambda reach: reach[1] - reach[0], default=None)
+
+
+def _turn_of(teeth: WheelTeeth, pose: Array, n: Array, toward: Array) -> float:
+    """By which angle about n, in the world, a tooth is away from a direction."""
+    x, y, z = (pose[:3, :3] @ teeth.axes).T
+    angle = teeth.phase - atan2(float(y @ toward), float(x @ toward))
+    return angle if z @ n > 0 else -angle
+
+
+def _angles(turn: Array) -> tuple[float, float, float]:
+    """Roll, pitch and yaw of a rotation matrix."""
+    (a, _, _), (b, _, _), (c, d, e) = turn.tolist()
+    if hypot(a, b) < 1e-9:
+        return 0.0, atan2(-c, 0.0), atan2(-float(turn[0, 1]), float(turn[1, 1]))
+    return atan2(d, e), atan2(-c, hypot(a, b)), atan2(b, a)
