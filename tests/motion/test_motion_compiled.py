@@ -200,6 +200,39 @@ def test_without_a_compiler_there_is_a_clear_message(monkeypatch: pytest.MonkeyP
     assert not motion.method.startswith("compiled")
 
 
+def test_compiled_steps_end_where_a_chart_ends() -> None:
+    """A point on a circle by its abscissa: the same place and time as by the reference."""
+    point = textbook.load("particle_on_circle_x")
+    ends = []
+    for method in ("compiled", "dop853"):
+        with pytest.raises(IntegrationError, match=r"chart x of 'particle_on_circle_x' ends") as no:
+            simulate(point, v={"x": 2.0}, duration=5.0, rtol=1e-10, method=method)
+        ends.append(no.value.motion)
+    fast, slow = ends
+    assert [event.name for event in fast.events] == ["end of chart x"]
+    assert fast.t[-1] == pytest.approx(slow.t[-1], abs=1e-10)
+    np.testing.assert_allclose(fast["x"], slow["x"], atol=1e-10)
+    assert fast["x"][-1] == pytest.approx(0.998)
+    # within its chart it comes to its end
+    whole = simulate(point, v={"x": 0.5}, duration=2.0, rtol=1e-10, method="compiled")
+    assert whole.t[-1] == 2.0
+    assert not whole.events
+
+
+def test_what_rolls_is_compiled_though_its_lean_is_limited() -> None:
+    coin = textbook.load("rolling_coin")
+    high = coin.values["r"] * np.cos(0.3)
+    start: dict[str, Any] = {"q": {"z": high, "lean": 0.3}, "duration": 3.0, "rtol": 1e-9}
+    with pytest.raises(IntegrationError, match=r"chart lean of 'rolling_coin' ends") as no:
+        simulate(coin, v={"lean": 2.0}, method="compiled", **start)
+    flat = no.value.motion
+    assert [event.name for event in flat.events] == ["rim would pull", "end of chart lean"]
+    assert drift(flat, np.linspace(0.0, float(flat.t[-1]), 9)) < 1e-9
+    upright = simulate(coin, v={"spin": 20.0, "lean": 0.0}, method="compiled", **start)
+    slow = simulate(coin, v={"spin": 20.0, "lean": 0.0}, method="dop853", **start)
+    np.testing.assert_allclose(upright.q, slow.q, atol=1e-8)
+
+
 def test_what_compiled_steps_do_not_know_is_refused(linkage: Mechanism) -> None:
     event = Event("up", coordinate("phi") - 1.2)
     with pytest.raises(InputError, match="method 'compiled' watches for no events, got 'up'"):

@@ -165,7 +165,8 @@ def visuals_of(mechanism: Mechanism) -> dict[str, tuple[Visual, ...]]:
         if isinstance(teeth, RackTeeth):
             found[teeth.body] = (*own, *teeth.visuals(mechanism.evaluate(teeth.module)))
             continue
-        color = next((v.rgba for v in own if _is_pitch(mechanism, v, teeth.radius)), None)
+        rims = [v for v in own if teeth.internal or _is_pitch(mechanism, v, teeth.radius)]
+        color = rims[0].rgba if rims else None
         own = tuple(_to_root(mechanism, visual, teeth) for visual in own)
         found[teeth.body] = (*own, *(replace(tooth, rgba=color) for tooth in teeth.visuals()))
     return found
@@ -187,13 +188,17 @@ def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
     while waiting:
         # what meshes with wheels that have teeth comes first
         known = {body for body, _ in found}
-        ends = {id(m): {mechanism.joint(name).child for name in m.joints} for m in waiting}
-        mesh = next((m for m in waiting if ends[id(m)] & known), waiting[0])
+        mesh = next((m for m in waiting if known & _parts(mechanism, m)), waiting[0])
         waiting.remove(mesh)
         for teeth in _mesh(mechanism, mesh, poses, counts[id(mesh)], found):
             key = teeth.body, isinstance(teeth, WheelTeeth) and teeth.internal
             found.setdefault(key, teeth)
     return tuple(found.values())
+
+
+def _parts(mechanism: Mechanism, mesh: Gear | Rack) -> set[str]:
+    """The bodies that mesh."""
+    return {mechanism.joint(name).child for name in mesh.joints}
 
 
 def _mesh(

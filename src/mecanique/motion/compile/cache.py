@@ -39,7 +39,7 @@ _DERIVING_LOOPS = 0.015
 _CLOSING = 2e-4
 """Time to close one random state is about this times the square of the size [s]."""
 
-_COMPILING = 0.05
+_COMPILING = 0.08
 """Time to compile equations in C, for each velocity, roughly [s]."""
 
 OPERATIONS_OF_LINE = 2

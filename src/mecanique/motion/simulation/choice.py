@@ -39,7 +39,7 @@ STEPS = 1200
 PAYOFF = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
 
-LOOP_STEPS = 6
+LOOP_STEPS = 10
 """Steps of a closed mechanism after which to see whether its equations are to be derived."""
 
 LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 3e-5, "compiled": 1e-5}
@@ -113,8 +113,9 @@ def first_choice(problem: Problem, method: str) -> Choice:
         DerivationError: if the method needs a closed form and there is none.
     """
     code, reference = problem.code, problem.reference
-    if method in ("taylor", "compiled") and problem.events:
-        names = ", ".join(repr(event.name) for event in problem.events)
+    blind = {"taylor": problem.events, "compiled": problem.asked}.get(method, ())
+    if blind:
+        names = ", ".join(repr(event.name) for event in blind)
         raise InputError(
             f"method {method!r} watches for no events, got {names}; expected another method: "
             "'closed_form', or 'auto', which takes one that does"
@@ -228,7 +229,7 @@ def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -
         "dop853": (steps - LOOP_STEPS) * by_reference / PAYOFF_OF_LOOPS,
         "closed_form": deriving + steps * by_program,
     }
-    if has_compiler() and not problem.events and not _is_blind(problem):
+    if has_compiler() and not problem.asked and not _is_blind(problem):
         compiling = deriving + code.seconds_to_compile(operations)
         seconds["compiled"] = compiling + steps * LOOP_STEP_SECONDS["compiled"]
     return min(seconds, key=lambda method: seconds[method])

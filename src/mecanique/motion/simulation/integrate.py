@@ -6,6 +6,7 @@ import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -17,7 +18,7 @@ from mecanique.motion.record.curve import Curve, State
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.arguments import kinks
 from mecanique.motion.simulation.choice import Choice, may_change, worth_reconsidering
-from mecanique.motion.simulation.integrators.compiled import integrate_in_c
+from mecanique.motion.simulation.integrators.compiled import Watched, integrate_in_c
 from mecanique.motion.simulation.integrators.methods import (
     METHODS,
     EquationsError,
@@ -43,7 +44,7 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
     if choice.method == "taylor":
         return integrate_series(problem, choice.optimized)
     if choice.method == "compiled":
-        return integrate_in_c(problem, choice.share)
+        return integrate_in_c(problem, choice.share, partial(_watch, choice))
     if problem.loops is not None and isinstance(choice.equations, ClosedProgram):
         problem = problem.with_way_back(choice.equations.close)
     task, steps = _task(problem, choice), Steps()
@@ -75,6 +76,14 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         task.rtol,
         partial(_course, problem, choice, task, steps, watcher, outcome),
     )
+
+
+def _watch(choice: Choice, problem: Problem, task: Task, steps: Steps) -> Watched:
+    """Integrate on by dop853 to an event; return how that ends, and what gives the events."""
+    watcher = Watcher(problem, task, steps, Interruption(), None)
+    choice = replace(choice, method="dop853")
+    outcome = _integrate_stretches(problem, choice, task, steps, watcher)
+    return Watched(outcome, watcher.occurrences)
 
 
 def _task(problem: Problem, choice: Choice) -> Task:

@@ -39,6 +39,7 @@ class Problem:
         max_step: longest step, infinite if it need not be bounded [s].
         max_steps: most steps.
         events: what to watch for.
+        ends: of these, those at which a coordinate comes to the end of its chart.
         progress: called with the fraction done.
     """
 
@@ -54,7 +55,13 @@ class Problem:
     max_step: float
     max_steps: int
     events: tuple[Event, ...]
+    ends: tuple[Event, ...]
     progress: Callable[[float], object] | None
+
+    @property
+    def asked(self) -> tuple[Event, ...]:
+        """The events that were asked for."""
+        return tuple(event for event in self.events if event not in self.ends)
 
     @property
     def code(self) -> Compiled:

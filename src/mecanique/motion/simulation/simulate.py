@@ -135,7 +135,8 @@ def simulate(
     if isinstance(max_steps, bool) or not isinstance(max_steps, (int, np.integer)) or max_steps < 1:
         raise InputError(f"expected a whole number of at least 1 for max_steps, got {max_steps!r}")
     events = (*events, *joint_events(mechanism, start, limits))
-    watched = (*events, *limit_events(mechanism, start))
+    ends = limit_events(mechanism, start)
+    watched = (*events, *ends)
     longest = longest_step(mechanism, end - t0, max_step, watched)
     own = reference is not None
     if reference is None:
@@ -162,6 +163,7 @@ def simulate(
         max_step=longest,
         max_steps=int(max_steps),
         events=watched,
+        ends=ends,
         progress=progress,
     )
 

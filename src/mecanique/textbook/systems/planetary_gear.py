@@ -26,6 +26,7 @@ from mecanique.model import (
     Visual,
     coordinate,
 )
+from mecanique.model.bodies.visuals import Rgba
 from mecanique.textbook.facts import (
     Acceleration,
     Conserved,
@@ -40,6 +41,7 @@ from mecanique.textbook.system import System
 QUARTER = 1.5707963267948966
 ACROSS = (0.0, -1.0, 0.0)
 ORANGE = (0.9, 0.6, 0.0, 1.0)
+BLUE, GREEN, PALE = (0.0, 0.38, 0.63, 1.0), (0.0, 0.52, 0.42, 1.0), (0.72, 0.76, 0.8, 1.0)
 
 
 def build(
@@ -59,14 +61,14 @@ def build(
     sun, arm = coordinate("sun"), coordinate("arm")
     ring = rs + 2 * rp
     bar = Visual(Box((0.03, 0.02, rs + rp)), Placement((0, -0.06, (rs + rp) / 2)), ORANGE)
-    band = Visual(Cylinder(1.1 * ring, 0.02), Placement((0, 0.03, 0), (QUARTER, 0, 0)))
+    band = Visual(Cylinder(1.1 * ring, 0.02), Placement((0, 0.03, 0), (QUARTER, 0, 0)), PALE)
     return Mechanism(
         name="planetary_gear",
         bodies=(
             Body("ground"),
-            Body("sun", wheel(0, rs, Js)),
+            Body("sun", wheel(0, rs, Js, BLUE)),
             Body("arm", Shape(0, (0, 0, 0), (Ja, Ja, Ja, 0, 0, 0), (bar,))),
-            Body("planet", wheel(m, rp, Jp)),
+            Body("planet", wheel(m, rp, Jp, GREEN)),
             Body("ring", Shape(0, (0, 0, 0), (Jr / 2, Jr, Jr / 2, 0, 0, 0), (band,))),
         ),
         joints=(
@@ -104,9 +106,9 @@ def build(
     )
 
 
-def wheel(mass: Parameter | int, r: Parameter, inertia: Parameter) -> Shape:
+def wheel(mass: Parameter | int, r: Parameter, inertia: Parameter, color: Rgba) -> Shape:
     """Return a wheel with a mark."""
-    rim = Visual(Cylinder(r, 0.04), Placement(rpy=(QUARTER, 0, 0)))
+    rim = Visual(Cylinder(r, 0.04), Placement(rpy=(QUARTER, 0, 0)), color)
     mark = Visual(Box((0.1 * r, 0.06, 1.4 * r)), rgba=ORANGE)
     return Shape(mass, (0, 0, 0), (inertia / 2, inertia, inertia / 2, 0, 0, 0), (rim, mark))
 

@@ -9,6 +9,7 @@ from typing import final
 import numpy as np
 
 from mecanique.model.bodies.visuals import Cylinder, Visual
+from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.forces import LineLoad, loads_in
 from mecanique.model.joints import Prismatic
@@ -64,10 +65,12 @@ def spans_of(mechanism: Mechanism) -> Iterator[Span]:
         if loop.kind == "distance":
             a, b = Spot(loop.body_a, loop.frame_a.xyz), Spot(loop.body_b, loop.frame_b.xyz)
             yield Span(loop.name, "rod", (a, b))
+    cords = [each for each in mechanism.elements if isinstance(each, Cord | Belt)]
+    held = {stop.body for cord in cords for stop in cord.stops}
     for joint in mechanism.joints:
         # a slide without a visible body is shown by the cable or the spring that spans it
         if isinstance(joint, Prismatic) and (
-            joint.name in sprung or joint.parent != mechanism.ground
+            joint.name in sprung or (joint.parent != mechanism.ground and joint.child not in held)
         ):
             a, b = Spot(joint.parent, joint.origin.xyz), Spot(joint.child, (0.0, 0.0, 0.0))
             kind: LineKind = "spring" if joint.name in sprung else "rod"

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import final
+from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.python import owning
 from mecanique.motion.compile.stepper import NEAR, March, Stepper, Tolerances
-from mecanique.motion.record.curve import State
+from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.record.events import Occurrence
 from mecanique.motion.record.steps import Steps
 from mecanique.motion.simulation.integrators.headway import Headway
 from mecanique.motion.simulation.integrators.methods import (
@@ -25,7 +27,7 @@ from mecanique.motion.simulation.integrators.refinement import refine, step_accu
 from mecanique.motion.simulation.outcome import Kind, Outcome
 from mecanique.motion.simulation.problem import Course, Integration, Problem
 
-__all__ = ["integrate_in_c"]
+__all__ = ["Watched", "integrate_in_c"]
 
 _KINDS: dict[str, Kind] = {
     "end": "end",
@@ -40,12 +42,37 @@ _AWAY = 2.0
 """Compiled steps go on this many times as far from a singular position as they stop before it."""
 
 
-def integrate_in_c(problem: Problem, share: float) -> Integration:
+_PLACES = (0.25, 0.5, 0.75)
+"""Fractions of a step, besides its end, at which to see whether a chart has ended."""
+
+
+_Events: TypeAlias = Callable[[Curve], tuple[Occurrence, ...]]
+"""Returns the events of a motion, by its curve."""
+
+
+class Watched(NamedTuple):
+    """How a stretch that was watched ended.
+
+    Args:
+        outcome: why.
+        occurrences: returns the events, by the curve.
+    """
+
+    outcome: Outcome
+    occurrences: _Events
+
+
+_Watch: TypeAlias = Callable[[Problem, Task, Steps], Watched]
+"""Integrates on from the last of the steps, adding steps, to the first event."""
+
+
+def integrate_in_c(problem: Problem, share: float, watch: _Watch) -> Integration:
     """Integrate a problem, as far as it goes.
 
     Args:
         problem: what to integrate; it can be compiled.
         share: part of the tolerance that a step may use.
+        watch: goes on from before the end of a coordinate's chart, which no compiled step minds.
     """
     code, reference = problem.code, problem.reference
     stepper, equations = code.stepper(reference), code.rhs(reference)
@@ -57,9 +84,11 @@ def integrate_in_c(problem: Problem, share: float) -> Integration:
     task = Task(owning(equations), False, rtol, atol, restarts=True)
     run, steps = _Run(problem, stepper, march, task, Headway(problem)), Steps()
     steps.add(problem.t0, problem.start, task.rhs(problem.t0, problem.start))
-    outcome = None
+    outcome: Outcome | None = None
+    occurrences: _Events = _no_events
     try:
         while outcome is None:
+            before = len(steps.t) - 1
             reason, t, y, dy = march.advance(problem.end)
             steps.extend(t, y, dy)
             outcome = problem.report(march.t)
@@ -69,6 +98,8 @@ def integrate_in_c(problem: Problem, share: float) -> Integration:
                 outcome = run.pass_by(steps)
             elif outcome is None and reason != "room":
                 outcome = Outcome(_KINDS[reason])
+            if (last := _find_end_of_chart(problem, steps, before, reason)) is not None:
+                outcome, occurrences = run.watch_from(last, steps, watch)
     except KeyboardInterrupt:
         outcome = Outcome("interrupted")
     return Integration(
@@ -78,8 +109,35 @@ def integrate_in_c(problem: Problem, share: float) -> Integration:
         steps.taken,
         march.evaluations + steps.evaluations,
         rtol,
-        partial(run.sample, steps, outcome),
+        partial(run.sample, steps, outcome, occurrences),
     )
+
+
+def _no_events(curve: Curve) -> tuple[Occurrence, ...]:
+    return ()
+
+
+def _find_end_of_chart(problem: Problem, steps: Steps, first: int, reason: str) -> int | None:
+    """The step before the one in which a coordinate leaves its chart, from a step on.
+
+    Beyond it the equations may have no numbers, so that a march which stops there has come to it.
+    """
+    if not problem.ends:
+        return None
+    t, y, dy = (np.array(part[first:]) for part in (steps.t, steps.y, steps.dy))
+    h, nq = np.diff(t)[:, None], problem.mechanism.nq
+    outside = np.zeros(len(h), dtype=bool)
+    for x in (*_PLACES, 1.0):
+        # cubic Hermite interpolation is enough to see it
+        a, b = (1 + 2 * x) * (1 - x) ** 2, x * x * (3 - 2 * x)
+        bend = h * x * (1 - x) * ((1 - x) * dy[:-1] - x * dy[1:])
+        there = a * y[:-1] + b * y[1:] + bend
+        for end in problem.ends:
+            quantity = end.quantity(problem.mechanism)
+            outside |= np.asarray(quantity(0.0, there[:, :nq], there[:, nq:])) <= 0
+    if outside.any():
+        return first + int(outside.argmax())
+    return len(steps.t) - 1 if reason in ("off", "small") else None
 
 
 @final
@@ -143,26 +201,58 @@ class _Run:
             return Outcome("end")
         return outcome
 
+    def watch_from(self, last: int, steps: Steps, watch: _Watch) -> Watched:
+        """Integrate on from a step, forgetting those after it.
+
+        Args:
+            last: its number.
+            steps: all so far.
+            watch: integrates.
+        """
+        march, times = self.march, self.problem.times
+        t, y = steps.t[last], steps.y[last]
+        steps.cut(t)
+        march.put(t, y, int(np.searchsorted(times, t, side="right")))
+        own = Steps()
+        own.add(t, y, steps.dy[last])
+        watched = watch(self.problem, self.task, own)
+        if watched.outcome.complete:
+            self._sample_along(own)
+        else:
+            march.put(own.t[-1], own.y[-1], march.passed)
+        steps.evaluations += own.evaluations
+        steps.extend(np.array(own.t[1:]), np.array(own.y[1:]), np.array(own.dy[1:]))
+        return watched
+
     def _sample_along(self, own: Steps) -> None:
         """Note the samples along steps of the reference, and go on from the last."""
-        march, times, loops, k = self.march, self.problem.times, self.problem.loops, 0
+        march, times, k = self.march, self.problem.times, 0
         passed = march.passed
-        assert loops is not None
         while passed < len(times) and times[passed] <= own.t[-1]:
             t = float(times[passed])
             while own.t[k + 1] < t:
                 k += 1
             y = advance_within(self.task, own.t[k], own.y[k], t).y
-            march.samples[passed] = own.y[k + 1] if t == own.t[k + 1] else loops.close(t, y)
+            at_step = t == own.t[k + 1]
+            march.samples[passed] = own.y[k + 1] if at_step else self.problem.correct(t, y)
             passed += 1
         march.put(own.t[-1], own.y[-1], passed)
 
-    def sample(self, steps: Steps, outcome: Outcome) -> Course:
+    def sample(
+        self,
+        steps: Steps,
+        outcome: Outcome,
+        occurrences: _Events,
+    ) -> Course:
         """Return the samples, and the curve through the steps, which is made when asked for."""
         problem, rates, nq = self.problem, self.problem.code.rates, self.problem.mechanism.nq
         passed = self.march.passed
         times, y = problem.times[:passed], self.march.samples[:passed]
-        if not outcome.complete and (not passed or times[-1] < self.march.t):
+        if outcome.kind != "end" and (not passed or times[-1] < self.march.t):
             times, y = np.append(times, self.march.t), np.vstack([y, self.march.y])
         samples = State(times, rates.normalize(y[:, :nq]), y[:, nq:])
-        return Course(samples, partial(refine, problem, self.task, steps, smooth=True))
+        path = partial(refine, problem, self.task, steps, smooth=True)
+        if outcome.kind != "event":
+            return Course(samples, path)
+        curve = path()
+        return Course(samples, curve, occurrences(curve))

@@ -41,7 +41,9 @@ class _Distance:
     margin: float
 
     def __call__(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
-        return self.side * (float(q[self.index]) - self.bound) - self.margin
+        """Return the distance, of many positions at once as well, shape (n, nq)."""
+        distance: float = self.side * (q[..., self.index] - self.bound) - self.margin
+        return distance
 
 
 def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
