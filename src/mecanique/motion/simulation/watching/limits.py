@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import final
+from typing import cast, final
 
 import numpy as np
 
@@ -42,8 +42,7 @@ class _Distance:
 
     def __call__(self, t: float, q: np.ndarray, v: np.ndarray) -> float:
         """Return the distance, of many positions at once as well, shape (n, nq)."""
-        distance: float = self.side * (q[..., self.index] - self.bound) - self.margin
-        return distance
+        return cast("float", self.side * (q[..., self.index] - self.bound) - self.margin)
 
 
 def limit_events(mechanism: Mechanism, start: np.ndarray) -> tuple[Event, ...]:
