@@ -23,8 +23,8 @@ SIGNS = {
     "base_excited_mass": 18,
     "bead_on_hoop": 14,
     "cart_pole": 33,
-    "chained_four_bars": 309,
-    "chaplygin_sleigh": 71,
+    "chained_four_bars": 321,  # the forces λ stand with their bare levers
+    "chaplygin_sleigh": 70,
     "compound_pendulum": 26,
     "coupled_pendulums": 58,
     "crane": 50,
@@ -33,7 +33,7 @@ SIGNS = {
     "dumbbell": 32,
     "elastic_pendulum": 34,
     "foucault_pendulum": 80,
-    "four_bar_linkage": 192,
+    "four_bar_linkage": 198,  # the forces λ stand with their bare levers
     "free_particle": 8,
     "free_planar_body": 8,
     "free_rigid_body": 102,
@@ -46,23 +46,23 @@ SIGNS = {
     "n_link_pendulum": 238,
     "particle_on_circle": 2,
     "particle_on_circle_x": 25,
-    "planetary_gear": 178,
+    "planetary_gear": 177,
     "rack_and_pinion": 15,
     "rigid_bar_pendulum": 10,
-    "rolling_coin": 183,
-    "rolling_disk": 36,
+    "rolling_coin": 192,  # the forces λ stand with their bare levers
+    "rolling_disk": 37,  # the forces λ stand with their bare levers
     "rotating_plate": 14,
     "screw_press": 26,
     "shear_building": 109,
     "simple_pendulum": 8,
     "slider_crank": 77,
     "spherical_pendulum": 30,
-    "squeezer": 473,
+    "squeezer": 458,
     "swinging_atwood_machine": 34,
     "tennis_racket": 57,
     "two_blocks": 19,
     "two_link_arm": 118,
-    "two_wheeled_cart": 1228,
+    "two_wheeled_cart": 1205,
 }
 """Letters, numbers, functions and signs of each system's equations; fewer may be entered."""
 

@@ -100,3 +100,36 @@ def test_numbers_may_vary_from_state_to_state() -> None:
     np.testing.assert_allclose(doubled.mass_matrix(some), 2 * numeric.mass_matrix(some), rtol=1e-14)
     still = numeric.vary(origins={0: np.tile(numeric.origins[0], (2, 1, 1))})
     np.testing.assert_allclose(still.bias(some), numeric.bias(some), rtol=1e-14)
+
+
+INTEGRALS = (
+    "rigid_bar_pendulum",
+    "double_pendulum",
+    "bars_and_springs",
+    "gyroscope",
+    "bead_on_hoop",
+    "foucault_pendulum",
+)
+
+
+@pytest.mark.parametrize("name", INTEGRALS)
+def test_what_is_said_to_be_conserved_is(name: str) -> None:
+    """Its rate is Σ q' (d/dt ∂L/∂q' − ∂L/∂q), which vanishes along a motion."""
+    derivation = derive_system(name).derivation
+    (stage,) = (stage for stage in derivation.stages if stage.title.endswith("ntegral"))
+    (line,) = stage.results
+    ring = derivation.algebra.ring
+    power = ring.sum(
+        ring[name] * row
+        for name, row in zip(derivation.algebra.velocities, derivation.rows, strict=True)
+    )
+    assert power
+    assert (line.right.ddt() - power).vanishes()
+
+
+def test_a_driven_pendulum_conserves_jacobis_integral_not_its_energy() -> None:
+    """Goldstein, Classical Mechanics, 3rd ed., sect. 2.7: the drive of the platform does work."""
+    text = derive_system("bead_on_hoop").text(steps=True)
+    assert "the total energy changes" in " ".join(text.split())
+    assert "\n     h = m R^2 theta'^2/2 - m R^2 W^2 sin(theta)^2/2 - m g R cos(theta)\n" in text
+    assert "\n     E = " not in text

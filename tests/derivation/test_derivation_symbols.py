@@ -11,6 +11,8 @@ from mecanique import Body, Mechanism, Parameter, Revolute, derive, rod, textboo
 from mecanique.derivation import readable
 from mecanique.derivation.document import Document
 from mecanique.derivation.glossary import clashes, meanings
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Left
 
 FUNCTIONS = {"sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "abs"}
 FUNCTIONS |= {"sign", "pi", "d", "dt"}
@@ -94,3 +96,29 @@ def test_a_letter_for_two_things_is_warned_of() -> None:
     assert warning.startswith("Beware: T stands for the length of the rod; alone on the left")
     assert " ".join(warning.split()) in " ".join(equations.text(steps=True).split())
     assert not list(clashes(equations.derivation, steps=False, matrices=False))
+
+
+@pytest.mark.parametrize("name", ["two_blocks", "gyroscope", "coupled_pendulums"])
+def test_each_symbol_of_virtual_work_stands_for_one_thing(name: str) -> None:
+    """A spring pulls two bodies, and the joints of the gyroscope are named like its angles."""
+    derivation = derive_system(name, "virtual_work").derivation
+    found: dict[str, Series] = {}
+    for stage in derivation.stages:
+        for result in stage.results:
+            if isinstance(result.left, Left):
+                known = found.setdefault(result.left.symbol, result.right)
+                assert known == result.right, result.left.symbol
+    meant = [symbol for meaning in meanings(derivation) for symbol in meaning.names]
+    assert len(set(meant)) == len(meant)
+
+
+def test_what_a_force_is_and_on_what_is_said() -> None:
+    listed = {
+        name: meaning.sentence
+        for meaning in meanings(derive_system("two_blocks", "virtual_work").derivation)
+        for name in meaning.names
+    }
+    assert listed["F_spring2_block1_x"] == "force of spring2 on block1 [N]"
+    assert listed["F_inertia_block1_x"] == "resultant of the inertia forces of block1 [N]"
+    assert listed["F_weight_block1_z"] == "weight of block1 [N]"
+    assert listed["δW_R_slide1"] == "virtual work of the reaction in slide1 [J]"

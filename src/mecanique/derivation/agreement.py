@@ -47,6 +47,13 @@ def agreement(mechanism: Mechanism) -> str:
         "All three methods give the same equations of motion: the differences of their left sides "
         "vanish identically."
     )
+    if any(other.quasi for other in others):
+        said = (
+            "All three methods give the same equations of motion. Newton and Euler's are those of "
+            "Lagrange with the same forces λ; put together as the independent displacements move "
+            "the coordinates, which rids them of λ, they are those of the virtual work: all "
+            "differences of left sides vanish identically."
+        )
     reactions = found["newton_euler"].reactions
     if reactions:
         said += (

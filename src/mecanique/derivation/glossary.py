@@ -21,6 +21,7 @@ _FOUND = {
     "T": ("kinetic energy", "J"),
     "V": ("potential energy", "J"),
     "E": ("total energy, T + V", "J"),
+    "h": ("Jacobi's integral", "J"),
     "D": ("Rayleigh's dissipation function", "W"),
     "R": ("Routh's function", "J"),
     "r": ("position of the center of mass", "m"),
@@ -39,8 +40,21 @@ _FOUND = {
 }
 """What the letters mean that stand on the left of steps, each with its unit."""
 
-_ACTS = {"weight": "its weight", "inertia": "its inertia forces", "couple": "couples"}
-"""What a force or its work belongs to, by the second word of its name."""
+_ACTS = {
+    "F_weight": "weight of {}",
+    "δr_weight": "virtual displacement of the center of mass of {}",
+    "δW_weight": "virtual work of the weight of {}",
+    "F_inertia": "resultant of the inertia forces of {}",
+    "C_inertia": "couple of the inertia forces of {}",
+    "δr_inertia": "virtual displacement of the point where the inertia forces of {} act",
+    "δφ_inertia": "virtual rotation of {}",
+    "δW_inertia": "virtual work of the inertia forces of {}",
+    "δW_couple_inertia": "virtual work of the couple of the inertia forces of {}",
+    "δW_couple": "virtual work of the couple of {}",
+    "δW_R": "virtual work of the reaction in {}",
+    "s": "distance from the end of {} to where its inertia forces act",
+}
+"""What quantities with these first words are, and of what."""
 
 
 @final
@@ -203,15 +217,22 @@ def _explain(name: str, left: Left, owners: Iterable[str]) -> str:
     if left.component:
         return "virtual work in the displacement of the coordinate it is named after [J]"
     what, unit = _FOUND[base]
-    act, _, of = rest.partition("_")
-    if act in _ACTS and of:
-        rest, what = of, f"{what} of {_ACTS[act]}"
-    held = [owner for owner in owners if rest == owner or rest.startswith(f"{owner}_")]
-    owner = max(held, key=len, default=rest)
-    whose = f" of {owner}" if owner else ""
-    if what.endswith(("forces", "weight")):
-        whose = whose.replace(" of ", " on ", 1)
-    return _sentence(f"{what}{whose}", unit or "1")
+    if rest:
+        what = f"{what} of {{}}"
+    known = [*owners]
+    for words in sorted(_ACTS, key=len, reverse=True):
+        if left.quantity.startswith(f"{words}_") and rest not in known:
+            what, rest = _ACTS[words], left.quantity.removeprefix(f"{words}_")
+            break
+    owner = _owner(rest, known) or rest
+    other = _owner(rest.removeprefix(f"{owner}_"), known) if rest != owner else ""
+    return _sentence(what.format(f"{owner} on {other}" if other else owner), unit or "1")
+
+
+def _owner(name: str, owners: Iterable[str]) -> str:
+    """The longest of the names that a name begins with, "" if it begins with none."""
+    held = [owner for owner in owners if name == owner or name.startswith(f"{owner}_")]
+    return max(held, key=len, default="")
 
 
 def _of_joint(joint: Joint) -> Iterator[tuple[str, str]]:

@@ -33,6 +33,7 @@ from mecanique.derivation.printing.layout import write
 from mecanique.derivation.printing.stretches import draw_stretches
 from mecanique.derivation.printing.trigforms import (
     Form,
+    common_measure,
     content,
     cost,
     has_double_angles,
@@ -40,6 +41,7 @@ from mecanique.derivation.printing.trigforms import (
     shortest,
 )
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
+from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.monomials import exponents, power
 from mecanique.derivation.scalars.polynomials import Parts
 from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
@@ -48,6 +50,7 @@ from mecanique.errors import DerivationError
 __all__ = [
     "Equation",
     "Expression",
+    "distribute",
     "equations",
     "expression",
     "half_square",
@@ -197,6 +200,12 @@ def join(parts: Iterable[Expression]) -> Expression:
     return Expression(terms, any(part.decimals for part in found))
 
 
+def distribute(whole: Expression, factor: Series) -> Expression:
+    """Return an expression with each of its terms multiplied by a factor."""
+    by = to_formula(factor)
+    return replace(whole, terms=tuple(multiply(term, by) for term in whole.terms))
+
+
 def shorter(one: Expression, other: Expression) -> Expression:
     """Return the expression that takes fewer signs."""
     sizes = [sum(map(size, each.terms)) + len(each.terms) for each in (one, other)]
@@ -206,8 +215,12 @@ def shorter(one: Expression, other: Expression) -> Expression:
 def expression(series: Series) -> Expression:
     """Return a series, e.g. a kinetic energy, in textbook order, with the fewest signs."""
     parts = []
-    for (_, key), part in _group(series, by_side=False):
-        parts += _parts(series.ring, key, shortest(part, products=True))
+    bare, stretches = draw_stretches(series)
+    for (_, key), part in _group(bare, by_side=False):
+        parts += _parts(series.ring, key, shortest(tidy(part), products=True))
+    for one in stretches:
+        share = factor_out(shortest(tidy(one.share), products=True))
+        parts.append(_Part(0, share, one.motion()))
     whole = _expression(series, parts)
     ahead = next((k for k, term in enumerate(whole.terms) if term.number > 0), 0)
     order = (*whole.terms[ahead : ahead + 1], *whole.terms[:ahead], *whole.terms[ahead + 1 :])
@@ -280,6 +293,9 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     if inertia.factor.number < 0:
         left, right = [p.negate() for p in left], [p.negate() for p in right]
         divisor = -divisor
+    if left and left[0].factor.number < 0 and inertia in left:
+        left.remove(inertia)  # an equation does not begin with a minus
+        left.insert(0, inertia)
     return Equation(_expression(element, left), _expression(element, right), divisor)
 
 
@@ -335,7 +351,16 @@ def _divisor(ring: Basis, groups: list[_Group], forms: list[Form], divide: bool)
         kinds = {g.kind for g in unit.generators()}
         if kinds <= {Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM}:
             return unit
-    return content(forms)
+    shared = content(forms)
+    forces = list[Series]()
+    for ((_, key), _), form in zip(groups, forms, strict=True):
+        if any(ring.generators[i].kind is Kind.REACTION for i, _ in exponents(key)):
+            forces += form.values()
+    if forces:
+        # an unknown force stands with its bare lever: its numbers are not cleared of fractions
+        ((_, _, number_of),) = shared.terms()
+        shared = shared * (common_measure(forces) / number_of)
+    return shared
 
 
 _Group = tuple[tuple[bool, int], Series]

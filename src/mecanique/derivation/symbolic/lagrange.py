@@ -88,7 +88,14 @@ class Lagrange:
             stages=(
                 *quaternion_stages(algebra),
                 *geometry_stages(self.kinematics),
-                *energy_stages(self.kinetic, self.T, self.gravity, self.works, self.V),
+                *energy_stages(
+                    self.kinetic,
+                    self.T,
+                    self.gravity,
+                    self.works,
+                    self.V,
+                    heavy=any(algebra.mechanism.gravity),
+                ),
                 *work_stages(algebra, self.works, self.D),
                 *loop_stages(self.ties),
                 *coordinate_stages(
@@ -99,7 +106,7 @@ class Lagrange:
                     ring.partials(self.D),
                     self.find_free(),
                 ),
-                *energy_integral(self.T, self.V, self.D, self.works, self.ties),
+                *energy_integral(self.T, self.gravity, self.V, self.D, self.works, self.ties),
                 *multiplier_stages(
                     algebra, M, [a - b for a, b in zip(h, loads, strict=True)], self.ties
                 ),

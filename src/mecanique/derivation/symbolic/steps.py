@@ -3,8 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 
-from mecanique.derivation.printing.equations import expression, half_square, join, shorter
+from mecanique.derivation.printing.equations import (
+    Expression,
+    expression,
+    half_square,
+    join,
+    shorter,
+)
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.ring import Euler
 from mecanique.derivation.scalars.series import Kind, Series
@@ -27,8 +34,11 @@ __all__ = [
     "work_stages",
 ]
 
-_LONGEST = 600
+_MOST_LISTED = 600
 """Most terms of positions and velocities that are listed."""
+
+_LONGEST_RATE = 40
+"""Terms of a loop's demand on velocities or accelerations above which it would help no reader."""
 
 
 def quaternion_stages(algebra: Algebra) -> list[Stage]:
@@ -53,6 +63,7 @@ def energy_stages(
     gravity: Series,
     works: Sequence[Work],
     V: Series,
+    heavy: bool,
 ) -> list[Stage]:
     """Return the steps that find the kinetic and the potential energy.
 
@@ -62,6 +73,7 @@ def energy_stages(
         gravity: potential energy of gravity.
         works: what each force contributes.
         V: potential energy of gravity and springs.
+        heavy: whether gravity acts at all.
     """
     parts = (
         [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
@@ -77,24 +89,37 @@ def energy_stages(
             (*parts, Result(Left("T"), T)),
         )
     ]
+    stored = _stored(gravity, works)
+    sentences = []
+    if gravity:
+        sentences.append(
+            "The weights do the work that V loses: it is zero where all centers of mass are at the "
+            "height of the origin."
+        )
+    elif heavy:
+        sentences.append("The weights do no work in this motion.")
+    if len(stored) > bool(gravity):
+        sentences.append(
+            "Each spring stores half its stiffness times the square of its elongation."
+        )
+    if stored:
+        several = stored if len(stored) > 1 else []
+        whole = Result(Left("V"), V, _written(gravity, works, V))
+        found.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
+    return found
+
+
+def _stored(gravity: Series, works: Sequence[Work]) -> list[Result]:
+    """The energy of the weights and of each spring."""
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
     stored = [_store(work.name, work) for work in springs]
-    if gravity:
-        stored.insert(0, Result(Left("V_gravity"), gravity))
-    sentence = (
-        "The weights do the work that V loses: it is zero where all centers of mass are at the "
-        "height of the origin."
-        if gravity
-        else "The weights do no work in this motion."
-    )
-    if springs:
-        sentence += " Each spring stores half its stiffness times the square of its elongation."
-    if gravity or springs:
-        several = stored if len(stored) > 1 else []
-        written = join(part.shown or expression(part.right) for part in stored)
-        whole = Result(Left("V"), V, shorter(written, expression(V)))
-        found.append(Stage("Potential energy", sentence, (*several, whole)))
-    return found
+    return [Result(Left("V_gravity"), gravity), *stored] if gravity else stored
+
+
+def _written(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
+    """The potential energy spring by spring, where that is shorter."""
+    parts = join(part.shown or expression(part.right) for part in _stored(gravity, works))
+    return shorter(parts, expression(V))
 
 
 def _store(name: str, work: Work) -> Result:
@@ -108,17 +133,18 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
     """Return the step from the coordinates to the velocities of all bodies."""
     mechanism, results = kinematics.algebra.mechanism, list[Result]()
     for body in kinematics.bodies:
-        center = mechanism.body(body).center
-        found = {
-            "r": kinematics.point(body, center),
-            "v": kinematics.velocity(body, center),
-            "omega": kinematics.spin(body),
-        }
+        given = mechanism.body(body)
+        found = {}
+        if given.mass != 0:
+            found["r"] = kinematics.point(body, given.center)
+            found["v"] = kinematics.velocity(body, given.center)
+        if any(entry != 0 for entry in given.inertia):
+            found["omega"] = kinematics.spin(body)
         for letter, vector in found.items():
             for axis, part in zip("xyz", vector, strict=True):
                 if part:
                     results.append(Result(Left(f"{letter}_{body}_{axis}"), tidy(part)))
-    if not results or sum(len(result.right) for result in results) > _LONGEST:
+    if not results or sum(len(result.right) for result in results) > _MOST_LISTED:
         return []
     sentence = (
         "The poses of the bodies as functions of the coordinates give the position r of each "
@@ -133,21 +159,54 @@ def geometry_stages(kinematics: Kinematics) -> list[Stage]:
 
 
 def energy_integral(
-    T: Series, V: Series, D: Series, works: Sequence[Work], ties: Sequence[Tie]
+    T: Series,
+    gravity: Series,
+    V: Series,
+    D: Series,
+    works: Sequence[Work],
+    ties: Sequence[Tie],
 ) -> list[Stage]:
-    """Return the step that says that the energy is conserved, if it is."""
+    """Return the step that says what the motion conserves, if L does not depend on time.
+
+    Where a prescribed motion puts terms without velocities or linear in them into T, that is not
+    the energy but Jacobi's integral (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
+    """
     given = {Kind.TIME, Kind.INPUT}
     every = [T, V, *(tie.demand for tie in ties)]
     kinds = {g.kind for series in every for g in series.generators()}
-    if D or kinds & given or any(work.kind == "work" for work in works):
+    # a constraint that moves steadily, like a turntable, does work
+    driven = any(tie.of_velocities and _degrees(tie.demand).keys() != {1} for tie in ties)
+    if D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
-    sentence = (
-        "Nothing depends on time, no force but weights and springs does work"
-        + (", and the constraints do none" if ties else "")
-        + ": along any motion the total energy keeps its value."
+    idle = "Nothing depends on time, no force but weights and springs does work" + (
+        ", and the constraints do none" if ties else ""
     )
-    shown = join((expression(T), expression(V)))
-    return [Stage("Energy integral", sentence, (Result(Left("E"), T + V, shown),))]
+    degrees, potential = _degrees(T), _written(gravity, works, V)
+    if degrees.keys() <= {2}:
+        sentence = f"{idle}: along any motion the total energy keeps its value."
+        shown = join((expression(T), potential))
+        return [Stage("Energy integral", sentence, (Result(Left("E"), T + V, shown),))]
+    zero = T.ring.number(0)
+    square, rest = degrees.get(2, zero), degrees.get(0, zero)
+    sentence = (
+        "L = T - V does not depend on time, but a drive keeps up the prescribed motion and does "
+        "work, so that the total energy changes. What keeps its value is Jacobi's integral "
+        "h = Σ q' ∂T/∂q' - L: V and the part of T that is quadratic in the velocities, less the "
+        "part without velocities."
+    )
+    shown = join((expression(square), expression(-rest), potential))
+    return [Stage("Jacobi's integral", sentence, (Result(Left("h"), square + V - rest, shown),))]
+
+
+def _degrees(series: Series) -> dict[int, Series]:
+    """The parts of a series by their degree in the velocities."""
+    ring = series.ring
+    velocities = [g.name for g in ring.generators if g.kind is Kind.VELOCITY]
+    found: dict[int, list[Series]] = {}
+    for powers, coefficient in series.coefficients(velocities).items():
+        rates = [ring[name] ** e for name, e in zip(velocities, powers, strict=True) if e]
+        found.setdefault(sum(powers), []).append(prod(rates, start=coefficient))
+    return {degree: tidy(ring.sum(terms)) for degree, terms in found.items()}
 
 
 def work_stages(algebra: Algebra, works: Sequence[Work], D: Series) -> list[Stage]:
@@ -224,7 +283,7 @@ def _moving_loops(loops: Sequence[Tie]) -> list[Stage]:
     """The demands of the loops on velocities and accelerations, if they are short."""
     derived = [("'", tie, tie.demand.ddt()) for tie in loops]
     derived += [("''", tie, tie.second) for tie in loops]
-    if max(len(series) for *_, series in derived) > _LONGEST:
+    if max(len(series) for *_, series in derived) > _LONGEST_RATE:
         return []
     results = []
     for primes, tie, series in derived:
@@ -270,10 +329,6 @@ def multiplier_stages(
         "one more of them by the accelerations; what is left is free of them."
     )
     return [Stage("Multipliers", sentence, tuple(results))]
-
-
-_LONGEST = 40
-"""Terms of a demand above which its derivatives would help no reader."""
 
 
 def _demands(ties: Sequence[Tie]) -> tuple[Result, ...]:

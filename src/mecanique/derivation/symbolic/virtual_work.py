@@ -7,9 +7,11 @@ together do no work (eq. 1.27).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, final
 
+from mecanique.derivation.printing.equations import distribute, expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
@@ -29,7 +31,7 @@ __all__ = ["VirtualWork"]
 
 _QUASI = (
     "What stands before each independent displacement, with the sign changed, is an equation of "
-    "motion without any multiplier. The constraints add their own equations, Φ = 0 and ψ = 0."
+    "motion without any multiplier. The constraints add their own equations, {}."
 )
 
 _CLOSING = (
@@ -74,6 +76,8 @@ class VirtualWork:
             of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
             meaning = f"virtual displacement {of}: small, arbitrary, with time standing still"
             self._unknowns[name] = meaning
+        acting = [{one.name for one in cut.applied if not one.ties} for cut in self.cuts.bodies]
+        self._acting = Counter(name for names in acting for name in names)
         self._inertia: list[Series] = []
         self._weights: list[Series] = []
         self._loads: list[Series] = []
@@ -107,7 +111,7 @@ class VirtualWork:
             ),
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(ring, self.cuts.lengths.items()),
-            closing=_QUASI if S else _CLOSING,
+            closing=_QUASI.format(_name_conditions(ties)) if S else _CLOSING,
             unknowns=self._unknowns,
             reactions=self.balances.reactions if known else {},
             ties=ties,
@@ -152,10 +156,14 @@ class VirtualWork:
             if right != self._deltas[i]:
                 results.append(Result(Left(name), right))
         words = enumerate_words([delta.generators()[0].name for delta in named])
+        where = " or ".join(
+            sorted({"ψ" if tie.of_velocities else "Φ'" for tie in ties}, reverse=True)
+        )
+        count = "one" if len(S) == 1 else len(S)
         sentence = (
-            "A virtual displacement must keep the constraints, time standing still: what stands "
-            f"before it in ψ' or Φ' vanishes. That leaves {len(S)} of them independent, {words}; "
-            "all others follow."
+            "A virtual displacement must keep the constraints, time standing still: put for the "
+            f"velocities into {where}, it makes what holds velocities vanish. That leaves {count} "
+            f"of them independent, {words}; all others follow."
         )
         yield Stage("Independent displacements", sentence, tuple(results))
 
@@ -177,7 +185,8 @@ class VirtualWork:
         factors = self._coefficients([whole])
         for name, factor, delta in zip(self._names, factors, self._deltas, strict=True):
             left = Left("δW", name[1:], component=True)
-            results.append(Result(left, by_velocity(factor, self.algebra.velocities) * delta))
+            tidied = by_velocity(factor, self.algebra.velocities)
+            results.append(Result(left, tidied * delta, distribute(expression(tidied), delta)))
         return Stage(title, sentence, tuple(results))
 
     def _body(self, cut: Cut) -> Iterator[Stage]:
@@ -204,24 +213,26 @@ class VirtualWork:
         ]
         results = []
         if spread is not None:
-            self._unknowns[spread.coordinate] = f"distance along {body} from its end [m]"
+            self._unknowns[spread.coordinate] = "distance along a rod from its end [m]"
             parts.append(
                 f"On the rod they are spread with f per length at the distance {spread.coordinate} "
-                "from its end; each component integrates to F, which acts at the distance "
-                f"s_{body} where its moment is that of f."
+                f"from its end; each component integrates to F_inertia_{body}, which acts at the "
+                f"distance s_{body} where its moment is that of f."
             )
             results += _spread_forces(spread, cut)
         else:
             F = -along(axes.rows, cut.push)
             named = zip(axes.labels, F, strict=True)
-            results += [Result(Left(f"F_{body}_{label}"), part) for label, part in named if part]
+            results += [
+                Result(Left(f"F_inertia_{body}_{label}"), part) for label, part in named if part
+            ]
         C = along(axes.turns, self._couple(cut))
         for label, part in zip(axes.turn_labels, C, strict=True):
             if part:
-                results.append(Result(Left(_join("C", body, label)), part))
+                results.append(Result(Left(_join("C_inertia", body, label)), part))
         parts.append(
-            "Moved to the center of mass C, their resultant is F = -m a and a couple C, minus the "
-            "rate of the angular momentum about it."
+            "Moved to the center of mass they are one force, minus the mass times the acceleration "
+            "of that center, and a couple, minus the rate of the angular momentum about it."
         )
         if not results:
             parts.append("Here they are all zero.")
@@ -257,18 +268,19 @@ class VirtualWork:
                 self._weights.append(work)
             seat, couple = self._seat_of_inertia(cut)
             shift = at_center if seat is None else seat
-            work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift)
-            work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation)
+            work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift, known=True)
+            work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation, known=True)
             self._inertia.append(work)
         for one in cut.applied:
             if one.ties:  # where bodies touch or are joined, both points move alike
                 continue
             work = zero
+            name = f"{one.name}_{body}" if self._acting[one.name] > 1 else one.name
             if any(one.force):
                 shift = self._vary(one.velocity)
-                work = work + self._force(lines, one.name, cut, one.force, shift)
+                work = work + self._force(lines, name, cut, one.force, shift)
             if any(one.moment):
-                work = work + self._turn(lines, one.name, cut, one.moment, rotation)
+                work = work + self._turn(lines, name, cut, one.moment, rotation)
             self._loads.append(work)
         return lines
 
@@ -299,20 +311,38 @@ class VirtualWork:
         return self._vary(total([cut.center_velocity, cross(cut.spin, arm)])), left
 
     def _force(
-        self, lines: list[Result], name: str, cut: Cut, force: Vector, displacement: Vector
+        self,
+        lines: list[Result],
+        name: str,
+        cut: Cut,
+        force: Vector,
+        displacement: Vector,
+        *,
+        known: bool = False,
     ) -> Series:
-        """Enter a force and return its work."""
+        """Enter a force, unless it stands above already, its displacement and work."""
+        if not any(force):
+            return self.algebra.ring.number(0)
         acts, moves = along(cut.axes.rows, force), along(cut.axes.rows, displacement)
-        return _enter(lines, _FORCE, name, zip(cut.axes.labels, acts, moves, strict=True))
+        named = zip(cut.axes.labels, acts, moves, strict=True)
+        return _enter(lines, _FORCE, name, named, known=known)
 
     def _turn(
-        self, lines: list[Result], name: str, cut: Cut, couple: Vector, rotation: Vector
+        self,
+        lines: list[Result],
+        name: str,
+        cut: Cut,
+        couple: Vector,
+        rotation: Vector,
+        *,
+        known: bool = False,
     ) -> Series:
-        """Enter a couple and return its work."""
+        """Enter a couple, unless it stands above already, its rotation and work."""
         if not any(couple):
             return self.algebra.ring.number(0)
         acts, moves = along(cut.axes.turns, couple), along(cut.axes.turns, rotation)
-        return _enter(lines, _COUPLE, name, zip(cut.axes.turn_labels, acts, moves, strict=True))
+        named = zip(cut.axes.turn_labels, acts, moves, strict=True)
+        return _enter(lines, _COUPLE, name, named, known=known)
 
     def _vary(self, velocity: Vector) -> Vector:
         """The virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
@@ -345,7 +375,7 @@ class VirtualWork:
             forces, moves = [*reaction.force, *reaction.moment], [*shift, *rotation]
             products = [f * d for f, d in zip(forces, moves, strict=True)]
             work = tidy(self.algebra.ring.sum(products))
-            lines.append(Result(Left(f"δW_{cut.joint.name}"), work))
+            lines.append(Result(Left(f"δW_R_{cut.joint.name}"), work))
         sentence = (
             "A reaction acts on the child, its opposite on the parent at the same point: together "
             "they do work only in the displacement of one against the other, and the joint allows "
@@ -381,7 +411,7 @@ def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
     for k, label in enumerate(cut.axes.labels):
         if spread.density[k]:
             results.append(Result(Left(f"f_{cut.body}_{label}"), spread.density[k]))
-            results.append(Result(Left(f"F_{cut.body}_{label}"), spread.resultant[k]))
+            results.append(Result(Left(f"F_inertia_{cut.body}_{label}"), spread.resultant[k]))
         point = spread.point[k]
         if point is not None:
             results.append(Result(Left(f"s_{cut.body}_{label}"), point))
@@ -393,17 +423,26 @@ def _enter(
     letters: _Letters,
     name: str,
     components: Iterable[tuple[str, Series, Series]],
+    *,
+    known: bool,
 ) -> Series:
     """Write one entry of the ledger and return its work."""
     products = []
     for label, act, move in components:
         products.append(act * move)
         if act:
-            lines.append(Result(Left(_join(letters.act, name, label)), act))
+            if not known:
+                lines.append(Result(Left(_join(letters.act, name, label)), act))
             lines.append(Result(Left(_join(letters.move, name, label)), move))
     work = tidy(products[0].ring.sum(products))
     lines.append(Result(Left(f"{letters.work}_{name}"), work))
     return work
+
+
+def _name_conditions(ties: Sequence[Tie]) -> str:
+    """The conditions of loops and of what rolls, as equations."""
+    held = {"ψ = 0" if tie.of_velocities else "Φ = 0" for tie in ties}
+    return " and ".join(sorted(held))
 
 
 def _join(*words: str) -> str:

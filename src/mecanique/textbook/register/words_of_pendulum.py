@@ -98,7 +98,7 @@ def _working() -> Iterator[Row]:
         "before 1.27 b",
         "the reactions do no work, nor do the parts of weight and inertia forces along the rod",
         _LEDGER,
-        *(found[name] for name in ("δW_pin", "δr_weight_rod_n", "δr_inertia_rod_n")),
+        *(found[name] for name in ("δW_R_pin", "δr_weight_rod_n", "δr_inertia_rod_n")),
     )
     yield identity(
         "after 1.27 b",
