@@ -14,6 +14,7 @@ import pytest
 import mecanique as mq
 from mecanique.errors import UnknownNameError
 from mecanique.figure.camera import FRONT, ISOMETRIC, TOP, side_of
+from mecanique.figure.connections import connections
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.draw import figure_text
 from mecanique.figure.freebody import cut_free
@@ -26,6 +27,7 @@ from mecanique.figure.posture import posture
 from mecanique.figure.setting import Setting, setting
 from mecanique.figure.solids import hull
 from mecanique.figure.supports import NUT, THREADS, nuts
+from mecanique.model import Spring
 from mecanique.motion.analysis.forces import Actions
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -342,4 +344,32 @@ def test_prescribed_motions_are_drawn_with_their_law(name: str, law: str) -> Non
 
 def test_what_is_not_prescribed_has_no_such_arrow() -> None:
     assert not list(given_motions(seen("double_pendulum")))
-    assert not list(given_motions(seen("snakeboard")))
+
+
+def test_steering_seen_from_above_is_drawn_with_its_laws() -> None:
+    words = [mark for mark in given_motions(seen("snakeboard")) if isinstance(mark, Words)]
+    laws = {"".join(piece for piece, _ in word.parts).replace(" ", "") for word in words}
+    assert laws == {"ψ=Asin(Wt)", "φ=Bcos(Wt)", "φback=−Bcos(Wt)"}
+
+
+def test_springs_of_a_loop_are_not_crushed_and_end_on_level_ground() -> None:
+    where = seen("bars_and_springs_loop")
+    m = where.mechanism
+    for force in m.forces:
+        assert isinstance(force, Spring)
+        a, b = (where.point(end.body, end.point) for end in force.ends)
+        assert np.linalg.norm(b - a) > m.evaluate(force.free_length) / 2
+    ground = [mark for mark in connections(where) if mark.style == "ground"]
+    for line in ground:
+        assert isinstance(line, Stroke)
+        assert np.ptp(line.points[:, 1]) < 1e-9 < np.ptp(line.points[:, 0])
+    assert len(ground) == 2
+
+
+def test_a_small_figure_has_letters_of_the_same_size() -> None:
+    mechanism = mq.textbook.load("slider_crank")
+    large, small = (figure_text(mechanism, small=one) for one in (False, True))
+    width = [float(re.findall(r' width="([\d.]+)"', text)[0]) for text in (large, small)]
+    assert width[1] < 0.7 * width[0]
+    sizes = [set(re.findall(r'font-size="([\d.]+)"', text)) for text in (large, small)]
+    assert sizes[0] == sizes[1] != set()

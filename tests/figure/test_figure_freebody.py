@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from mecanique import textbook
-from mecanique.figure.freebody import cut_free
+from mecanique.figure.freebody import acting, cut_free
 from mecanique.figure.paper.lettering import frame, measure_lines_under, overlap
 from mecanique.figure.paper.marks import Mark, Stroke, Words
 from mecanique.figure.posture import posture
@@ -64,6 +64,38 @@ def directions(marks: Sequence[Mark], style: str) -> list[np.ndarray]:
 
 def has(ways: Sequence[np.ndarray], expected: Sequence[float] | np.ndarray) -> bool:
     return any(np.allclose(way, expected, atol=1e-6) for way in ways)
+
+
+def test_inertia_forces_and_weights_name_the_mass_of_their_body() -> None:
+    assert "2\u2009m\u2009ax" in texts(cut_free(seen("bars_and_springs"), "DEF"))
+    said = texts(cut_free(seen("compound_pendulum", 0.7), "pendulum"))
+    assert "(m1+m2)\u2009g" in said
+    assert "(m1+m2)\u2009at" in said
+
+
+def test_a_line_leads_to_a_joint_off_the_body() -> None:
+    """The bead's slide has its origin in the center of the hoop."""
+    dashed = [
+        mark
+        for mark in cut_free(seen("bead_on_hoop"), "bead")
+        if isinstance(mark, Stroke) and mark.style == "dashed"
+    ]
+    assert dashed
+    assert not any(
+        isinstance(mark, Stroke) and mark.style == "dashed"
+        for mark in cut_free(seen("slider_crank"), "slider")
+    )
+
+
+def test_a_rod_pulls_each_body_at_its_own_end() -> None:
+    """The links of the governor have no mass: the force on an arm acts at its ball."""
+    where = seen("governor")
+    forces = [each for each in acting(where) if each.name == "link1"]
+    assert {each.body for each in forces} == {"arm1", "sleeve"}
+    for each in forces:
+        (loop,) = (loop for loop in where.mechanism.loops if loop.name == "link1")
+        frame = loop.frame_a if each.body == loop.body_a else loop.frame_b
+        np.testing.assert_allclose(each.origin[0], where.point(each.body, frame.xyz), atol=1e-12)
 
 
 def test_a_pendulum_has_its_components_along_and_across() -> None:

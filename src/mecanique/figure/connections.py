@@ -15,6 +15,9 @@ from mecanique.model.joints import Prismatic, Revolute
 
 __all__ = ["connections"]
 
+_NEARLY = 0.8
+"""Cosine of the angle to the level or the vertical up to which a wall is not tilted."""
+
 
 def connections(setting: Setting) -> Iterator[Mark]:
     """Yield every spring and damper with its symbol."""
@@ -44,10 +47,16 @@ def _between(setting: Setting, links: Sequence[LineLoad]) -> Iterator[Mark]:
     a = _surface(setting, first.body_a, a, along)
     b = _surface(setting, first.body_b, b, -along)
     if ground[0]:
-        yield from wall(a, along)
+        yield from wall(a, _level(along))
     if ground[1]:
-        yield from wall(b, -along)
+        yield from wall(b, _level(-along))
     yield from _bundle(setting, a, b, links)
+
+
+def _level(outward: Point) -> Point:
+    """The way out of a wall: level or upright, unless the spring is far from either."""
+    nearest = np.where(np.abs(outward) == np.abs(outward).max(), np.sign(outward), 0.0)
+    return nearest if float(nearest @ outward) > _NEARLY else outward
 
 
 def _surface(setting: Setting, body: str, at: Point, outward: Point) -> Point:

@@ -13,7 +13,7 @@ from mecanique.figure.mechanism import figure
 from mecanique.figure.paper.marks import Mark
 from mecanique.figure.paper.svg import svg
 from mecanique.figure.posture import posture
-from mecanique.figure.setting import Setting, setting
+from mecanique.figure.setting import HEIGHT, WIDTH, Setting, setting
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
@@ -22,6 +22,9 @@ from mecanique.reference import Reference
 __all__ = ["figure_text", "picture"]
 
 FORMS = (".svg", ".png", ".pdf")
+
+SMALL = (165.0, 120.0)
+"""The largest extent of a small figure's solids [pt]."""
 
 
 def picture(
@@ -81,14 +84,18 @@ def picture(
     return target
 
 
-def figure_text(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> str:
+def figure_text(
+    mechanism: Mechanism, start: Mapping[str, float] | None = None, *, small: bool = False
+) -> str:
     """Return the figure of a mechanism as SVG text.
 
     Args:
         mechanism: what is drawn.
         start: coordinates at the start of its motion, see `posture`.
+        small: whether it is drawn small, with letters of the same size.
     """
-    seen = _set_up(mechanism, None, posture(mechanism, start))
+    position = posture(mechanism, start)
+    seen = _set_up(mechanism, None, position, extent=SMALL if small else (WIDTH, HEIGHT))
     return svg(_marks(seen, None), _title(seen, None))
 
 
@@ -96,6 +103,7 @@ def _set_up(
     shown: Motion | Mechanism,
     t: float | None,
     q: Mapping[str, float] | Sequence[float] | np.ndarray | None,
+    extent: tuple[float, float] = (WIDTH, HEIGHT),
 ) -> Setting:
     if isinstance(shown, Motion):
         if q is not None:
@@ -112,9 +120,8 @@ def _set_up(
         )
     if isinstance(shown, Mechanism):
         position = posture(shown) if q is None else shown.position(q)
-        return setting(
-            shown, Reference.of(shown), position, np.zeros(shown.nv), 0.0 if t is None else float(t)
-        )
+        instant = 0.0 if t is None else float(t)
+        return setting(shown, Reference.of(shown), position, np.zeros(shown.nv), instant, extent)
     raise InputError(f"expected a Motion or a Mechanism, got {type(shown).__name__}")
 
 

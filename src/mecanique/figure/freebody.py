@@ -8,6 +8,7 @@ of a pendulum. Known forces point where they act.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import final
@@ -20,7 +21,7 @@ from mecanique.figure.coordinates import coordinates
 from mecanique.figure.measures import lengths
 from mecanique.figure.mechanism import solid_marks
 from mecanique.figure.paper.lettering import clear_letters
-from mecanique.figure.paper.marks import Circle, Mark, Point, Words, bounds
+from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke, Words, bounds
 from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
 from mecanique.model.constraints.elements import Belt, Cord
@@ -28,7 +29,7 @@ from mecanique.model.forces import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
 
-__all__ = ["cut_free"]
+__all__ = ["acting", "cut_free"]
 
 LONGEST, SHORTEST, LETTERED = 110.0, 18.0, 62.0
 """Lengths of the largest and of the smallest arrow, and of all where there are no numbers [pt]."""
@@ -41,6 +42,9 @@ NEGLIGIBLE = 1e-6
 
 BESIDE, SAME = 11.0, 4.0
 """Distance between arrows along one line, and of tails that count as one place [pt]."""
+
+OFF = 6.0
+"""Distance from which on a point is off a body and a line leads to it [pt]."""
 
 AXIS, AWAY = 30.0, 34.0
 """Length of the arrows of the axes, and their distance from the figure [pt]."""
@@ -81,11 +85,11 @@ def cut_free(
         resultants: whether each force is one arrow, not its components.
         numbers: whether the values stand beside the letters.
     """
-    actions = [action for action in _acting(setting) if action.body == body]
+    actions = [action for action in acting(setting) if action.body == body]
     force = max((float(np.linalg.norm(each.force)) for each in actions), default=0.0)
     moment = max((float(np.linalg.norm(each.moment)) for each in actions), default=0.0)
     axes = [] if resultants or not setting.camera.flat else _axes(setting, body)
-    marks: list[Mark] = list(solid_marks(setting, body))
+    marks: list[Mark] = [*_arms(setting, body, actions), *solid_marks(setting, body)]
     arrows: list[_Arrow] = []
     for each in actions:
         if np.linalg.norm(each.force) > NEGLIGIBLE * force:
@@ -113,12 +117,29 @@ def cut_free(
     return tuple(marks)
 
 
-def _acting(setting: Setting) -> Iterator[Action]:
-    acting = Actions(setting.mechanism, setting.reference)
+def _arms(setting: Setting, body: str, actions: Sequence[Action]) -> Iterator[Mark]:
+    """Lines from a body to the points off it where forces act, such as a particle's joint."""
+    solids = [each for each in setting.solids if each.body == body]
+    present = [each for each in actions if np.any(each.force) or np.any(each.moment)]
+    spots = {tuple(setting.camera.at(each.origin[0]).tolist()) for each in present}
+    for spot in sorted(spots) if solids else ():
+        gaps = []
+        for solid in solids:
+            paper = setting.camera.at(solid.corners)
+            beyond = np.maximum(paper.min(axis=0) - spot, np.array(spot) - paper.max(axis=0))
+            gaps.append(float(np.hypot(*np.maximum(beyond, 0.0))))
+        if min(gaps) > OFF:
+            middle = setting.camera.at(solids[int(np.argmin(gaps))].ends.mean(axis=0))
+            yield Stroke(np.array([spot, middle]), "dashed")
+
+
+def acting(setting: Setting) -> Iterator[Action]:
+    """Yield every force on every body, inertia forces too."""
+    found = Actions(setting.mechanism, setting.reference)
     t, q, v = np.array([setting.t]), setting.q[None], setting.v[None]
-    yield from acting.applied(t, q, v)
-    yield from acting.reactions(t, q, v)
-    yield from acting.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
+    yield from found.applied(t, q, v)
+    yield from found.reactions(t, q, v)
+    yield from found.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
 
 
 def _axes(setting: Setting, body: str) -> list[_Axis]:
@@ -241,11 +262,12 @@ def _label(
 
 def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
     mass = setting.name(setting.mechanism.body(action.body).mass)
+    if "+" in mass or "-" in mass:
+        mass = f"({mass})"
     if action.kind == "weight":
-        return f"{mass}*g" if mass.isidentifier() else "G"
+        return f"{mass}*g" if mass else f"G_{action.body}"
     if action.kind == "inertia":
-        letter = mass if mass.isidentifier() else "m"
-        return "-I*alpha" if moment else f"-{letter}*a"
+        return "-I*alpha" if moment else f"-{mass or f'm_{action.body}'}*a"
     if action.name == TOGETHER:
         return "C" if moment else "S"
     cords = [each for each in setting.mechanism.elements if isinstance(each, (Cord, Belt))]
@@ -255,7 +277,7 @@ def _symbol(setting: Setting, action: Action, *, moment: bool) -> str:
         stated = _find_letter(setting, action.name)
         if stated:
             return stated
-    stem = "".join(sign if sign.isalnum() else "_" for sign in action.name).strip("_") or "force"
+    stem = re.sub(r"[\W_]+", "_", action.name).strip("_") or "force"
     if action.kind == "reaction" and action.name in (loop.name for loop in setting.mechanism.loops):
         return f"lambda_{stem}"
     letters = {

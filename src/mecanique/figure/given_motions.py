@@ -29,7 +29,7 @@ _FACING = 0.2
 
 
 def given_motions(setting: Setting) -> Iterator[Mark]:
-    """Yield an arrow for each slide, and each hinge on the ground, that moves as time prescribes.
+    """Yield an arrow for each slide and each hinge that moves as time prescribes.
 
     Args:
         setting: what is drawn.
@@ -45,7 +45,7 @@ def given_motions(setting: Setting) -> Iterator[Mark]:
         words = f"{joint.coordinate} = {_write(law)}"
         if isinstance(joint, Prismatic):
             yield from _slide(setting, joint, words)
-        elif joint.parent == mechanism.ground:
+        else:
             yield from _turn(setting, joint, words)
 
 
@@ -66,16 +66,18 @@ def _slide(setting: Setting, joint: Prismatic, words: str) -> Iterator[Mark]:
 
 
 def _turn(setting: Setting, joint: Revolute, words: str) -> Iterator[Mark]:
-    """An arc about the axis of the body that turns, beyond the body."""
+    """An arc about the axis of the body that turns, beyond the body unless seen along the axis."""
     camera, axis = setting.camera, unit3(setting.axis(joint))
     step = camera.at(axis) / camera.scale
-    if math.hypot(*step) < _FACING:
-        return
-    at, up = camera.at(setting.seat(joint)), unit(step)
-    above = setting.reach(joint.child, up) - float(at @ up)
-    if above > 0:
-        at = at + (above + _GAP) * up
-    first = unit3(np.cross(axis, camera.toward))
+    at, facing = camera.at(setting.seat(joint)), math.hypot(*step) < _FACING
+    if not facing:
+        up = unit(step)
+        above = setting.reach(joint.child, up) - float(at @ up)
+        if above > 0:
+            at = at + (above + _GAP) * up
+    # seen along the axis, the arc begins where the body points
+    ahead = setting.poses[setting.index(joint.child), :3, 0]
+    first = unit3(np.cross(ahead, axis) if facing else np.cross(axis, camera.toward))
     second: Floats = np.cross(axis, first)
     ways = np.cos(_TURN)[:, None] * first + np.sin(_TURN)[:, None] * second
     points = at + camera.at(ways * _RADIUS / camera.scale)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mecanique.errors import MecaniqueError
+from mecanique.model.forces import Spring
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 
@@ -20,6 +21,10 @@ ANGLES = (0.55, 0.95, 0.75, 1.15)
 
 SLIGHT, GREAT = 0.25, 1.3
 """Range of moderate angles [rad]."""
+
+
+_HALVINGS = 3
+"""How often a start is halved in search of one that crushes no spring."""
 
 
 def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> NDArray[np.float64]:
@@ -33,6 +38,13 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
     if mechanism.constrained:
         from mecanique.reference import assemble
 
+        given = dict(start or {})
+        for _ in range(_HALVINGS):
+            with suppress(MecaniqueError):
+                q = np.asarray(assemble(mechanism, given), dtype=np.float64)
+                if not _crushes(mechanism, q):
+                    return q
+            given = {name: value / 2 for name, value in given.items()}
         with suppress(MecaniqueError):
             return np.asarray(assemble(mechanism, dict(start or {})), dtype=np.float64)
     q = mechanism.position(dict(start or {}))
@@ -45,3 +57,19 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
                 q[k] = math.copysign(ANGLES[count % len(ANGLES)], q[k])
             count += 1
     return q
+
+
+def _crushes(mechanism: Mechanism, q: NDArray[np.float64]) -> bool:
+    """Whether a spring between two points is shorter than half its free length."""
+    from mecanique.reference import Reference
+
+    reference = Reference.of(mechanism)
+    for force in mechanism.forces:
+        if isinstance(force, Spring):
+            a, b = (
+                reference.point(end.body, mechanism.evaluate_all(end.point), q).position
+                for end in force.ends
+            )
+            if np.linalg.norm(b - a) < mechanism.evaluate(force.free_length) / 2:
+                return True
+    return False

@@ -129,11 +129,29 @@ class Setting:
         if isinstance(scalar, (int, float)):
             return ""
         text = str(scalar).replace(" ", "")
+        if "." in text:  # a measure that only the drawing needs
+            return ""
         return text if len(text) <= LONGEST_NAME else ""
 
 
-def setting(mechanism: Mechanism, reference: Reference, q: Floats, v: Floats, t: float) -> Setting:
-    """Return a mechanism at one instant, in the view and at the scale that suit it best."""
+def setting(
+    mechanism: Mechanism,
+    reference: Reference,
+    q: Floats,
+    v: Floats,
+    t: float,
+    extent: tuple[float, float] = (WIDTH, HEIGHT),
+) -> Setting:
+    """Return a mechanism at one instant, in the view and at the scale that suit it best.
+
+    Args:
+        mechanism: what is drawn.
+        reference: its `Reference`.
+        q: shape (nq,).
+        v: shape (nv,).
+        t: [s].
+        extent: the largest width and height of its solids [pt].
+    """
     poses = np.asarray(reference.poses(q, t))
     found = tuple(solids(mechanism, poses))
     axes = side_of(mechanism, poses)
@@ -152,9 +170,8 @@ def setting(mechanism: Mechanism, reference: Reference, q: Floats, v: Floats, t:
     sizes = [each.size * room.get(each.kind, 2.6) for each in found]
     least = max(sizes, default=0.0) or 1e-3
     wide, high = (max(float(extent), least) for extent in np.ptp(seen, axis=0))
-    return Setting(
-        mechanism, reference, q, v, t, poses, Camera(axes, min(WIDTH / wide, HEIGHT / high)), found
-    )
+    scale = min(extent[0] / wide, extent[1] / high)
+    return Setting(mechanism, reference, q, v, t, poses, Camera(axes, scale), found)
 
 
 def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:

@@ -82,7 +82,7 @@ def gallery(
             export(_motion(name, duration), folder / f"{name}.html")
         except MecaniqueError as error:
             fault = str(error)
-        picture, freedom = picture_of(name), _count_freedom(name)
+        picture, freedom = picture_of(name, small=True), _count_freedom(name)
         cards.append(Card(name, system.title, system.tags, picture, fault, freedom))
     _write(folder / "index.html", index(cards))
     return tuple(cards)
@@ -128,9 +128,9 @@ def _write(path: Path, text: str) -> None:
         file.write(text.encode())
 
 
-def picture_of(name: str) -> str:
-    """Return the figure of a system of the catalogue as SVG text."""
-    return figure_text(load(name), entry(name).start)
+def picture_of(name: str, *, small: bool = False) -> str:
+    """Return the figure of a system of the catalogue as SVG text, or a small one for an index."""
+    return figure_text(load(name), entry(name).start, small=small)
 
 
 def _count_freedom(name: str) -> int | None:

@@ -131,6 +131,12 @@ class Actions:
         for contact in self._mechanism.contacts:
             point = contact.center if isinstance(contact, Rolling) else contact.point
             seats.append((contact.body, contact.on, self._point(poses, contact.body, point)))
+        # a rod without mass acts along its line: on each body at its own end
+        ends = {
+            loop.name: self._point(poses, loop.body_a, loop.frame_a.xyz)
+            for loop in self._mechanism.loops
+            if loop.kind == "distance"
+        }
         sums: dict[str, list[np.ndarray]] = {}
         for (name, wrench), (body, other, at) in zip(found.items(), seats, strict=True):
             if name in guided:
@@ -141,7 +147,8 @@ class Actions:
                     moment += sign * (wrench.moment + np.cross(arm, wrench.force))
                 continue
             yield Action(name, "reaction", body, other, at, wrench.force, wrench.moment)
-            yield Action(name, "reaction", other, body, at, -wrench.force, -wrench.moment)
+            there = ends.get(name, at)
+            yield Action(name, "reaction", other, body, there, -wrench.force, -wrench.moment)
         for each in self._reference.guide_actions(q, v, t):
             yield Action(
                 each.name,
