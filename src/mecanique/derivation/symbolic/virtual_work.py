@@ -76,8 +76,8 @@ class VirtualWork:
             of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
             meaning = f"virtual displacement {of}: small, arbitrary, with time standing still"
             self._unknowns[name] = meaning
-        acting = [{one.name for one in cut.applied if not one.ties} for cut in self.cuts.bodies]
-        self._acting = Counter(name for names in acting for name in names)
+        acting = {(cut.body, one.name) for cut in self.cuts.bodies for one in cut.applied}
+        self._acting = Counter(name for _, name in acting)
         self._inertia: list[Series] = []
         self._weights: list[Series] = []
         self._loads: list[Series] = []
