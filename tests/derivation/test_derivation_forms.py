@@ -46,7 +46,7 @@ SIGNS = {
     "n_link_pendulum": 238,
     "particle_on_circle": 2,
     "particle_on_circle_x": 25,
-    "planetary_gear": 177,
+    "planetary_gear": 146,
     "rack_and_pinion": 15,
     "rigid_bar_pendulum": 10,
     "rolling_coin": 192,  # the forces λ stand with their bare levers

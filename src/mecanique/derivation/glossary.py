@@ -9,6 +9,8 @@ from typing import final
 from mecanique.derivation.printing.equations import Expression, expression, root
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
+from mecanique.derivation.symbolic.newton_euler import enumerate_words
+from mecanique.model.expression import symbols_in
 from mecanique.model.joints import Joint, Planar, Single, Universal
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
@@ -157,8 +159,13 @@ def _collect_kinds(derivation: Derivation, *, steps: bool) -> dict[str, Kind]:
 def _coordinates(mechanism: Mechanism) -> Iterator[Meaning]:
     own = {name: sentence for joint in mechanism.joints for name, sentence in _of_joint(joint)}
     unit = units(mechanism)
+    driven = mechanism.coordinates.driven.items()
     for name in mechanism.coordinates:
-        yield Meaning((name,), own.get(name) or _sentence("generalized coordinate", unit[name]))
+        follow = [joint for joint, law in driven if name in symbols_in(law)]
+        sets = f" that sets {enumerate_words(follow)}" if follow else ""
+        yield Meaning(
+            (name,), own.get(name) or _sentence(f"generalized coordinate{sets}", unit[name])
+        )
     for joint in mechanism.joints:
         if not joint.quaternion:
             continue

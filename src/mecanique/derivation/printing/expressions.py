@@ -30,8 +30,8 @@ from mecanique.derivation.printing.trigforms import (
     rescale,
     shortest,
 )
-from mecanique.derivation.scalars.monomials import exponents, power
-from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series
+from mecanique.derivation.scalars.monomials import Polynomial, exponents, power
+from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series, canonical
 
 __all__ = ["collect_terms", "factor_out", "letters", "size", "to_formula", "to_power", "to_sympy"]
 
@@ -197,6 +197,9 @@ def _factored_sum(polynomial: Series) -> Product:
     degrees = [dict(exponents(m)) for m in terms]
     coefficients = (Fraction(c, polynomial.denominator) for c in terms.values())
     plain = multiply(add(_gather(ring, list(zip(degrees, coefficients, strict=True)))))
+    by_inertia = _collect_by_inertia(polynomial)
+    if by_inertia is not None and size(by_inertia) < size(plain):
+        plain = by_inertia
     # a linear sum, or two terms without powers and common letters, cannot be factored
     linear = all(sum(d.values()) <= 1 for d in degrees)
     without = linear or (len(terms) == 2 and all(e == 1 for d in degrees for e in d.values()))
@@ -220,6 +223,35 @@ def _factored_sum(polynomial: Series) -> Product:
         out.append(multiply((add(inner), e)))
     factored = multiply(*out)
     return factored if size(factored) < size(plain) else plain
+
+
+def _collect_by_inertia(polynomial: Series) -> Product | None:
+    """A sum by its masses, moments of inertia and the like, if each term holds one of these.
+
+    Js rp² + Jp rs² + 2 Jp rs rp + Jp rp² = Js rp² + Jp (rs + rp)².
+    """
+    ring, terms = polynomial.ring, polynomial.parts[0]
+    if not 2 < len(terms) <= _LARGEST:
+        return None
+    by_letter: dict[int, Polynomial] = {}
+    for monomial, c in terms.items():
+        held = [i for i, e in exponents(monomial) if e == 1 and _is_inertial(ring, i)]
+        if len(held) != 1:
+            return None
+        by_letter.setdefault(held[0], {})[monomial - power(held[0])] = c
+    if not 1 < len(by_letter) < len(terms):
+        return None
+    parts = []
+    for index, inner in by_letter.items():
+        rest = canonical(ring, {0: inner}, polynomial.denominator, polynomial.reach)
+        parts.append(multiply(_letter(ring, index), factor_out({(): rest})))
+    return multiply(add(parts))
+
+
+def _is_inertial(ring: Basis, index: int) -> bool:
+    """Whether a generator is a parameter that is no length, rate or acceleration."""
+    generator = ring.generators[index]
+    return generator.kind is Kind.PARAMETER and ring.places.get(generator.name, 0) == 0
 
 
 _Rows: TypeAlias = "tuple[tuple[tuple[int, ...], int], ...]"

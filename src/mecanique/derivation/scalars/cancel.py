@@ -49,7 +49,10 @@ def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
 
 
 def without_common_divisor(series: Series) -> Series:
-    """Return a series times those sums of parameters that all its terms are divided by.
+    """Return a series times those sums that all its terms are divided by.
+
+    These do not vanish where the series is defined: x''/(R² − x²) + x x'²/(R² − x²)² = 0 becomes
+    x'' + x x'²/(R² − x²) = 0.
 
     Args:
         series: the left side of an equation series = 0.
@@ -57,11 +60,13 @@ def without_common_divisor(series: Series) -> Series:
     ring = series.ring
     for index, atom in ring.atoms.items():
         powers = {exponent(monomial, index) for _, monomial, _ in series.terms()}
-        fixed = all(
-            g.kind in (Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM) for g in atom.argument.generators()
+        known = all(
+            g.kind in (Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM, Kind.COORDINATE)
+            for g in atom.argument.generators()
         )
-        if fixed and powers and max(powers) < 0:
-            series = Series(ring, {0: {power(index, -max(powers)): 1}}, 1, -max(powers)) * series
+        if not atom.named and known and powers and max(powers) < 0:
+            for _ in range(-max(powers)):  # one by one, as a root's square would be its radicand
+                series = Series(ring, {0: {power(index): 1}}, 1, 1) * series
     return series
 
 

@@ -27,7 +27,10 @@ __all__ = [
     "mass_and_bias",
 ]
 
-_MATH = '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block">{}</math>'
+_MATH = (
+    '<math xmlns="http://www.w3.org/1998/Math/MathML" display="block" style="margin: 0.6em 0">'
+    "{}</math>"
+)
 
 Matrix: TypeAlias = "tuple[tuple[Series, ...], ...]"
 """Rows of series."""

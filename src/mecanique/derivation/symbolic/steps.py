@@ -89,7 +89,7 @@ def energy_stages(
             (*parts, Result(Left("T"), T)),
         )
     ]
-    stored = _stored(gravity, works)
+    stored = _list_energies(gravity, works)
     sentences = []
     if gravity:
         sentences.append(
@@ -104,21 +104,21 @@ def energy_stages(
         )
     if stored:
         several = stored if len(stored) > 1 else []
-        whole = Result(Left("V"), V, _written(gravity, works, V))
+        whole = Result(Left("V"), V, _write_potential(gravity, works, V))
         found.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
     return found
 
 
-def _stored(gravity: Series, works: Sequence[Work]) -> list[Result]:
+def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
     """The energy of the weights and of each spring."""
     springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
     stored = [_store(work.name, work) for work in springs]
     return [Result(Left("V_gravity"), gravity), *stored] if gravity else stored
 
 
-def _written(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
+def _write_potential(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
     """The potential energy spring by spring, where that is shorter."""
-    parts = join(part.shown or expression(part.right) for part in _stored(gravity, works))
+    parts = join(part.shown or expression(part.right) for part in _list_energies(gravity, works))
     return shorter(parts, expression(V))
 
 
@@ -181,7 +181,7 @@ def energy_integral(
     idle = "Nothing depends on time, no force but weights and springs does work" + (
         ", and the constraints do none" if ties else ""
     )
-    degrees, potential = _degrees(T), _written(gravity, works, V)
+    degrees, potential = _degrees(T), _write_potential(gravity, works, V)
     if degrees.keys() <= {2}:
         sentence = f"{idle}: along any motion the total energy keeps its value."
         shown = join((expression(T), potential))
