@@ -38,7 +38,7 @@ def derive(source: Path, *options: str) -> str:
     command = [sys.executable, "-m", "mecanique", "derive", *options, "--format", "latex"]
     environment = {**os.environ, "PYTHONPATH": str(source)}
     done = subprocess.run(command, env=environment, capture_output=True, check=True)
-    return done.stdout.decode("utf-8")
+    return done.stdout.decode("utf-8").strip()
 
 
 def draw(folder: Path, name: str, text: str) -> int:

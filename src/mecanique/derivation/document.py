@@ -140,7 +140,7 @@ class Document:
             equality = "" if meaning.definition is None else _equality(meaning, writer)
             if equality and width(equality) < _INLINE:
                 said, equality = f"{said}, ${equality}$", ""
-            out.append(f"\\item[{{{symbol}}}] {said}")
+            out.append(f"\\item[{{\\normalfont {symbol}}}] {said}")
             if equality:
                 out.append(display([equality], PAGE - _HANGING))
         out.append("\\end{description}")

@@ -9,6 +9,7 @@ from fractions import Fraction
 from html import escape
 from typing import Any, NamedTuple, cast, final
 
+from mecanique.derivation.printing.divisors import draw_divisor
 from mecanique.derivation.printing.expressions import (
     collect_terms,
     factor_out,
@@ -296,7 +297,9 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     if left and left[0].factor.number < 0 and inertia in left:
         left.remove(inertia)  # an equation does not begin with a minus
         left.insert(0, inertia)
-    return Equation(_expression(element, left), _expression(element, right), divisor)
+    whole_left = _expression(element, left)
+    whole_left = replace(whole_left, terms=tuple(draw_divisor(whole_left.terms)))
+    return Equation(whole_left, _expression(element, right), divisor)
 
 
 def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:

@@ -75,11 +75,8 @@ def energy_stages(
         V: potential energy of gravity and springs.
         heavy: whether gravity acts at all.
     """
-    parts = (
-        [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
-        if len(kinetic) > 1
-        else []
-    )
+    parts = [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
+    parts = parts if len(parts) > 1 else []
     found = [
         Stage(
             "Kinetic energy",
