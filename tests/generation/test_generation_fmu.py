@@ -14,6 +14,7 @@ import pytest
 import mecanique as mq
 from mecanique.generation.targets import fmu as target
 from mecanique.generation.targets.c import WARNINGS, compiler
+from mecanique.reference.engine.package import has_pinocchio
 
 fmpy = pytest.importorskip("fmpy")
 from fmpy.fmi1 import FMICallException  # noqa: E402
@@ -165,7 +166,7 @@ def test_a_model_that_gives_something_else_is_not_handed_out(
         "write_source",
         lambda program: right(program).replace("out[1] = ", "out[1] = 1e-9 + ", 1),
     )
-    with pytest.raises(mq.DerivationError, match="and Pinocchio disagree: rhs differs by"):
+    with pytest.raises(mq.DerivationError, match="and the reference disagree: rhs differs by"):
         mq.generate(mq.derive(mq.textbook.load("simple_pendulum")), "fmu", samples=3)
 
 
@@ -178,10 +179,26 @@ def test_the_sources_travel_and_compile_without_warnings(
         page = archive.read("documentation/index.html").decode()
     where, ending = target.platform_of()
     assert f"binaries/{where}/cart_pole{ending}" in names
-    assert "Run and compared with Pinocchio at 4 random states" in page
+    engine = "Pinocchio" if has_pinocchio() else "a stand-in for Pinocchio"
+    assert f"Run and compared with {engine} at 4 random states" in page
     (tmp_path / "cart_pole.c").write_bytes(text)
     source = str(tmp_path / "cart_pole.c")
     subprocess.run([compiler(), *WARNINGS, "-fsyntax-only", source], check=True)
+
+
+def test_the_library_has_the_ending_of_its_system(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On Windows gcc would add .exe to what has none."""
+    commands: list[list[str]] = []
+    run = subprocess.run
+
+    def record(command: list[str], **options: object) -> object:
+        commands.append(command)
+        return run(command, **options)  # type: ignore[call-overload]
+
+    monkeypatch.setattr(target.subprocess, "run", record)
+    target._build("one", "int one(void) { return 1; }")
+    (command,) = commands
+    assert Path(command[command.index("-o") + 1]).name == f"one{target.platform_of()[1]}"
 
 
 def test_what_a_model_cannot_have_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,7 +29,9 @@ def reading(text: str, engine: str = "pinocchio") -> EngineReading:
     return found
 
 
-@pytest.mark.parametrize("engine", ["pinocchio", "mujoco", "drake"])
+@pytest.mark.parametrize(
+    "engine", [pytest.param("pinocchio", marks=pytest.mark.engine), "mujoco", "drake"]
+)
 def test_engines_read_a_sound_file_alike(engine: str) -> None:
     if engine != "pinocchio":
         pytest.importorskip({"drake": "pydrake"}.get(engine, engine))
@@ -39,6 +41,7 @@ def test_engines_read_a_sound_file_alike(engine: str) -> None:
     assert not found.sentences()
 
 
+@pytest.mark.engine
 @pytest.mark.parametrize(
     ("old", "new", "read", "trap", "said"),
     [
@@ -83,6 +86,7 @@ def test_a_dropped_inertial_does_not_agree(
     assert verdict.to_dict()["readings"][0]["differs"] is True
 
 
+@pytest.mark.engine
 def test_a_refusal_is_told_and_equations_still_agree() -> None:
     text = ARM.replace('effort="1"', 'effort="-1"')
     verdict = mq.verify(read_urdf(text), samples=3)

@@ -174,7 +174,7 @@ def _test(program: Program, cases: Cases) -> str:
     """A program that compares at all states and prints the worst difference of each answer."""
     name, states = program.name, len(cases)
     lines = [
-        f"/* Compares {name}.c with values of Pinocchio; build with",
+        f"/* Compares {name}.c with reference values; build with",
         f"   cc -std=c99 -o test_{name} {name}.c test_{name}.c -lm */",
         "#include <math.h>",
         "#include <stdio.h>",

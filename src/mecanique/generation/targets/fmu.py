@@ -148,11 +148,14 @@ def _build(name: str, source: str) -> bytes:
         DerivationError: if it refuses the code.
     """
     with tempfile.TemporaryDirectory() as folder:
-        path, library = Path(folder) / f"{name}.c", Path(folder) / name
+        # on Windows, gcc adds .exe to what has no ending
+        path, library = (Path(folder) / f"{name}{ending}" for ending in (".c", platform_of()[1]))
         path.write_text(source, encoding="utf-8")
         options = [*_OPTIONS, *limit_optimization([path]), "-o", str(library)]
         command = [compiler(), *options, str(path), "-lm"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            command, capture_output=True, encoding="utf-8", errors="replace", check=False
+        )
         if done.returncode:
             raise DerivationError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
         return library.read_bytes()

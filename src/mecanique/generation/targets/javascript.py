@@ -112,7 +112,7 @@ def _test(program: Program, cases: Cases) -> str:
     inputs = {**cases.inputs, "y": np.hstack([cases.inputs["q"], cases.inputs["v"]])}
     inputs["t"] = inputs["t"][:, 0]
     lines = [
-        f"// Compares {program.name}.mjs with values of Pinocchio; run with node.",
+        f"// Compares {program.name}.mjs with reference values; run with node.",
         f'import * as code from "./{program.name}.mjs";',
         "",
         "const inputs = {",

@@ -158,7 +158,7 @@ def write_test(
     """
     file = file or f"{program.name}.py"
     lines = [
-        f'"""Compares {file} with values of Pinocchio."""',
+        f'"""Compares {file} with reference values."""',
         "",
         "import importlib.util",
         "import pathlib",

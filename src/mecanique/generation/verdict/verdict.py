@@ -98,7 +98,7 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
     worst = {name: float(number) for name, number, _ in map(str.split, done.stdout.splitlines())}
     if done.returncode:
         raise DerivationError(
-            f"the {target.title} of {program.mechanism.name!r} and Pinocchio disagree: "
+            f"the {target.title} of {program.mechanism.name!r} and the reference disagree: "
             f"{'; '.join(done.stderr.splitlines()[:3])}"
         )
     return CodeVerdict(

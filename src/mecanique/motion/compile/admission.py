@@ -52,7 +52,7 @@ def require_agreement(
     }
     most = rounding(mechanism, states, theirs)
     ours = {"acceleration": accelerations(states)}
-    (row,) = rows_of((source, "Pinocchio"), ours, theirs, states, mechanism, rounding=most)
+    (row,) = rows_of((source, "reference"), ours, theirs, states, mechanism, rounding=most)
     if not row.worst <= max(TOLERANCE, row.rounding):
         raise DerivationError(
             f"the {source} of {mechanism.name!r} and the reference disagree: accelerations "

@@ -158,7 +158,7 @@ def _proof(verdict: VerdictTable) -> str:
     )
     return (
         f"<h3>The program of this page</h3>"
-        '<table><thead><tr><th scope="col">difference from Pinocchio</th>'
+        '<table><thead><tr><th scope="col">difference from the reference</th>'
         f'<th scope="col">worst, relative</th></tr></thead><tbody>{rows}</tbody></table>'
         f'<p class="note">{escape(verdict.own_note)}</p>'
     )
