@@ -25,6 +25,7 @@ html_theme = "furo"
 html_title = "mecanique"
 html_extra_path = ["_generated/pages"]
 html_show_sphinx = False
+smartquotes = False  # q'' has primes, not quotation marks
 
 myst_enable_extensions = ["colon_fence", "fieldlist"]
 myst_heading_anchors = 3

@@ -11,6 +11,7 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import mecanique as mq
+from mecanique.generation.build import build_program
 from mecanique.urdf.dialect import EXTENSIONS
 from mecanique.urdf.rules import RULES
 from mecanique.verification.facts import check
@@ -19,6 +20,17 @@ from mecanique.viewing.gallery import gallery
 BENCHMARKS = Path(__file__).parents[1] / "tests" / "benchmarks"
 SAMPLES = 20
 """States of each verdict in the table of validation."""
+COUNTED = (
+    "simple_pendulum",
+    "double_pendulum",
+    "cart_pole",
+    "gyroscope",
+    "slider_crank",
+    "four_bar_linkage",
+    "squeezer",
+    "whipple_bicycle",
+)
+"""Systems whose operations are counted."""
 API = {
     "Describing a mechanism": ("mecanique.model",),
     "Equations of motion": ("mecanique.derivation", "mecanique.derivation.equations"),
@@ -43,6 +55,7 @@ def write_all(directory: Path) -> None:
     (directory / "lint_rules.md").write_text(lint_rules(), encoding="utf-8")
     (directory / "urdf_tags.md").write_text(urdf_tags(), encoding="utf-8")
     (directory / "benchmarks.md").write_text(benchmarks(), encoding="utf-8")
+    (directory / "operations.md").write_text(operations(), encoding="utf-8")
     for title, text in api_pages():
         (directory / f"api_{slug(title)}.md").write_text(text, encoding="utf-8")
     pages = os.environ.get("MECANIQUE_DOCS_GALLERY", "").split()
@@ -86,8 +99,19 @@ def benchmarks() -> str:
     for path in sorted(BENCHMARKS.glob("*.py")):
         text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
         says = text.partition("\n")[0]
-        rows.append(f"| `python tests/benchmarks/{path.name}` | {cell(says)} |")
-    return table("| command | what it measures |", rows)
+        rows.append(f"| `{path.name}` | {cell(says)} |")
+    return table("| name | what it measures |", rows)
+
+
+def operations() -> str:
+    """Return the table of operations that the accelerations of a state take."""
+    rows = []
+    for name in COUNTED:
+        found = build_program(mq.derive(mq.textbook.load(name)), "rhs").count()
+        parts = (found.additions, found.multiplications, found.divisions, found.functions)
+        rows.append(f"| `{name}` | {found.total} | " + " | ".join(map(str, parts)) + " |")
+    head = "| system | operations | additions | multiplications | divisions | functions |"
+    return table(head, rows)
 
 
 def lint_rules() -> str:

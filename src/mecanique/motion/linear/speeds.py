@@ -51,7 +51,7 @@ class SpeedRange:
     def __str__(self) -> str:
         lines = [f"{self.mechanism.name}: exponents of small deviations [1/s] by speed"]
         for speed, values in zip(self.speeds, self.eigenvalues, strict=True):
-            cells = "  ".join(f"{plain(x):>22.6g}" for x in values)
+            cells = "  ".join(f"{x:>22.6g}" for x in plain(values))
             lines.append(f"{speed:>10.4g}  {cells}")
         limits = ", ".join(f"{limit:.9g}" for limit in self.limits) or "none in this range"
         return "\n".join([*lines, f"stability changes at: {limits}"])

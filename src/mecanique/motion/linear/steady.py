@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, final
+from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 
@@ -135,7 +135,7 @@ class SteadyLinearization:
 
     def __repr__(self) -> str:
         kind = "stable" if self.stable else "unstable"
-        found = ", ".join(f"{plain(x):.6g}" for x in self.exponents)
+        found = ", ".join(f"{x:.6g}" for x in plain(self.exponents))
         return f"<{kind} steady motion of {self.mechanism.name!r}: λ = {found or 0}>"
 
 
@@ -285,6 +285,8 @@ def _refuse_changing(
         )
 
 
-def plain(x: Any) -> Any:
-    """Return a number, as a real one if it is real."""
-    return x if x.imag else x.real
+def plain(exponents: np.ndarray) -> list[complex | float]:
+    """Return the numbers without rounding noise, those that are real as such."""
+    noise = _NONE * np.abs(exponents).max(initial=0.0)
+    re, im = (np.where(np.abs(x) > noise, x, 0.0) for x in (exponents.real, exponents.imag))
+    return [complex(x, y) if y else float(x) for x, y in zip(re, im, strict=True)]
