@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from fmpy import simulate_fmu
 
 import mecanique as mq
+
+try:
+    from fmpy import simulate_fmu
+except ImportError:
+    raise SystemExit(
+        "this example needs FMPy; install it with: pip install 'mecanique[fmpy]'"
+    ) from None
 
 
 def main() -> None:

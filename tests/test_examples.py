@@ -75,12 +75,16 @@ def test_the_ensemble_is_run_by_processes_of_dask(tmp_path: Path) -> None:
     assert last > 1e-2
 
 
-def test_the_ensemble_says_what_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(
-        SystemExit, match=r"needs Dask; install it with: pip install 'mecanique\[cluster\]'"
-    ):
-        runpy.run_path(str(ON_PROCESSES), run_name="__main__")
+@pytest.mark.parametrize(
+    ("example", "package", "extra"),
+    [(ON_PROCESSES, "distributed", "cluster"), (FOLDER / "fmu.py", "fmpy", "fmpy")],
+)
+def test_an_example_says_what_it_needs(
+    example: Path, package: str, extra: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(SystemExit, match=rf"install it with: pip install 'mecanique\[{extra}\]'"):
+        runpy.run_path(str(example), run_name="__main__")
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)

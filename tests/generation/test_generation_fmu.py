@@ -195,7 +195,7 @@ def test_the_library_has_the_ending_of_its_system(monkeypatch: pytest.MonkeyPatc
         commands.append(command)
         return run(command, **options)  # type: ignore[call-overload]
 
-    monkeypatch.setattr(target.subprocess, "run", record)
+    monkeypatch.setattr("mecanique.generation.targets.fmu.subprocess.run", record)
     target._build("one", "int one(void) { return 1; }")
     (command,) = commands
     assert Path(command[command.index("-o") + 1]).name == f"one{target.platform_of()[1]}"
