@@ -103,6 +103,8 @@ def test_a_point_that_slides_is_written() -> None:
         (np.linspace(0, 1, 1001), 61),
         (np.array([0.0, 0.1, 1.0]), 61),
         (np.linspace(0, 3600, 100_001), 7200),
+        (np.linspace(0, 0.03, 1001), 241),
+        (np.linspace(0, 0.03, 7), 7),
         (np.array([2.0]), 1),
     ],
 )

@@ -135,8 +135,14 @@ def test_ctrl_c_before_any_page_has_come_ends_it_too(tmp_path: Path) -> None:
 def test_the_motion_waits_for_its_first_page(tmp_path: Path) -> None:
     script = tmp_path / "wait.py"
     script.write_text(
+        # by a function of Python, which no page computes
         "import mecanique as mq\n"
-        "mq.view(mq.textbook.load('rigid_bar_pendulum'), open_browser=False)\n",
+        "m, push = mq.Parameter('m', 2.0), mq.Input('F', lambda t: 1.0)\n"
+        "block = mq.Body('block', mq.box(m, (0.4, 0.3, 0.2)))\n"
+        "slide = mq.Prismatic('slide', 'ground', 'block', axis=(1, 0, 0), coordinate='x')\n"
+        "force = mq.Force('push', 'block', (0, 0, 0), (push, 0, 0))\n"
+        "mq.view(mq.Mechanism('pushed', bodies=(mq.Body('ground'), block), joints=(slide,),\n"
+        "    forces=(force,), parameters=(m,), inputs=(push,)), open_browser=False)\n",
         encoding="utf-8",
     )
     run = subprocess.Popen([sys.executable, str(script)], stdout=subprocess.PIPE, text=True)

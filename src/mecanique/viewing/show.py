@@ -17,6 +17,7 @@ from mecanique.motion.record.motion import Motion
 from mecanique.verification import verify
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.engine.attach import computed_scene
+from mecanique.viewing.live.computing import Computing, begin
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.live.moving import Moving, Recorded
 from mecanique.viewing.page.page import page
@@ -120,10 +121,11 @@ def view(
 ) -> None:
     """Show a motion live in a browser on this machine, until Ctrl-C or the end of the process.
 
-    A mechanism is set in motion and shown while the motion is computed. The server answers on
-    127.0.0.1 only, under a random token. The motion starts when the first page shows it; equations
-    and verdict arrive while it moves. Parameters and initial values can be changed in the page; the
-    motion then starts again with them.
+    The page is the one `export` writes: it computes the motion by itself, and equations and verdict
+    arrive while it moves. What a page cannot compute (more than 12 velocities, inputs that are
+    functions of Python) is computed here and streamed; it starts when the first page shows it, and
+    again when parameters or initial values change in the page. The server answers on 127.0.0.1
+    only, under a random token.
 
     Args:
         shown: a mechanism, or what `simulate` returned.
@@ -142,15 +144,41 @@ def view(
     """
     if not 0 < speed < float("inf"):
         raise InputError(f"expected a speed above 0, got {speed!r}")
-    source: Moving | Recorded
     if isinstance(shown, Mechanism):
         if duration is not None and not 0 < duration < float("inf"):
             raise InputError(f"expected a duration above 0, or None for no end, got {duration!r}")
-        source = Moving(shown, q, v, float("inf") if duration is None else duration, rtol, speed)
+    elif not (q is None and v is None and duration is None):
+        raise InputError("q, v and duration belong to a mechanism; a motion has its own")
+    elif not isinstance(shown, Motion):
+        raise InputError(
+            f"expected a Motion, as simulate returns it, or a Mechanism, got {type(shown).__name__}"
+        )
+    end = float("inf") if duration is None else duration
+    computing = begin(shown, q, v, end, rtol, speed)
+    if computing:
+        _serve(computing, port, open_browser, speed)
+    elif isinstance(shown, Mechanism):
+        _stream(Moving(shown, q, v, end, rtol, speed), port, open_browser, speed)
     else:
-        if not (q is None and v is None and duration is None):
-            raise InputError("q, v and duration belong to a mechanism; a motion has its own")
-        source = Recorded(shown)
+        _stream(Recorded(shown), port, open_browser, speed)
+
+
+def _serve(computing: Computing, port: int, open_browser: bool, speed: float) -> None:
+    """Serve a page that computes its motion by itself."""
+    with LiveView(computing.scene, port=port, open_browser=open_browser, at_once=True) as live:
+        try:
+            print(f"{live.url}\nCtrl-C ends the view.", flush=True)
+            live.await_page()
+            computing.check(live)
+            live.stream(lambda changes: (), speed=speed, hold=True)
+        except KeyboardInterrupt:
+            return
+        finally:
+            computing.close()
+
+
+def _stream(source: Moving | Recorded, port: int, open_browser: bool, speed: float) -> None:
+    """Stream a motion that is computed here."""
     with LiveView(
         source.presenter.first, port=port, open_browser=open_browser, at_once=True
     ) as live:

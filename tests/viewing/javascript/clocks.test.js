@@ -117,3 +117,28 @@ test("the largest force that is shown is as long as any; a rare peak is cut", ()
   const kinds = { weight: { label: "Weight" }, load: { label: "Loads" } };
   assert.equal(gauge.describe(1, kinds), "Weight: 1 m ≙ 7.14 N · Loads: 1 m ≙ 4.46 N");
 });
+
+test("a motion that is over in a moment is shown in ten seconds", () => {
+  assert.equal(new Player({ first: 0, last: 0.03, n: 241, dt: 0.03 / 240 }).speed, 0.003);
+  assert.equal(new Player({ first: 0, last: 5, n: 301, dt: 1 / 60 }).speed, 1);
+});
+
+test("a motion without end is carried on when its end is reached, unless it is repeated", () => {
+  const player = new Player({ first: 0, last: 1, n: 61, dt: 1 / 60 });
+  player.onend = () => {
+    player.take({ first: 0, last: 2, n: 121, dt: 1 / 60 });
+    return true;
+  };
+  player.seek(0.9);
+  player.play();
+  player.tick(0);
+  player.tick(300);
+  assert.ok(Math.abs(player.time - 0.2) < 1e-12, "repeated");
+  player.looping = false;
+  player.seek(0.9);
+  player.tick(400);
+  player.tick(600);
+  assert.ok(Math.abs(player.time - 1.2) < 1e-12, "carried on");
+  assert.equal(player.last, 2);
+  assert.equal(player.playing, true);
+});

@@ -24,7 +24,7 @@ from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import quantities_of_inputs
 
-__all__ = ["SAMPLES", "computed_scene"]
+__all__ = ["SAMPLES", "add_row", "computed_scene", "equip", "judge_page"]
 
 SAMPLES = 100
 """Number of states at which a page's program is compared with Pinocchio."""
@@ -43,18 +43,37 @@ def computed_scene(
         actions: the forces on the moving bodies, as many states as the motion has samples.
         equations: derived equations, one per method; the first is taken.
     """
-    mechanism = motion.mechanism
     try:
-        maker = Maker(motion, equations[0] if equations else derive(mechanism))
-        scene = maker.thin(scene_of(motion, document, actions, complete=True))
-        engine = maker.make(scene, write_python(mechanism))
+        first = equations[0] if equations else derive(motion.mechanism)
+        scene, maker = equip(motion, document, actions, first)
         verdict = add_row(document.verdict, judge_page(maker))
     except MecaniqueError as error:
         reason = f"This page shows a recorded motion and computes no other: {error}."
         return scene_of(motion, replace(document, recorded=reason), actions)
+    return replace(scene, document=replace(scene.document, verdict=verdict))
+
+
+def equip(
+    motion: Motion, document: Document, actions: Sequence[Action], equations: Equations
+) -> tuple[Scene, Maker]:
+    """Return the scene of a motion with its engine, and what made it.
+
+    Args:
+        motion: what was simulated.
+        document: the texts of the page.
+        actions: the forces on the moving bodies, as many states as the motion has samples.
+        equations: of motion.
+
+    Raises:
+        MecaniqueError: if a page cannot compute this motion.
+    """
+    mechanism = motion.mechanism
+    maker = Maker(motion, equations)
+    scene = maker.thin(scene_of(motion, document, actions, complete=True))
     constants = quantities_of_inputs(mechanism)
-    document = replace(document, verdict=verdict, parameters=(*document.parameters, *constants))
-    return replace(scene, engine=engine, document=document)
+    document = replace(document, parameters=(*document.parameters, *constants))
+    engine = maker.make(scene, write_python(mechanism))
+    return replace(scene, engine=engine, document=document), maker
 
 
 def judge_page(maker: Maker) -> CodeVerdict:

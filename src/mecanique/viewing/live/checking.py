@@ -21,6 +21,8 @@ MOST_DERIVED = 8
 
 Found = Callable[[tuple[Derivation, ...], VerdictTable], None]
 
+Proof = Callable[[VerdictTable], VerdictTable]
+
 WAITING = VerdictTable(headline="checking …")
 
 
@@ -43,11 +45,15 @@ class Checking:
     Args:
         mechanism: what to derive.
         found: called with what has been found so far, and a verdict that may be pending.
+        prove: returns the verdict with what else is to be compared, unless it disagrees already.
     """
 
-    def __init__(self, mechanism: Mechanism, found: Found) -> None:
+    def __init__(
+        self, mechanism: Mechanism, found: Found, prove: Proof = lambda table: table
+    ) -> None:
         self._mechanism = mechanism
         self._found = found
+        self._prove = prove
         self._lock = threading.Lock()
         self._cancelled = False
         self._thread = threading.Thread(target=self._run, name="mecanique check", daemon=True)
@@ -81,7 +87,10 @@ class Checking:
             if derivations:
                 self._tell(derivations, WAITING)
             if not self._cancelled:
-                self._tell(derivations, self._compare())
+                verdict = self._compare()
+                self._tell(derivations, verdict)
+                if verdict.agrees and not self._cancelled:
+                    self._tell(derivations, self._prove(verdict))
         except Exception as error:  # a page must not wait forever: it says why there is no verdict
             self._tell(
                 derivations, VerdictTable(headline=f"not checked: {type(error).__name__}: {error}")

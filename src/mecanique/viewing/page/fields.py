@@ -18,10 +18,10 @@ def write_parameters(scene: Scene, live: bool) -> str:
 
     Args:
         scene: what the page shows.
-        live: whether a server computes the motion.
+        live: whether a server computes the motion; then the scene has no engine.
     """
     document = scene.document
-    parts = [_SETUP] if scene.engine and not live else []
+    parts = [_SETUP] if scene.engine else []
     if document.method:
         parts.append(f'<p class="note">Recorded: {escape(document.method)}.</p>')
     if document.recorded:
@@ -32,7 +32,7 @@ def write_parameters(scene: Scene, live: bool) -> str:
     ):
         if quantities:
             parts.append(f"<h3>{title}</h3>{_quantities(scene, kind, quantities, live)}")
-    if scene.engine and not live:
+    if scene.engine:
         parts += [_integration(scene.engine), _BESIDE, _MODES]
     if document.freedom:
         parts.append(
@@ -102,7 +102,7 @@ def _field(kind: str, name: str, value: float, unit: str) -> str:
 def _quantities(scene: Scene, kind: str, quantities: Iterable[Quantity], live: bool) -> str:
     rows = []
     known: tuple[str, ...] = ()
-    if scene.engine and not live:
+    if scene.engine:
         known = (*scene.engine.parameters, *scene.engine.coordinates, *scene.engine.velocities)
     for each in quantities:
         own = each.name in known

@@ -20,6 +20,9 @@ from mecanique.viewing.scene.scene import Floats, Scene
 __all__ = ["FRAME_RATE", "MOST_FRAMES", "Packed", "pack", "resample", "varints"]
 
 FRAME_RATE = 60.0
+SHORT, LEAST_FRAMES = 0.5, 241
+"""A motion of at most this length [s] has so many frames, as far as there are samples."""
+
 MOST_FRAMES = 7200
 POSITION_STEP = 1e-4  # [m] for a scene of 1 m or more; the error is half a step
 QUATERNION_STEP = 5e-5
@@ -82,7 +85,9 @@ def pack(scene: Scene) -> Packed:
 
 
 def resample(t: Floats) -> Floats:
-    """Return the evenly spaced times a page plays: at most 60 frames a second and 7200 in all.
+    """Return the evenly spaced times a page plays.
+
+    They are 60 a second, at most 7200, and more where all is over in half a second.
 
     Args:
         t: shape (n,), the times of the scene [s].
@@ -91,9 +96,11 @@ def resample(t: Floats) -> Floats:
         return t
     length = float(t[-1] - t[0])
     even = bool(np.allclose(np.diff(t), length / (len(t) - 1), rtol=1e-6, atol=0))
-    if even and length / (len(t) - 1) >= 0.999 / FRAME_RATE and len(t) <= MOST_FRAMES:
+    least = min(len(t), LEAST_FRAMES) - 1 if length <= SHORT else 1
+    rare = len(t) - 1 <= least or length / (len(t) - 1) >= 0.999 / FRAME_RATE
+    if even and rare and len(t) <= MOST_FRAMES:
         return t
-    count = int(min(max(round(length * FRAME_RATE), 1), MOST_FRAMES - 1)) + 1
+    count = int(min(max(round(length * FRAME_RATE), least), MOST_FRAMES - 1)) + 1
     return np.linspace(t[0], t[-1], count)
 
 

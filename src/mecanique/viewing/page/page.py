@@ -70,6 +70,7 @@ MODULES = (
     "studies/sections",
     "panels/notes",
     "studies/bars",
+    "clock/link",
     "clock/live",
     "clock/connection",
     "clock/sources",
@@ -113,7 +114,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
     packed = pack(scene)
     meshes, mesh_bytes = mesh_parcel(scene.bodies)
     live = stream and {"id": stream.identity, "first": float(scene.t[0])}
-    engine = None if stream else scene.engine
+    engine = scene.engine
     header = _header(scene) | {
         "table": packed.header,
         "meshes": meshes,
@@ -123,7 +124,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
     viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()
     connect = " ".join(stream.sources) if stream else "'none'"
     program = [engine.script] if engine else []
-    tabs, inner = panels(scene, live=stream is not None)
+    tabs, inner = panels(scene, live=stream is not None and engine is None)
     subtitle = scene.document.subtitle
     parts = {
         "policy": escape(policy([script, viewer, *program], [style], connect)),

@@ -49,6 +49,7 @@ class Engine:
         restrained: which of them restrain velocities alone.
         unknown: columns of the scene's table that the program does not know.
         resized: shapes that follow the parameters.
+        endless: whether the motion goes on when its end is reached.
         python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
     """
 
@@ -66,4 +67,5 @@ class Engine:
     restrained: tuple[int, ...] = ()
     unknown: tuple[int, ...] = ()
     resized: tuple[Resized, ...] = ()
+    endless: bool = False
     python: str = ""

@@ -3,7 +3,7 @@
 import { Bench } from "./engine/bench.js";
 import { Machine } from "./engine/machine.js";
 import { Motion } from "./clock/motion.js";
-import { wireLive } from "./clock/connection.js";
+import { wireComputing, wireLive } from "./clock/connection.js";
 import {
   wireCameras,
   wireForces,
@@ -64,6 +64,20 @@ function wireExtras(setup, { picture, layout, plots, clock }) {
   };
 }
 
+// What a page that computes shows first; to that of a live view the server gave the beginning.
+function openSetup(setup, { picture, clock }) {
+  const { engine, live } = picture.scene;
+  if (live) goLive(setup, engine, picture, clock);
+  setup.open(location.hash);
+}
+
+function goLive(setup, { first, duration, endless }, picture, clock) {
+  if (clock.last < first + duration) setup.attempt(() => setup.computed());
+  if (endless) setup.goOnForever();
+  wireComputing(picture.scene.live.id, picture, clock);
+  findPlace(picture.camera);
+}
+
 function wirePicture(picture, forces, transport, bars) {
   const keys = wireCameras(picture.camera, picture.scene);
   wireShow(picture, bars);
@@ -81,7 +95,7 @@ async function start() {
   await loadViewer();
   const layout = layoutOf(scene);
   const table = new Table(scene.table, parts[0]);
-  const live = scene.live ? new LiveClock(scene.live, layout.end) : null;
+  const live = scene.live && !scene.engine ? new LiveClock(scene.live, layout.end) : null;
   const clock = live ?? new Player(table);
   const picture = new Picture(scene, layout, table, parts.slice(1), live !== null);
   const transport = new Transport(clock);
@@ -111,9 +125,9 @@ async function start() {
     wireLive(live, picture, transport);
     findPlace(picture.camera);
   }
-  plots.draw();
+  plots.refresh();
   const extras = wireExtras(setup, motion);
-  setup?.open(location.hash);
+  if (setup) openSetup(setup, motion);
   window.mecanique = { ...picture, picture, layout, table, clock, plots, setup };
   document.body.classList.add("ready");
   if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();

@@ -2,19 +2,33 @@
 
 import { keepPlace } from "../panels/place.js";
 import { wireNotes } from "../panels/notes.js";
-import { wireSliders } from "../panels/sliders.js";
+import { Link } from "./link.js";
+import { digitsAt, showSpeed } from "./player.js";
+import { setSliders, wireSliders } from "../panels/sliders.js";
 
+// How long a page that computes by itself says that it is alone now [ms].
+const SAID = 8000;
+
+function wireLink(link, picture) {
+  link.onleave = () => keepPlace(picture.camera);
+  link.oncommand = (command) => picture.stage.viewer.handle_command_bytearray(command);
+  wireNotes(link);
+}
+
+// The page of a motion that the server computes.
 export function wireLive(live, picture, transport) {
   const notice = document.getElementById("notice");
-  live.onleave = () => keepPlace(picture.camera);
+  wireLink(live, picture);
   live.onlink = (on) => {
     notice.textContent = on ? "" : "The connection is lost; waiting for the program to come back.";
     notice.hidden = on;
   };
   live.onstate = (state) => {
+    live.playing = !state.paused;
+    live.speed = state.speed;
+    setSliders(state.values);
     transport.refit();
-    // the slower time passes, the more digits of it are shown
-    transport.digits = Math.max(2, 2 - Math.floor(Math.log10(state.speed)));
+    transport.digits = digitsAt(state.speed);
     if (state.restart) {
       live.history.clear();
       picture.restart();
@@ -22,15 +36,28 @@ export function wireLive(live, picture, transport) {
     showSpeed(state.speed);
     picture.redraw();
   };
-  live.oncommand = (command) => picture.stage.viewer.handle_command_bytearray(command);
   document.getElementById("loop-label").hidden = true;
-  wireNotes(live);
   wireSliders(live);
 }
 
-function showSpeed(value) {
-  const speed = document.getElementById("speed");
-  if (![...speed.options].some((option) => Number(option.value) === value))
-    speed.append(new Option(`${value}×`, value));
-  speed.value = String(value);
+// The page of a motion that it computes by itself: only what is found out about it comes later.
+export function wireComputing(id, picture, clock) {
+  const link = new Link(id);
+  const notice = document.getElementById("notice");
+  wireLink(link, picture);
+  let linked = false;
+  link.onlink = (on) => {
+    if (on) notice.hidden = true;
+    else if (linked) {
+      notice.textContent = "The program has ended; this page goes on by itself.";
+      notice.hidden = false;
+      setTimeout(() => (notice.hidden = true), SAID);
+    }
+    linked = on;
+  };
+  link.onstate = ({ speed }) => {
+    clock.setSpeed(speed);
+    showSpeed(speed);
+  };
+  link.connect();
 }

@@ -1,20 +1,17 @@
 // The clock of a live view: frames from the server, and what the page asks of it.
 
 import { History } from "./history.js";
-import { setSliders } from "../panels/sliders.js";
+import { Link } from "./link.js";
 
-// The kind of message that is a command of meshcat's; any other is a frame.
-const COMMAND = 2;
-
-export class LiveClock {
+export class LiveClock extends Link {
   constructor(scene, width) {
+    super(scene.id);
     this.history = new History(width);
     this.width = width;
     this.chosen = null; // a time of the recent past that is looked at
     this.speed = 1;
     this.playing = true;
     this.time = scene.first;
-    this.scene = scene;
     this.row = null;
     this.number = 0;
     this.newest = null;
@@ -38,54 +35,13 @@ export class LiveClock {
     return 2 * Math.min(this.speed, 1);
   }
 
-  connect() {
-    const socket = (this.socket = new WebSocket(`ws://${location.host}${location.pathname}ws`));
-    socket.binaryType = "arraybuffer";
-    socket.onmessage = (message) => {
-      if (typeof message.data === "string") this.hear(JSON.parse(message.data));
-      else this.receive(message.data);
-    };
-    socket.onopen = () => this.onlink?.(true);
-    socket.onclose = () => {
-      this.onlink?.(false);
-      setTimeout(() => this.connect(), 1000);
-    };
-  }
-
   // A frame is four integers (kind, number, count, 0), the time, a row of the table, and so many
   // numbers of the places that the traces passed since the frame before.
   receive(buffer) {
-    const [kind, number] = new Uint32Array(buffer, 0, 2);
-    if (kind === COMMAND) {
-      this.oncommand?.(new Uint8Array(buffer, 16));
-      return;
-    }
-    if (this.leaving) return;
+    const [, number] = new Uint32Array(buffer, 0, 2);
     const [time] = new Float64Array(buffer, 16, 1);
     const passed = [...(this.newest?.passed ?? []), new Float32Array(buffer, 24 + 4 * this.width)];
     this.newest = { time, row: new Float32Array(buffer, 24, this.width), number, passed };
-  }
-
-  hear(state) {
-    if (state.notes) {
-      this.onnotes?.(state.notes);
-      return;
-    }
-    if (state.scene !== this.scene.id) {
-      // what still comes before the page has gone belongs to the new scene
-      this.leaving = true;
-      this.onleave?.();
-      location.reload();
-      return;
-    }
-    this.playing = !state.paused;
-    this.speed = state.speed;
-    setSliders(state.values);
-    this.onstate?.(state);
-  }
-
-  send(message) {
-    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
   play() {

@@ -1,11 +1,29 @@
 // The clock of a recorded motion, and the bar below the picture that drives it.
 
+// A motion of at most this length is shown in ten seconds [s].
+const SHORT = 0.5;
+
+// The speed in the list of speeds, where it may be new.
+export function showSpeed(value) {
+  const speed = document.getElementById("speed");
+  if (![...speed.options].some((option) => Number(option.value) === value))
+    speed.append(new Option(`${value}×`, value));
+  speed.value = String(value);
+}
+
+// How many digits of the time are shown: the slower it passes, the more.
+export function digitsAt(speed) {
+  return Math.max(2, 2 - Math.floor(Math.log10(speed)));
+}
+
 export class Player {
   constructor(table) {
-    this.speed = 1;
     this.playing = false;
     this.looping = true;
     this.take(table);
+    const length = this.last - this.first;
+    // what is over in a moment is shown slowly
+    this.speed = length > SHORT || !length ? 1 : Number((length / 10).toPrecision(1));
   }
 
   // Plays another motion from its start.
@@ -20,13 +38,21 @@ export class Player {
 
   play() {
     if (!this.seekable) return;
-    if (this.time >= this.last) this.time = this.first;
+    if (this.time >= this.last && !this.goesOn()) this.time = this.first;
     this.playing = true;
     this.stamp = null;
   }
 
   pause() {
     this.playing = false;
+  }
+
+  // Whether the motion has been carried on beyond its end, where that is possible.
+  goesOn() {
+    const { time } = this;
+    if (this.looping || !this.onend?.()) return false;
+    this.time = time;
+    return true;
   }
 
   seek(t) {
@@ -50,7 +76,7 @@ export class Player {
   tick(now) {
     if (this.playing && this.stamp !== null) {
       const next = this.time + ((now - this.stamp) / 1000) * this.speed;
-      if (next <= this.last) this.time = next;
+      if (next <= this.last || this.goesOn()) this.time = next;
       else if (this.looping)
         this.time = this.first + ((next - this.first) % (this.last - this.first));
       else {
@@ -75,6 +101,7 @@ export class Transport {
       clock.pause();
       clock.seek(Number(slider.value));
     };
+    showSpeed(clock.speed);
     this.refit();
   }
 
@@ -88,7 +115,8 @@ export class Transport {
     slider.max = this.clock.last;
     slider.step = "any";
     slider.disabled = !this.clock.seekable;
-    if (!this.clock.history) this.digits = this.clock.last - this.clock.first < 2 ? 3 : 2;
+    const { first, last, speed, history } = this.clock;
+    if (!history) this.digits = Math.max(last - first < 2 ? 3 : 2, digitsAt(speed));
   }
 
   toggle() {

@@ -80,6 +80,6 @@ export class Stream {
     if (!this.behind || now - this.drawn <= PLOT_PERIOD) return;
     this.drawn = now;
     this.behind = false;
-    this.plots.draw();
+    this.plots.refresh();
   }
 }

@@ -4,6 +4,7 @@
 import { Computed } from "./computed.js";
 
 const UNDONE = 200; // settings kept to go back to
+const MOST_LONGER = 6; // how many times longer a motion is made; then its next part is shown
 
 function copy(setting) {
   return { ...setting, p: [...setting.p], start: [...setting.start] };
@@ -70,6 +71,17 @@ export class Bench {
     this.setting = next;
     this.table = table;
     return table;
+  }
+
+  // The motion made twice as long, or its next part if that would be too long; null if it stops.
+  prolong() {
+    const { setting, table, machine } = this;
+    const { duration } = setting;
+    if (!table || table.path.stopped) return null;
+    if (2 * duration <= MOST_LONGER * machine.engine.duration)
+      return this.adopt({ ...setting, duration: 2 * duration }, { keep: false });
+    const start = [...table.stateAt(table.last)].slice(0, machine.names.length);
+    return this.adopt({ ...setting, first: table.last, start }, { keep: false });
   }
 
   // The motion from a start next to that of a setting, if there is one.

@@ -1,6 +1,7 @@
 // A motion that the page has computed, as a table like that of a recorded one: a row an instant.
 
 const ROWS_PER_SECOND = 60;
+const LEAST_ROWS = 240;
 const MOST_ROWS = 7200;
 
 // The quaternion of a rotation matrix, row by row, by its largest component.
@@ -25,7 +26,7 @@ export class Computed {
     this.first = path.first;
     this.last = path.last;
     const count = Math.round((this.last - this.first) * ROWS_PER_SECOND);
-    this.n = path.steps ? Math.min(Math.max(count, 1), MOST_ROWS - 1) + 1 : 1;
+    this.n = path.steps ? Math.min(Math.max(count, LEAST_ROWS), MOST_ROWS - 1) + 1 : 1;
     this.dt = this.n > 1 ? (this.last - this.first) / (this.n - 1) : 0;
     this.state = new Float64Array(path.size);
     this.raw = new Float64Array(layout.end + 5 * bodies);

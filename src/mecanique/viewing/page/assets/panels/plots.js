@@ -58,7 +58,7 @@ export class Plots {
     over.onchange = () => this.setOver(over.value === "" ? -1 : Number(over.value));
     this.over = -1;
     this.section = null; // the states of a section, where one is shown
-    new ResizeObserver(() => this.draw()).observe(this.holder);
+    new ResizeObserver(() => this.refresh()).observe(this.holder);
   }
 
   // Shows another motion.
@@ -68,7 +68,13 @@ export class Plots {
     const size = this.peaks.get("m");
     this.peaks = new Map([["rad", 1], ...(size ? [["m", size]] : [])]);
     for (let k = 0; k < data.n; k += Math.ceil(data.n / 200)) this.learn(k);
-    this.draw();
+    this.refresh();
+  }
+
+  // Draws anew if the plots are seen; when their panel is opened, they are drawn.
+  refresh() {
+    if (this.holder.closest(".off")) this.charts = [];
+    else this.draw();
   }
 
   setOver(id) {

@@ -60,6 +60,14 @@ export class Setup {
     return this.bench.table ?? this.bench.adopt(this.bench.setting, { keep: false });
   }
 
+  // A motion without end: it is shown from where it is when its end is reached.
+  goOnForever() {
+    const { clock } = this.motion;
+    clock.onend = () => this.attempt(() => this.bench.prolong());
+    const repeats = document.getElementById("loop");
+    clock.looping = repeats.checked = false;
+  }
+
   // Starts from a state, with one step to go back.
   startFrom(state, said) {
     const changes = this.bench.machine.names.map((name, k) => ["initial", name, state[k]]);

@@ -15,6 +15,7 @@ const RECENT = 1500;
 const MOST_POINTS = 7200;
 // How many instants of a motion are looked at to frame it.
 const SAMPLES = 240;
+const FEWER = 120; // while a slider is moved
 
 export class Picture {
   constructor(scene, layout, table, parts, streamed) {
@@ -38,9 +39,9 @@ export class Picture {
   }
 
   // The box to frame, and whether the camera must keep up with a motion that leaves any such box.
-  frame(table, layout, streamed) {
+  frame(table, layout, streamed, samples = SAMPLES) {
     const { stage, scene } = this;
-    const rows = table.sample(SAMPLES, scene.bodies.length, layout.end);
+    const rows = table.sample(samples, scene.bodies.length, layout.end);
     const far = streamed || (!scene.bounds && travelsFar(stage, rows, layout));
     if (scene.bounds) return { box: stage.boxFrom(scene.bounds), far };
     return { box: far ? startBox(stage, rows, layout) : stage.bounds(rows, layout), far };
@@ -62,7 +63,7 @@ export class Picture {
   // Frame another motion, unless it stays in the picture and fills a good part of it.
   refit(table, layout) {
     const { camera, stage } = this;
-    const { box, far } = this.frame(table, layout, false);
+    const { box, far } = this.frame(table, layout, false, FEWER);
     if (far || this.companion) return;
     const size = (each) => each.getSize(new stage.three.Vector3()).length();
     if (
