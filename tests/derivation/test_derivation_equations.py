@@ -135,7 +135,7 @@ def test_a_named_root_comes_with_its_definition() -> None:
 
 def test_steps_in_latex() -> None:
     latex = derive_system("cart_pole").latex(steps=True)
-    assert "\\item[{$c$}] damping of the cart" in latex
+    assert "\\item[{\\normalfont $c$}] damping of the cart" in latex
     assert "\\frac{d}{dt} \\frac{\\partial T}{\\partial \\dot{x}}" in latex
     assert latex.count("\\begin{align*}") == latex.count("\\end{align*}") > 5
     assert "Q_{x} &= F(t)" in latex
