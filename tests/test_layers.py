@@ -62,7 +62,7 @@ ORDER: dict[str, list[str]] = {
         "rules",
         "findings",
         "xml",
-        "reading",
+        "beside properties reading",
         "read writing",
         "write",
         "lint",

@@ -30,12 +30,16 @@ class Reading:
         strict: whether every error refuses it.
         package_path: folders to search for packages.
         arguments: of a xacro file, by name.
+        loops: a TOML file with loops and springs beside it.
+        keep: what stays a letter.
     """
 
     root: Root = "fixed"
     strict: bool = False
     package_path: tuple[Path, ...] = ()
     arguments: Mapping[str, str] = field(default_factory=dict)
+    loops: Path | None = None
+    keep: tuple[str, ...] = ()
 
     def read(self, path: Path) -> mq.Mechanism:
         """Return the mechanism of a file.
@@ -49,6 +53,8 @@ class Reading:
             strict=self.strict,
             package_path=self.package_path or None,
             arguments=self.arguments,
+            loops=self.loops,
+            parameters=self.keep,
         )
 
 
@@ -90,6 +96,26 @@ _OPTIONS = {
         ],
         None,
     ),
+    "loops": (
+        Annotated[
+            Path | None,
+            typer.Option(
+                metavar="FILE.toml", help="Loops, springs and dampers beside a URDF, as TOML."
+            ),
+        ],
+        None,
+    ),
+    "keep": (
+        Annotated[
+            list[str] | None,
+            typer.Option(
+                metavar="NAMES",
+                help="Letters to keep of a file, with commas: masses, lengths, inertias, letters, "
+                "properties of a xacro file.",
+            ),
+        ],
+        None,
+    ),
 }
 """Annotation and default of each option, by the name of its parameter."""
 
@@ -106,7 +132,14 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
         given = {name: kwargs.pop(name, default) for name, (_, default) in _OPTIONS.items()}
         root: Root = "floating" if given["floating"] else given["root"]
         arguments = dict(map(_split, given["arg"] or ()))
-        reading = Reading(root, given["strict"], tuple(given["package_path"] or ()), arguments)
+        reading = Reading(
+            root,
+            given["strict"],
+            tuple(given["package_path"] or ()),
+            arguments,
+            given["loops"],
+            tuple(word for words in given["keep"] or () for word in words.split(",") if word),
+        )
         return command(*args, reading=reading, **kwargs)
 
     own = inspect.signature(command, eval_str=True)

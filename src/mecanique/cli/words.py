@@ -121,6 +121,10 @@ def choose(system: str, parameters: Sequence[str] | None, reading: Reading = _PL
             raise mq.InputError(
                 f"expected a URDF file or a robot for --root floating, got the system {system!r}"
             )
+        if reading.loops is not None:
+            raise mq.InputError(
+                f"expected a URDF file or a robot for --loops, got the system {system!r}"
+            )
         entry = mq.textbook.entry(system)
         return Chosen(
             mq.textbook.load(system, **values), entry.start, entry.start_velocity, entry.duration

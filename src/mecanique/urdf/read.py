@@ -11,6 +11,7 @@ import os
 from collections import Counter
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Literal
 
 from mecanique.errors import InputError, MechanismError
@@ -22,12 +23,15 @@ from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.placement import vector
+from mecanique.urdf.beside import with_loops
 from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
+from mecanique.urdf.properties import with_properties
 from mecanique.urdf.reading.document import Document, Source, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters
 from mecanique.urdf.reading.meshes import PackagePath
+from mecanique.urdf.reading.xacro import Properties, find_properties
 
 __all__ = ["GRAVITY", "mechanism_of", "read_urdf"]
 
@@ -46,6 +50,7 @@ def read_urdf(
     parameters: str | Collection[str] = (),
     strict: bool = False,
     arguments: Mapping[str, str] | None = None,
+    loops: str | os.PathLike[str] | None = None,
 ) -> Mechanism:
     """Return the mechanism that a URDF describes.
 
@@ -87,11 +92,14 @@ def read_urdf(
         armature: inertia of the rotors seen at the joints, instead of what is written: one number
             for all joints with one coordinate, or by name of the joint [kg·m² or kg].
         parameters: what gets letters: "masses", "lengths" or "inertias", or a collection of these
-            and of letters, e.g. ("masses", "z_elbow").
+            and of letters, e.g. ("masses", "z_elbow"); of a xacro file also the names of its
+            properties, on which masses, lengths and inertias then depend as in the file.
         strict: whether to refuse a text with any error, also with those that its equations of
             motion do without (`mechanism.origin.flaws`).
         arguments: values of the arguments of a xacro file, which is expanded first (extra `xacro`);
             lines are those of the expanded text.
+        loops: path of a TOML file with loops and springs beside the URDF
+            (`mecanique.urdf.beside`).
 
     Returns:
         The mechanism.
@@ -122,7 +130,30 @@ def read_urdf(
     if mechanism is None or document is None:
         raise InputError(f"expected a URDF, got {path_or_text!r}")
     mechanism = replace(mechanism, origin=Origin(report.file, document.text, report.flaws))
+    if loops is not None:
+        mechanism = with_loops(mechanism, loops)
+    kept = {parameters} if isinstance(parameters, str) else set(parameters)
+    values = _properties(path_or_text, kept)
+    if values:
+
+        def read_with(properties: Properties) -> Mechanism:
+            found, faults = read_document(path_or_text, package_path, arguments, properties)
+            other = found and mechanism_of(found, faults, gravity, root, damping=damping)
+            faults.refuse(strict=False)
+            assert other, "what cannot be read is refused"
+            return other if loops is None else with_loops(other, loops)
+
+        mechanism = with_properties(mechanism, values, read_with)
+        parameters = kept - values.keys()
     return with_letters(with_armature(mechanism, armature), parameters)
+
+
+def _properties(source: Source, wanted: set[str]) -> dict[str, float]:
+    """Return those of a xacro file's properties that are to become parameters."""
+    if not wanted or not str(source).lower().endswith(".xacro"):
+        return {}
+    found = find_properties(Path(source))
+    return {name: found[name] for name in sorted(wanted & found.keys())}
 
 
 def mechanism_of(

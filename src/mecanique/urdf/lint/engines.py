@@ -20,7 +20,8 @@ def check(document: Document, report: Report) -> None:
     """Note what other programs make of the text."""
     joints = document.joints
     _each(document, report)
-    report.together("M501", document.lost, "its mesh file is not found")
+    lost = f"its mesh file is not found in {document.searched}"
+    report.together("M501", document.lost, lost)
     report.together(
         "M507",
         [(link.element, link.where) for link in document.links if link.collisions],

@@ -20,7 +20,7 @@ from mecanique.urdf.reading.meshes import MeshSearch, PackagePath
 from mecanique.urdf.reading.mimic import Follower, followers
 from mecanique.urdf.reading.pictures import Pictures
 from mecanique.urdf.reading.structure import root_of
-from mecanique.urdf.reading.xacro import expand
+from mecanique.urdf.reading.xacro import Properties, expand
 from mecanique.urdf.xml.parse import MOST_BYTES, parse
 
 __all__ = ["Document", "Source", "read_document"]
@@ -52,6 +52,7 @@ class Document:
         extensions: what the drake: tags add.
         rotors: the elements that give rotor inertias.
         lost: the meshes that were not found, and their links.
+        searched: where packages were looked for, in words.
     """
 
     text: bytes
@@ -64,12 +65,14 @@ class Document:
     extensions: Extensions
     rotors: tuple[Element, ...]
     lost: tuple[tuple[Element, str], ...]
+    searched: str
 
 
 def read_document(
     source: Source,
     package_path: PackagePath | None = None,
     arguments: Mapping[str, str] | None = None,
+    properties: Properties | None = None,
 ) -> tuple[Document | None, Report]:
     """Return the contents of a URDF and the faults found; no contents if it is not a robot.
 
@@ -77,13 +80,14 @@ def read_document(
         source: the path of a URDF file, or its text.
         package_path: folders to search for packages.
         arguments: of a xacro file, by name.
+        properties: other values of a xacro file's properties.
     """
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
     search = MeshSearch(file, package_path)
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
     if file is not None and data is not None and file.suffix.lower() == ".xacro":
-        data = expand(file, arguments or {}, search, report)
+        data = expand(file, arguments or {}, search, report, properties)
     robot = None if data is None else parse(data, report)
     if data is None or robot is None:
         return None, report
@@ -129,6 +133,7 @@ def read_document(
             extensions=extensions,
             rotors=tuple(rotors),
             lost=tuple(pictures.lost),
+            searched=search.searched,
         ),
         report,
     )

@@ -13,6 +13,9 @@ __all__ = ["MeshSearch", "OutsideError", "PackagePath"]
 PackagePath: TypeAlias = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 """Folders that hold packages: a path, several joined by the system's separator, or a sequence."""
 
+_MOST_NAMED = 4
+"""So many folders of the search path are named where something is not found."""
+
 _SUFFIXES = {
     ".stl",
     ".dae",
@@ -45,7 +48,7 @@ class MeshSearch:
     Args:
         file: the URDF file, if there is one.
         package_path: more folders to search, before those of ROS_PACKAGE_PATH and
-            AMENT_PREFIX_PATH.
+            AMENT_PREFIX_PATH, and what robot_descriptions has fetched.
     """
 
     def __init__(self, file: Path | None, package_path: PackagePath | None = None) -> None:
@@ -53,6 +56,7 @@ class MeshSearch:
         self._path = [*_folders(package_path), *_folders(os.environ.get("ROS_PACKAGE_PATH"))]
         prefixes = _folders(os.environ.get("AMENT_PREFIX_PATH"))
         self._path += [prefix / "share" for prefix in prefixes]
+        self._path += _find_fetched()
         self._found: dict[str, Path | None] = {}
 
     def find(self, uri: str) -> Path | None:
@@ -82,7 +86,10 @@ class MeshSearch:
     def searched(self) -> str:
         """Where packages are looked for, in words."""
         around = [] if self._folder is None else [f"{self._folder} and above"]
-        return ", ".join([*map(str, self._path), *around]) or "no folder"
+        named = [str(folder) for folder in self._path[:_MOST_NAMED]]
+        if len(self._path) > _MOST_NAMED:
+            named.append(f"{len(self._path) - _MOST_NAMED} more folders")
+        return ", ".join([*named, *around]) or "the empty search path"
 
     def _search(self, uri: str) -> Path | None:
         scheme, separator, rest = uri.partition("://")
@@ -142,6 +149,18 @@ def _declares(folder: Path, package: str) -> bool:
         return False
     found = re.search(r"<name>\s*([^<\s]+)\s*</name>", text)
     return found is not None and found.group(1) == package
+
+
+def _find_fetched() -> list[Path]:
+    """Return the repositories that robot_descriptions has fetched, and the folders in them."""
+    told = os.environ.get("ROBOT_DESCRIPTIONS_CACHE") or "~/.cache/robot_descriptions"
+    try:
+        cache = Path(told).expanduser()
+        fetched = [folder for folder in sorted(cache.glob("*")) if folder.is_dir()]
+        inside = [each for folder in fetched for each in sorted(folder.glob("[!.]*"))]
+        return fetched + [folder for folder in inside if folder.is_dir()]
+    except (OSError, RuntimeError):  # no home, or one that cannot be read
+        return []
 
 
 def _folders(path: PackagePath | None) -> list[Path]:

@@ -11,12 +11,20 @@ from pathlib import Path
 
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.meshes import MeshSearch
+from mecanique.urdf.xml.parse import parse
 
-__all__ = ["expand"]
+__all__ = ["Properties", "expand", "find_properties"]
+
+Properties = Mapping[str, float]
+"""Values of properties and arguments instead of those written, by name."""
 
 
 def expand(
-    file: Path, arguments: Mapping[str, str], search: MeshSearch, report: Report
+    file: Path,
+    arguments: Mapping[str, str],
+    search: MeshSearch,
+    report: Report,
+    properties: Properties | None = None,
 ) -> bytes | None:
     """Return the URDF text of a xacro file; None if it cannot be expanded, which is reported.
 
@@ -25,6 +33,7 @@ def expand(
         arguments: values of its <xacro:arg>.
         search: finds packages.
         report: where faults are noted.
+        properties: other values of properties that stand in the file itself.
     """
     try:
         import xacro
@@ -43,7 +52,13 @@ def expand(
     kept = substitution_args._eval_find
     substitution_args._eval_find = find
     try:
-        document = xacro.process_file(str(file), mappings=dict(arguments))
+        xacro.init_stacks(str(file))
+        document = xacro.parse(None, str(file))
+        for name, value in (properties or {}).items():
+            for element in document.getElementsByTagName("xacro:property"):
+                if element.getAttribute("name") == name:
+                    element.setAttribute("value", repr(value))
+        xacro.process_doc(document, mappings=dict(arguments))
         return bytes(document.toprettyxml(indent="  ", encoding="utf-8"))
     except Exception as error:
         # the library evaluates what stands in the file, and lets any error through
@@ -53,3 +68,24 @@ def expand(
         return None
     finally:
         substitution_args._eval_find = kept
+
+
+def find_properties(file: Path) -> dict[str, float]:
+    """Return the properties with plain numbers that stand in a xacro file, by name.
+
+    Args:
+        file: the xacro file; those of files that it includes are left out.
+    """
+    found: dict[str, float] = {}
+    report = Report(str(file))
+    try:
+        root = parse(file.read_bytes(), report)
+    except OSError:
+        return {}
+    for element in () if root is None else root.walk():
+        if element.tag == "xacro:property":
+            try:
+                found[element.attributes["name"]] = float(element.attributes["value"])
+            except (KeyError, ValueError):
+                continue
+    return found
