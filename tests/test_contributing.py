@@ -26,10 +26,12 @@ EXAMPLES = {
 
 ELSEWHERE = {
     # a joint's own damping is read where URDF's joints are, and varied with them; a spring's free
-    # length that was forgotten is one of the mistakes that a check looks for
+    # length that was forgotten is one of the mistakes that a check looks for; springs may stand in a
+    # file beside a URDF
     "force": {
         "checking/mistakes/slips/parts.py",
         "model/mechanism/variants.py",
+        "urdf/beside.py",
         "urdf/read.py",
     },
 }
