@@ -25,9 +25,8 @@ EXAMPLES = {
 """For each recipe, what only the files that it lists name: one of its kind stands for all."""
 
 ELSEWHERE = {
-    # a joint's own damping is read where URDF's joints are, and varied with them; a spring's free
-    # length that was forgotten is one of the mistakes that a check looks for; springs may stand in a
-    # file beside a URDF
+    # a joint's own damping is read where URDF's joints are, and varied with them; springs may stand
+    # beside a URDF; a spring's forgotten free length is one of the mistakes a check looks for
     "force": {
         "checking/mistakes/slips/parts.py",
         "model/mechanism/variants.py",
