@@ -12,13 +12,19 @@ from typing import Any, final
 from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.axes import Direction
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.elements import Guiding
 from mecanique.derivation.symbolic.elimination import JointRate, demands, joint_rates, project
 from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
+from mecanique.derivation.symbolic.sentences import (
+    describe_reaction,
+    enumerate_words,
+    explain_guides,
+    state_moment_balance,
+    state_momentum_balance,
+)
 from mecanique.derivation.symbolic.steps import loop_stages, multiplier_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
@@ -34,10 +40,10 @@ from mecanique.derivation.symbolic.vectors import (
 from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
 from mecanique.model.guides.find import guides_of
-from mecanique.model.guides.guide import Guide, explain_joint
+from mecanique.model.guides.guide import explain_joint
 from mecanique.model.mechanism import Mechanism
 
-__all__ = ["NewtonEuler", "enumerate_words"]
+__all__ = ["NewtonEuler"]
 
 _LETTERS = {"force": "R", "moment": "M"}
 """Of the reactions."""
@@ -158,7 +164,7 @@ class NewtonEuler:
             R = d.sign * ring.unknown(name, Kind.REACTION)
             own[d.kind][d.place] = R
             sums[d.kind].append(lift(ring, d.row) * R)
-            self.unknowns[name] = _meaning(cut, d, guided=self.is_guided(cut))
+            self.unknowns[name] = describe_reaction(cut, d, guided=self.is_guided(cut))
             self._closed.append(Result(Left(name), d.sign * value))
         self.symbols[cut.body] = Wrench(total(sums["force"]), total(sums["moment"]))
         self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
@@ -214,12 +220,12 @@ class NewtonEuler:
         left, right = along(cut.axes.rows, cut.push), self.forces_along(cut)
         forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._acting(cut))}."
-        sentence = f"{acting} {cut.axes.sentence} {_momentum_balance(cut, bool(moving))}"
+        sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
         left, right = along(cut.axes.turns, self.turning(cut)), self.moments_along(cut)
         moments = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         if moments:
-            yield Stage(f"Free body {cut.body}: moments", _moment_balance(cut), tuple(moments))
+            yield Stage(f"Free body {cut.body}: moments", state_moment_balance(cut), tuple(moments))
 
     def _acting(self, cut: Cut) -> list[str]:
         """What acts on a body, in words."""
@@ -323,7 +329,7 @@ class NewtonEuler:
         if self._closed or self._zeros:
             yield Stage("Reactions", sentence, tuple(self._closed))
         if self.guides:
-            yield Stage("Undetermined reactions", _explain(self.guides))
+            yield Stage("Undetermined reactions", explain_guides(self.guides))
         if len(self.rates) == len(self.algebra.velocities) or self.guiding.names:
             return
         driven = self.algebra.mechanism.coordinates.driven
@@ -391,71 +397,6 @@ def _back(cut: Cut) -> Vector:
     return zero(cut.mass.ring) if cut.fixed else -cut.center
 
 
-def _momentum_balance(cut: Cut, moving: bool) -> str:
-    if moving:
-        return (
-            "Mass times the acceleration a of the center of mass equals the resultant force; "
-            "below are the position r of that center, the components of its velocity v and of a, "
-            "then those of both sides."
-        )
-    if cut.mass:
-        return "Its center of mass stays where it is, so the forces on it are in balance."
-    return "It has no mass, so the forces on it are in balance."
-
-
-def _moment_balance(cut: Cut) -> str:
-    what = "Moments balance"
-    if cut.mass:
-        what = "The rate of the angular momentum equals the resultant moment"
-    if cut.fixed:
-        point = f"{cut.joint.name}, a fixed point"
-    elif cut.mass:
-        point = "its center of mass"
-    else:
-        point = f"{cut.joint.name}; without mass any point serves"
-    return f"{what}, both about {point}."
-
-
-def _explain(guides: Sequence[Guide]) -> str:
-    """What guides leave undetermined, and what they do not."""
-    reasons = "; ".join(guide.reason for guide in guides)
-    return (
-        f"{reasons[0].upper()}{reasons[1:]}. There the reactions by themselves are undetermined. S "
-        "and C are force and moment of all that acts across the joint, reaction and guides "
-        "together, on what hangs on it."
-    )
-
-
-def _meaning(cut: Cut, d: Direction, *, guided: bool) -> str:
-    """What a reaction is, with its unit."""
-    exerted = f"that {cut.joint.parent} exerts on {cut.body} in {cut.joint.name}"
-    if guided:
-        exerted = f"of reaction and guide together across {cut.joint.name} on {cut.body}"
-    if d.kind == "moment":
-        about = "in the sense in which moments count positive"
-        if d.label:
-            about = f"about {d.label}{_whose(cut, d.label)}"
-        return f"moment {exerted}, {about} [N·m]"
-    where = f"along {d.label}{_whose(cut, d.label)}"
-    if d.sign < 0:
-        where = f"towards {cut.joint.name}"
-    return f"force {exerted}, {where} [N]"
-
-
-def _whose(cut: Cut, label: str) -> str:
-    """Whose axis a label means, where the sentence about the axes does not say so."""
-    return f" of {cut.axes.whose}" if label in ("x", "y", "z") else ""
-
-
 def _parallel(row: Sequence[Any], axis: Vector) -> bool:
     """Whether a direction is ± an axis, as series."""
     return lift(axis.x.ring, row) in (axis, -axis)
-
-
-def enumerate_words(words: Sequence[str]) -> str:
-    """Return words as an enumeration, the last after "and".
-
-    Args:
-        words: at least one.
-    """
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
