@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import cos, pi, radians, sin
 
 import numpy as np
@@ -156,6 +157,9 @@ def test_wrong_wheels_are_refused_with_place_and_remedy() -> None:
         mq.Reference(pair(far=0.31))
     with pytest.raises(EngineError, match=r"gear 'mesh' does not fit the coordinate map"):
         mq.Reference(pair(far=BIG - SMALL, internal=True))
+    beside = mq.Prismatic("S", "ground", "r", axis=(1, 0, 0), origin=mq.Placement((0, 0, -0.22)))
+    with pytest.raises(EngineError, match=r"rack 'mesh' does not meet its axes: they are 0.22 m"):
+        mq.Reference(replace(rack(), joints=(rack().joints[0], beside)))
     with pytest.raises(MechanismError, match=r"'mesh': expected the name of a hinge, got 'C'"):
         mq.Mechanism(
             "one",

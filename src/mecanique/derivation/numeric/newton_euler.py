@@ -137,7 +137,8 @@ class Balances(BatchDynamics):
         m, at = self._mechanism, self._bodies.at(states)
         solved = self._solve(states)
         carried, along = self._push(at)
-        totals = [solved[:, k : k + 6] for k in range(m.nv, solved.shape[1], 6)]
+        end = m.nv + 6 * len(m.joints)  # the multipliers follow
+        totals = [solved[:, k : k + 6] for k in range(m.nv, end, 6)]
         u = times(at.rates, solved[:, : m.nv]) + at.motions.gamma
         demand = self._along(at, [total[..., None] for total in totals])[..., 0] + at.armature * u
         sizes = size(m, self.guides, along, demand)

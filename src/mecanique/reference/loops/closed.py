@@ -158,17 +158,17 @@ class Closed:
                 "acts, and where, so that the reactions are undetermined; a Rolling or a Blade does"
             )
         motion = self._solve_closed(q, v, t)
-        tree = self._tree
+        tree, count = self._tree, len(self.mechanism.joints) + len(self.carriers)
+        # before what crosses the joints, which must stay the last that the tree was asked for
+        settled = bool(motion.determined.all())
+        loose = np.zeros((count, 6), dtype=bool) if settled else self.undetermined(q, t)
         loads = tree.loads
         values, u, rate = tree.move(q, v, t, motion.acceleration)
         actions = loads.update(values, q, u, v, t) + loads.across_joints()
         wrenches = self.closures.wrenches(motion.multipliers)
         found = tree.transmit([*actions, *self._actions(wrenches)], u, rate)
         force, moment, _ = wrenches
-        whole = np.concatenate([found, np.stack([force, moment], axis=1)])
-        if motion.determined.all():
-            return Forces(whole, np.zeros((len(whole), 6), dtype=bool))
-        return Forces(whole, self.undetermined(q, t))
+        return Forces(np.concatenate([found, np.stack([force, moment], axis=1)]), loose)
 
     def undetermined(self, q: Array, t: float) -> Array:
         """Return which components of each joint's and loop's wrench are undetermined, shape (n, 6).
