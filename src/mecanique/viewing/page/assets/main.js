@@ -64,15 +64,20 @@ function wireExtras(setup, { picture, layout, plots, clock }) {
   };
 }
 
+// Fewer pictures than this of a motion recorded show chords: the page computes it at once.
+const FEW = 30;
+
 // What a page that computes shows first; to that of a live view the server gave the beginning.
 function openSetup(setup, { picture, clock }) {
   const { engine, live } = picture.scene;
+  const missing = engine.first + engine.duration - clock.last;
+  if (missing > 1e-6 * engine.duration || clock.table.n < FEW)
+    setup.attempt(() => setup.computed());
   if (live) goLive(setup, engine, picture, clock);
   setup.open(location.hash);
 }
 
-function goLive(setup, { first, duration, endless }, picture, clock) {
-  if (clock.last < first + duration) setup.attempt(() => setup.computed());
+function goLive(setup, { endless }, picture, clock) {
   if (endless) setup.goOnForever();
   wireComputing(picture.scene.live.id, picture, clock);
   findPlace(picture.camera);

@@ -44,7 +44,7 @@ export class Plots {
     this.width = 0;
     // an angle has a scale of its own; other units have that of the largest quantity
     this.peaks = new Map([["rad", 1]]);
-    for (let k = 0; k < data.n; k += Math.ceil(data.n / 200)) this.learn(k);
+    this.unknown = true;
     this.buildPicker();
     document.getElementById("zoom-in").onclick = () => this.zoom(0.5);
     document.getElementById("zoom-out").onclick = () => this.zoom(2);
@@ -67,13 +67,13 @@ export class Plots {
     this.range = null;
     const size = this.peaks.get("m");
     this.peaks = new Map([["rad", 1], ...(size ? [["m", size]] : [])]);
-    for (let k = 0; k < data.n; k += Math.ceil(data.n / 200)) this.learn(k);
+    this.unknown = true;
     this.refresh();
   }
 
   // Draws anew if the plots are seen; when their panel is opened, they are drawn.
   refresh() {
-    if (this.holder.closest(".off")) this.charts = [];
+    if (this.holder.closest(".off")) Object.assign(this, { charts: [], unknown: true });
     else this.draw();
   }
 
@@ -128,6 +128,11 @@ export class Plots {
     return span;
   }
 
+  survey() {
+    this.unknown = false;
+    for (let k = 0; k < this.data.n; k += Math.ceil(this.data.n / 200)) this.learn(k);
+  }
+
   // Takes note of the largest quantity of each unit: what is nothing beside it is drawn as nothing.
   learn(k) {
     for (const { unit, value } of this.list) {
@@ -156,7 +161,8 @@ export class Plots {
   }
 
   draw() {
-    if (this.data.n) this.learn(this.data.n - 1);
+    if (this.unknown) this.survey();
+    else if (this.data.n) this.learn(this.data.n - 1);
     const width = (this.width = Math.max(this.holder.clientWidth, 200));
     const units = new Map();
     let order = 0;
