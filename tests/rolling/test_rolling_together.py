@@ -22,6 +22,7 @@ from mecanique import (
     disk,
     particle,
     simulate,
+    verify,
 )
 
 MASS, RADIUS, LOAD, STIFFNESS, G = 2.0, 0.3, 0.7, 25.0, 9.81
@@ -83,6 +84,7 @@ def test_a_disk_between_a_spring_and_a_cord_by_hand() -> None:
         forces = source.multipliers(*state)
         assert forces["rim: x"] == pytest.approx(-MASS * a / 2, rel=1e-12)
     assert reference.guide_forces(*state)["cord"] == pytest.approx(LOAD * (G - a), rel=1e-12)
+    assert verify(machine, 3).agrees
     by_hand = derive(machine, "newton_euler").guide_forces(*state)["cord"]
     assert by_hand == pytest.approx(LOAD * (G - a), rel=1e-12)
 

@@ -31,6 +31,9 @@ from mecanique.model.states import States
 
 __all__ = ["Works"]
 
+_ROUNDING = 1e-12
+"""Rows of constraints shorter than this part of the longest are rounding."""
+
 _RANK = 1e-9
 """Singular values of the constraints below this part of the largest count as zero."""
 
@@ -109,7 +112,10 @@ class Works(BatchDynamics):
         self, M: np.ndarray, rest: np.ndarray, J: np.ndarray, gamma: np.ndarray
     ) -> np.ndarray:
         """Return a = S u' + σ with J a + γ = 0 and Sᵀ (M a − rest) = 0, shape (nv,)."""
-        size = np.where((length := np.linalg.norm(J, axis=1)) > 0, length, 1.0)
+        length = np.linalg.norm(J, axis=1)
+        # a row of rounding alone, where joints hold already what it says, stays next to zero
+        most = float(length.max(initial=0.0)) or 1.0
+        size = np.where(length > _ROUNDING * most, length, most)
         left, values, right = np.linalg.svd(J / size[:, None])
         rank = int((values > _RANK * values.max(initial=0.0)).sum())
         S = right[rank:].T
