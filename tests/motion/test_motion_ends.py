@@ -24,6 +24,18 @@ def test_a_particle_on_a_circle_stops_at_the_end_of_its_chart(method: str) -> No
     np.testing.assert_allclose(e.value.state, [motion["x"][-1], motion["x'"][-1]], atol=1e-9)
 
 
+def test_a_weight_that_comes_to_its_pulley_ends_the_motion() -> None:
+    mechanism = mq.textbook.load("atwood_machine")
+    with pytest.raises(
+        mq.IntegrationError, match=r"x must stay within \(-h, h\) .+ the description of"
+    ) as e:
+        mq.simulate(mechanism, q={"x": -0.6}, duration=5.0)
+    assert "another coordinate" not in str(e.value)  # x2 = −x ends there, too
+    s = mechanism.values
+    a = (s["m1"] - s["m2"]) * s["g"] / (s["m1"] + s["m2"] + s["M"] / 2)
+    assert e.value.time == pytest.approx(np.sqrt(2 * (0.6 + 0.998) / a), rel=1e-9)
+
+
 def test_a_motion_that_starts_near_the_limit_may_leave_it() -> None:
     mechanism = mq.textbook.load("particle_on_circle_x")
     angle = 0.01

@@ -483,3 +483,23 @@ def test_a_stretch_whose_very_end_comes_late_is_whole(monkeypatch: pytest.Monkey
     )
     assert now[0] > stretches.PATIENCE
     assert motion.t[-1] == 0.5
+
+
+def test_a_motion_that_ends_at_once_is_shown_up_to_its_end() -> None:
+    motion, remark = stretches.compute_first(
+        mechanism=mq.textbook.load("double_atwood_machine"),
+        q={"x": -0.3, "y": -0.5},
+        v=None,
+        duration=2.0,
+        rtol=1e-9,
+    )
+    assert motion.t[-1] == pytest.approx(0.93, abs=0.01)
+    assert remark.startswith("The motion stops here: y must stay within (-h, h)")
+    assert ".motion" not in remark
+
+
+def test_what_cannot_start_is_refused() -> None:
+    with pytest.raises(mq.InputError, match="x must stay within"):
+        stretches.compute_first(
+            mechanism=mq.textbook.load("atwood_machine"), q={"x": 1.5}, duration=1.0
+        )

@@ -57,13 +57,20 @@ class StateSpace(Description):
         stated = ", ".join(map(str, self.coordinates.intervals[name]))
         numbers = ", ".join(f"{bound:g}" for bound in self.limits[name])
         interval = f"({stated})" if stated == numbers else f"({stated}) = ({numbers})"
-        others = [
-            other for other, map_ in self.coordinates.driven.items() if name in symbols_in(map_)
-        ]
+        stays = f"{name} must stay within {interval}{what}"
+        slopes = {
+            other: map_.diff(coordinate(name))
+            for other, map_ in self.coordinates.driven.items()
+            if name in symbols_in(map_)
+        }
+        others = [other for other, slope in slopes.items() if name in symbols_in(slope)]
+        if slopes and not others:
+            # what goes with it linearly is no other chart: it is the mechanism that ends there
+            return f"{stays}: beyond, the description of {self.name!r} does not hold"
         instead = f", e.g. {' or '.join(others)}" if others else ""
         return (
-            f"{name} must stay within {interval}{what}: the chart {name} of {self.name!r} ends "
-            f"there; use another coordinate{instead}"
+            f"{stays}: the chart {name} of {self.name!r} ends there; "
+            f"use another coordinate{instead}"
         )
 
     def neutral(self) -> np.ndarray:

@@ -3,7 +3,8 @@
 Weights m1 and m2 hang from the ends of a massless cord that runs without slip over a
 homogeneous pulley of mass M and radius R on a fixed horizontal axle, under gravity g. The
 generalized coordinate x is the distance m1 has descended from where both weights hang a depth h
-below the axle; m2 has risen as far, and the pulley has turned by x / R.
+below the axle; m2 has risen as far, and the pulley has turned by x / R. A weight that comes to the
+height of the axle ends the motion.
 """
 
 from mecanique.model import (
@@ -68,7 +69,7 @@ def build(
             ),
             Revolute("axle", "ground", "pulley", axis=(0, -1, 0), coordinate="turn"),
         ),
-        coordinates=Coordinates(("x",), {"x2": -x, "turn": x / R}),
+        coordinates=Coordinates(("x",), {"x2": -x, "turn": x / R}, limits={"x": (-h, h)}),
         elements=(Cord("cord", ("weight1", HERE), (Pulley("pulley", R, -1),), ("weight2", HERE)),),
         parameters=(m1, m2, M, R, h, g),
         gravity=(0, 0, -g),

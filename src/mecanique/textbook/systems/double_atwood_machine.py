@@ -4,7 +4,7 @@ A cord over a fixed pulley carries a weight m1 at one end and a second pulley at
 over that one carries weights m2 and m3. Cords and pulleys, of radius R, are massless, and gravity g
 acts. The generalized coordinates are the distance x that m1 has descended and the distance y that
 m2 has descended relative to the second pulley. At x = y = 0 all hang a depth h below the pulley
-that carries them.
+that carries them; what comes to the height of that pulley ends the motion.
 """
 
 from mecanique.model import (
@@ -88,7 +88,9 @@ def build(
                 coordinate="y3",
             ),
         ),
-        coordinates=Coordinates(("x", "y"), {"down": -x, "y3": -y}),
+        coordinates=Coordinates(
+            ("x", "y"), {"down": -x, "y3": -y}, limits={"x": (-h, h), "y": (-h, h)}
+        ),
         elements=(
             Cord(
                 "cord", ("weight1", HERE), (Pulley("ground", R, -1, grips=False),), ("pulley", HERE)

@@ -15,7 +15,7 @@ from mecanique.viewing.engine.attach import add_row, equip, judge_page
 from mecanique.viewing.engine.make import refuse
 from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.live.stretches import FIRST, compute, density
+from mecanique.viewing.live.stretches import FIRST, compute_first, density
 from mecanique.viewing.scene.document import VerdictTable
 from mecanique.viewing.scene.from_motion import actions_of
 from mecanique.viewing.scene.scene import Scene
@@ -36,12 +36,15 @@ class Computing:
         end: when the motion ends [s]; infinity for never.
         rtol: relative tolerance of each step.
         speed: seconds shown per second at first.
+        remark: why it ends there, for the page.
 
     Raises:
         MecaniqueError: if the page cannot compute it.
     """
 
-    def __init__(self, motion: Motion, end: float, rtol: float, speed: float) -> None:
+    def __init__(
+        self, motion: Motion, end: float, rtol: float, speed: float, remark: str = ""
+    ) -> None:
         mechanism = motion.mechanism
         refuse(mechanism)
         actions = actions_of(motion)
@@ -55,6 +58,7 @@ class Computing:
         document = replace(scene.document, method=scene.document.method if whole else "")
         self.scene: Scene = replace(scene, engine=engine, document=document)
         self._mechanism = mechanism
+        self._remark = remark
         self._checking: Checking | None = None
 
     def check(self, live: LiveView) -> None:
@@ -63,6 +67,8 @@ class Computing:
         Args:
             live: the view that shows what is found.
         """
+        if self._remark:
+            live.warn(self._remark)
         self._checking = Checking(self._mechanism, live.annotate, self._prove)
 
     def close(self) -> None:
@@ -98,6 +104,7 @@ def begin(
     Raises:
         MecaniqueError: if a mechanism's motion cannot start.
     """
+    remark = ""
     if isinstance(shown, Motion):
         motion, end, rtol = shown, float(shown.t[-1]), shown.statistics.rtol
     else:
@@ -106,8 +113,11 @@ def begin(
         except MecaniqueError:
             return None
         length = min(FIRST * min(speed, 1.0), end)
-        motion = compute(mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed))
+        motion, remark = compute_first(
+            mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed)
+        )
+        end = float(motion.t[-1]) if remark else end
     try:
-        return Computing(motion, end, rtol, speed)
+        return Computing(motion, end, rtol, speed, remark)
     except MecaniqueError:
         return None

@@ -15,7 +15,14 @@ from mecanique.motion.simulation.arguments import Values
 from mecanique.viewing.live.checking import pending
 from mecanique.viewing.live.live import Changes, LiveView
 from mecanique.viewing.live.presenter import Presenter
-from mecanique.viewing.live.stretches import FIRST, STRETCH, Stretches, compute, density
+from mecanique.viewing.live.stretches import (
+    FIRST,
+    FOR_PROGRAMS,
+    STRETCH,
+    Stretches,
+    compute_first,
+    density,
+)
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Frame, Scene
 from mecanique.viewing.scene.texts import document_of
@@ -24,9 +31,6 @@ __all__ = ["Moving", "Recorded"]
 
 MOST_AHEAD = 8
 """Above this number of velocities a live view starts with a short stretch, to start at once."""
-
-_FOR_PROGRAMS = "; the motion until then is in the error's .motion"
-"""The end of an error's message, meant for code that catches it; a page shows that motion."""
 
 
 @final
@@ -80,14 +84,16 @@ class Moving:
                 yield from (shown.frame(k) for k in range(1, len(shown.t)))
         except MecaniqueError as error:
             # a reset or the next change starts anew
-            live.warn(f"The motion stops here: {str(error).removesuffix(_FOR_PROGRAMS)}")
+            live.warn(f"The motion stops here: {str(error).removesuffix(FOR_PROGRAMS)}")
 
     def _start(self, mechanism: Mechanism, q: Values | None, v: Values | None) -> Motion:
         length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
         fps = density(self._speed)
-        return compute(
+        # what stops the motion is told when the next stretch cannot start
+        motion, _ = compute_first(
             mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
         )
+        return motion
 
     def _stage(self, motion: Motion) -> Scene:
         length = "" if np.isinf(self._end) else f"{self._end:g} s, "

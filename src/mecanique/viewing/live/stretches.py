@@ -18,7 +18,17 @@ from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import ledger_of
 
-__all__ = ["FIRST", "STRETCH", "Stretches", "compute", "density", "fit", "names_of"]
+__all__ = [
+    "FIRST",
+    "FOR_PROGRAMS",
+    "STRETCH",
+    "Stretches",
+    "compute",
+    "compute_first",
+    "density",
+    "fit",
+    "names_of",
+]
 
 STRETCH = 0.5
 """Length of a stretch at the speed at which it is shown [s of wall time]."""
@@ -28,6 +38,9 @@ FIRST = 2.0
 
 PATIENCE = 1.0
 """A stretch that takes longer to compute is cut short, so that something moves [s]."""
+
+FOR_PROGRAMS = "; the motion until then is in the error's .motion"
+"""The end of an error's message, meant for code that catches it; a page shows that motion."""
 
 FAINT = 1e-6
 """A force below this fraction of the largest of its kind does not enter a scene being shown."""
@@ -94,6 +107,23 @@ def compute(check: Callable[[], None] | None = None, **arguments: Any) -> Motion
         if isinstance(error.__cause__, _EnoughError) and done is not None and len(done.t) > 1:
             return done
         raise
+
+
+def compute_first(**arguments: Any) -> tuple[Motion, str]:
+    """Return the first stretch of a motion, and why it stops before its end; "" if it does not.
+
+    Args:
+        arguments: of `simulate`.
+
+    Raises:
+        MecaniqueError: if the motion cannot start.
+    """
+    try:
+        return compute(**arguments), ""
+    except IntegrationError as error:
+        if error.motion is None or len(error.motion.t) < 2:
+            raise
+        return error.motion, f"The motion stops here: {str(error).removesuffix(FOR_PROGRAMS)}"
 
 
 @final
