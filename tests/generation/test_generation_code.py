@@ -39,8 +39,8 @@ OF_TREES = (
 
 def test_very_long_c_is_not_optimized(tmp_path: Path) -> None:
     short, long = tmp_path / "short.c", tmp_path / "long.c"
-    short.write_text("int x;\n" * 100)
-    long.write_text("int x;\n" * (LONG + 1))
+    short.write_text("int x;\n" * 100, encoding="utf-8")
+    long.write_text("int x;\n" * (LONG + 1), encoding="utf-8")
     assert limit_optimization([short]) == []
     assert limit_optimization([short, long]) == ["-O0"]
 
