@@ -30,7 +30,7 @@ ELSEWHERE = {
     "force": {
         "checking/mistakes/slips/parts.py",
         "model/mechanism/variants.py",
-        "urdf/beside.py",
+        "urdf/toml_loops.py",
         "urdf/read.py",
     },
 }

@@ -117,6 +117,17 @@ def test_the_entry_point_runs_as_a_program() -> None:
     assert script.value == "mecanique.cli:main"
 
 
+def test_a_file_is_written_into_a_directory_that_exists(tmp_path: Path) -> None:
+    before = {path.name for path in tmp_path.iterdir()}
+    words = ["inertia", mq.robot("double_pendulum"), "-o", tmp_path / "none" / "new.urdf"]
+    done = CliRunner().invoke(app, [str(word) for word in words])
+    assert done.exit_code == 2
+    assert "expected a path in a directory that exists" in done.stderr
+    words[-1] = tmp_path / "new.urdf"
+    assert CliRunner().invoke(app, [str(word) for word in words]).exit_code == 0
+    assert {path.name for path in tmp_path.iterdir()} == {*before, "new.urdf"}
+
+
 @pytest.fixture
 def interruptible() -> Iterator[None]:
     """Let Ctrl-C work here and in subprocesses, even where tests run in the background."""

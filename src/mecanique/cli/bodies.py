@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 import mecanique as mq
-from mecanique.cli.printing import inform, say
+from mecanique.cli.printing import inform, say, write_text
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, find_file, report_errors
 
@@ -62,5 +62,5 @@ def inertia(
         raise mq.InputError("expected -o FILE with --link: it says what to change in a copy")
     say(found.to_json() if as_json else str(found))
     if output is not None:
-        output.write_text(found.write(links or ()), encoding="utf-8")
+        write_text(output, found.write(links or ()))
         inform(f"Wrote {output}")

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, final
 import typer
 
 import mecanique as mq
-from mecanique.cli.printing import inform, progress, say
+from mecanique.cli.printing import inform, progress, say, write_text
 from mecanique.cli.reading import Reading
 from mecanique.cli.words import numbers
 
@@ -113,7 +113,7 @@ def lint_file(
         if output is None:
             typer.echo(text, nl=False)
             return _code(lint(text))
-        output.write_text(text, encoding="utf-8")
+        write_text(output, text)
         findings = lint(output)
     say({"text": as_text, "json": as_json, "sarif": as_sarif}[form](findings))
     return _code(findings)

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import mecanique as mq
-from mecanique.cli.printing import progress, say, working
+from mecanique.cli.printing import progress, say, working, write_text
 from mecanique.cli.reading import Reading, reads_files
 from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
 
@@ -87,7 +87,7 @@ def grade(
     if csv is None:
         say(str(found))
     else:
-        csv.write_text(found.to_csv(), encoding="utf-8")
+        write_text(csv, found.to_csv())
         say(f"Wrote {csv}")
 
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
+
+from mecanique.errors import InputError
+from mecanique.files import write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -26,6 +30,7 @@ __all__ = [
     "show",
     "verdict_table",
     "working",
+    "write_text",
 ]
 
 
@@ -55,6 +60,18 @@ def complain(text: str) -> None:
 def inform(text: str) -> None:
     """Print a remark to standard error."""
     typer.echo(text, err=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file as a whole or not at all.
+
+    Raises:
+        InputError: if its directory does not exist.
+    """
+    if not path.parent.is_dir():
+        raise InputError(f"expected a path in a directory that exists, got {str(path)!r}")
+    with write_whole(path) as file:
+        file.write(text.encode())
 
 
 def working(text: str) -> AbstractContextManager[Status]:

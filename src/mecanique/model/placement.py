@@ -6,13 +6,17 @@ import math
 from dataclasses import dataclass
 from typing import Any, TypeAlias, final
 
+from mecanique.arrays import Array
 from mecanique.errors import InputError
 from mecanique.model.expression import Scalar, Vector, plain
 
-__all__ = ["Matrix3", "Placement", "rotate", "rotation", "vector"]
+__all__ = ["Matrix3", "Placement", "angles_of", "rotate", "rotation", "vector"]
 
 Matrix3: TypeAlias = "tuple[tuple[Scalar, Scalar, Scalar], ...]"
 """Three rows of three scalars."""
+
+_UPRIGHT = 1e-9
+"""Cosine of the pitch below which roll and yaw turn about one axis."""
 
 
 @final
@@ -70,6 +74,19 @@ def rotation(rpy: Vector) -> Matrix3:
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
         (-sp, cp * sr, cp * cr),
     )
+
+
+def angles_of(turn: Array) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw of a rotation matrix; roll is zero where only two count.
+
+    Args:
+        turn: shape (3, 3).
+    """
+    (a, d, _), (b, e, _), (c, s, k) = turn.tolist()
+    level = math.hypot(a, b)
+    if level < _UPRIGHT:
+        return 0.0, math.atan2(-c, 0.0), math.atan2(-d, e)
+    return math.atan2(s, k), math.atan2(-c, level), math.atan2(b, a)
 
 
 def rotate(matrix: Matrix3, components: Vector) -> tuple[Scalar, Scalar, Scalar]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from math import atan2, cos, hypot, pi, sin
+from math import atan2, cos, pi, sin
 from typing import TypeAlias, final
 
 import numpy as np
@@ -20,7 +20,7 @@ from mecanique.model.constraints.elements import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, angles_of
 
 __all__ = ["RackTeeth", "Toothed", "WheelTeeth", "teeth_of", "visuals_of"]
 
@@ -91,7 +91,7 @@ class WheelTeeth:
             turn = np.stack([out, np.cross(self.axes[:, 2], out), self.axes[:, 2]], axis=1)
             far = self.radius + middle * self.module
             x, y, z = (far * float(c) for c in out)
-            yield Visual(Box(size), Placement((x, y, z), _angles(turn)))
+            yield Visual(Box(size), Placement((x, y, z), angles_of(turn)))
 
 
 @final
@@ -147,7 +147,7 @@ class RackTeeth:
             at = self.start + k * pitch * self.axes[:, 0]
             at = at + (_TIP - _ROOT) / 2 * module * self.axes[:, 1]
             x, y, z = at.tolist()
-            yield Visual(Box(size), Placement((x, y, z), _angles(self.axes)))
+            yield Visual(Box(size), Placement((x, y, z), angles_of(self.axes)))
 
 
 Toothed: TypeAlias = WheelTeeth | RackTeeth
@@ -349,11 +349,3 @@ def _turn_of(teeth: WheelTeeth, pose: Array, n: Array, toward: Array) -> float:
     x, y, z = (pose[:3, :3] @ teeth.axes).T
     angle = teeth.phase - atan2(float(y @ toward), float(x @ toward))
     return angle if z @ n > 0 else -angle
-
-
-def _angles(turn: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of a rotation matrix."""
-    (a, _, _), (b, _, _), (c, d, e) = turn.tolist()
-    if hypot(a, b) < 1e-9:
-        return 0.0, atan2(-c, 0.0), atan2(-float(turn[0, 1]), float(turn[1, 1]))
-    return atan2(d, e), atan2(-c, hypot(a, b)), atan2(b, a)

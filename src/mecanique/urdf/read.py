@@ -23,15 +23,15 @@ from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.placement import vector
-from mecanique.urdf.beside import with_loops
 from mecanique.urdf.dialect import SCREW, WORLD
 from mecanique.urdf.findings import Report
 from mecanique.urdf.names import Names
-from mecanique.urdf.properties import with_properties
 from mecanique.urdf.reading.document import Document, Source, read_document
 from mecanique.urdf.reading.letters import with_armature, with_letters
 from mecanique.urdf.reading.meshes import PackagePath
 from mecanique.urdf.reading.xacro import Properties, find_properties
+from mecanique.urdf.toml_loops import with_loops
+from mecanique.urdf.xacro_letters import with_properties
 
 __all__ = ["GRAVITY", "mechanism_of", "read_urdf"]
 
@@ -99,7 +99,7 @@ def read_urdf(
         arguments: values of the arguments of a xacro file, which is expanded first (extra `xacro`);
             lines are those of the expanded text.
         loops: path of a TOML file with loops and springs beside the URDF
-            (`mecanique.urdf.beside`).
+            (`mecanique.urdf.toml_loops`).
 
     Returns:
         The mechanism.

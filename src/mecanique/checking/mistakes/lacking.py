@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from mecanique.checking.judgement.motion import Residual
-from mecanique.checking.mistakes.repair import ALIKE, Repair
+from mecanique.checking.mistakes.repairs.repair import ALIKE, Repair
 from mecanique.checking.mistakes.slips.terms import list_parts
 from mecanique.derivation.printing.equations import expression
 from mecanique.derivation.scalars.evaluation import Evaluation

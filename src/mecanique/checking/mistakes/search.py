@@ -16,10 +16,10 @@ from mecanique.checking.grammar.tree import Node
 from mecanique.checking.judgement.motion import Residual
 from mecanique.checking.judgement.truth import Truth
 from mecanique.checking.mistakes.context import Context
-from mecanique.checking.mistakes.hypotheses import Hypotheses
 from mecanique.checking.mistakes.lacking import find_lacking
-from mecanique.checking.mistakes.repair import Repair
-from mecanique.checking.mistakes.repairs import repairs
+from mecanique.checking.mistakes.repairs.find import repairs
+from mecanique.checking.mistakes.repairs.repair import Repair
+from mecanique.checking.mistakes.slips.hypotheses import Hypotheses
 from mecanique.checking.mistakes.units import UnitMisfitError, Units
 from mecanique.checking.verdict import Cause
 from mecanique.derivation.scalars.series import Series

@@ -13,6 +13,7 @@ from mecanique.derivation.numeric.frames import Frame, frames
 from mecanique.derivation.numeric.loads import Loads
 from mecanique.derivation.tree.links import links, moving, place_of
 from mecanique.derivation.tree.poses import placement_matrix
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
@@ -229,8 +230,7 @@ class FreeBodies:
 
     def _mass(self, name: str) -> tuple[float, np.ndarray, np.ndarray]:
         body = self.mechanism.body(name)
-        ixx, iyy, izz, ixy, ixz, iyz = self._numbers(body.inertia)
-        tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+        tensor = tensor_of(self._numbers(body.inertia))
         return self.mechanism.evaluate(body.mass), self._numbers(body.center), tensor
 
     def _numbers(self, components: Any) -> np.ndarray:

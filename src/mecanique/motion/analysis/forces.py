@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, final
 
 import numpy as np
 
-from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.forces import ForceKind
@@ -181,17 +181,14 @@ class Actions:
             pose, omega = moving.poses[:, at], moving.angular_velocities[:, at]
             alpha, turn = moving.angular_accelerations[:, at], pose[:, :3, :3]
             rho = turn @ self._numbers(body.center)
-            inertia = turn @ self._inertia(body) @ turn.transpose(0, 2, 1)
+            tensor = tensor_of(self._numbers(body.inertia))
+            inertia = turn @ tensor @ turn.transpose(0, 2, 1)
             spin = np.einsum("nij,nj->ni", inertia, omega)
             rate = np.einsum("nij,nj->ni", inertia, alpha) + np.cross(omega, spin)
             acceleration = moving.accelerations[:, at] + np.cross(alpha, rho)
             acceleration += np.cross(omega, np.cross(omega, rho))
             force = -self._mechanism.evaluate(body.mass) * acceleration
             yield Action(body.name, "inertia", body.name, None, pose[:, :3, 3] + rho, force, -rate)
-
-    def _inertia(self, body: Body) -> np.ndarray:
-        ixx, iyy, izz, ixy, ixz, iyz = self._numbers(body.inertia)
-        return np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
 
     def _numbers(self, components: Sequence[Scalar]) -> np.ndarray:
         return np.array(self._mechanism.evaluate_all(components))

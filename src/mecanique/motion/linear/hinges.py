@@ -18,10 +18,11 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import InputError, MechanismError
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.joints import Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.placement import Placement
+from mecanique.model.placement import Placement, angles_of
 
 __all__ = ["Hinged", "put_hinges"]
 
@@ -136,8 +137,8 @@ def _chain(
     length = float(np.linalg.norm(normal))
     if length < _FLAT:
         raise InputError(
-            f"the body of joint {joint.name!r} turns about an axis of its own along the one about "
-            "which that goes round; describe it by hinges about other axes"
+            f"the body of joint {joint.name!r} spins about the very axis about which it precesses, "
+            "so that the hinges are singular; describe it by hinges about other axes"
         )
     before, origin = joint.parent, joint.origin
     directions = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -156,7 +157,7 @@ def _chain(
     for kind, axis in zip(_KINDS, axes, strict=True):
         name, child = f"{joint.name}_{kind}", f"{joint.name}_{kind}_led"
         if kind == _KINDS[-1]:
-            child, origin = joint.child, Placement(rpy=_angles(attitude))
+            child, origin = joint.child, Placement(rpy=angles_of(attitude))
         yield Revolute(name, before, child, origin=origin, axis=tuple(axis.tolist()))
         before, origin = child, Placement()
 
@@ -190,8 +191,8 @@ def _split(
         f"{name}' = {x:.3g}" for name, x in zip(joint.velocities[-3:], rate, strict=True)
     )
     raise InputError(
-        f"the motion of {mechanism.name!r} is not steady: {change}; that is no turn about an axis "
-        f"about which body {joint.child!r} is symmetric, while this goes round another"
+        f"the motion of {mechanism.name!r} is not steady: {change}; expected a "
+        f"spin of body {joint.child!r} about an axis of symmetry that precesses at a constant rate"
     )
 
 
@@ -205,8 +206,7 @@ def _symmetry(mechanism: Mechanism, name: str) -> tuple[list[Array], bool]:
     body = mechanism.body(name)
     rolling = [one for one in mechanism.contacts if isinstance(one, Rolling) and one.body == name]
     axes = [np.array(one.axis) for one in rolling if one.axis]
-    xx, yy, zz, xy, xz, yz = mechanism.evaluate_all(body.inertia)
-    moments, principal = np.linalg.eigh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    moments, principal = np.linalg.eigh(tensor_of(mechanism.evaluate_all(body.inertia)))
     low, high = np.diff(moments) <= _ALIKE * moments[-1]
     center = np.array(mechanism.evaluate_all(body.center))
     if low and high:
@@ -223,11 +223,3 @@ def _matrix(quaternion: list[float]) -> Array:
 
     found: Array = Rotation.from_quat(quaternion).as_matrix()
     return found
-
-
-def _angles(attitude: Array) -> tuple[float, float, float]:
-    """Roll, pitch and yaw of an attitude."""
-    from scipy.spatial.transform import Rotation
-
-    roll, pitch, yaw = Rotation.from_matrix(attitude).as_euler("xyz").tolist()
-    return roll, pitch, yaw

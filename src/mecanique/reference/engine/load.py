@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.errors import EngineError
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.package import engine_package
@@ -191,8 +192,7 @@ def _seat(model: Any, indices: dict[str, int], step: SimpleJoint) -> Seat:
 def _holder(
     pin: Any, mechanism: Mechanism, body: Body, frame: Any, frames: dict[str, int]
 ) -> Holder:
-    ixx, iyy, izz, ixy, ixz, iyz = mechanism.evaluate_all(body.inertia)
-    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
+    tensor = tensor_of(mechanism.evaluate_all(body.inertia))
     center = np.array(mechanism.evaluate_all(body.center))
     # set part by part, because the constructor refuses principal moments that rounding made
     # negative

@@ -13,6 +13,7 @@ from typing import final
 
 import numpy as np
 
+from mecanique.model.bodies.tensor import entries_of, tensor_of
 from mecanique.model.mechanism.validation import inertia_fault
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
@@ -86,11 +87,8 @@ def nearest_inertia(inertia: Sequence[float]) -> tuple[float, ...]:
     Args:
         inertia: ixx, iyy, izz, ixy, ixz, iyz [kg·m²].
     """
-    ixx, iyy, izz, ixy, ixz, iyz = inertia
-    moments, axes = np.linalg.eigh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    mended = axes @ np.diag(_project(moments)) @ axes.T
-    rows, columns = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
-    return tuple(float(entry) for entry in mended[rows, columns])
+    moments, axes = np.linalg.eigh(tensor_of(inertia))
+    return entries_of(axes @ np.diag(_project(moments)) @ axes.T)
 
 
 def _project(moments: np.ndarray) -> np.ndarray:

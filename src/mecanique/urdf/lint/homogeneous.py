@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import final
@@ -14,6 +14,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.bodies.tensor import entries_of, tensor_of
 from mecanique.urdf.element import Element
 from mecanique.urdf.findings import Report
 from mecanique.urdf.lint.blanks import start_tag
@@ -110,7 +111,7 @@ class Inertias:
                 "by_shape": {
                     "mass": link.by_shape,
                     "center": link.solid.center.tolist(),
-                    "inertia": dict(zip(ENTRIES, _entries(link.inertia), strict=True)),
+                    "inertia": dict(zip(ENTRIES, entries_of(link.inertia), strict=True)),
                 },
             }
             for link in self.links
@@ -211,8 +212,7 @@ def check(link: Link, report: Report, *, meshes: bool) -> None:
 def _compare(link: Link, solid: Solid, density: float | None) -> LinkInertia:
     mass = link.mass if density is None else density * solid.volume
     center = np.array(link.frame.xyz, float) if link.mass else solid.center
-    ixx, iyy, izz, ixy, ixz, iyz = link.inertia
-    written = np.linalg.eigvalsh([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]]).max()
+    written = np.linalg.eigvalsh(tensor_of(link.inertia)).max()
     own = np.linalg.eigvalsh(solid.inertia * (mass / solid.volume)).max()
     off = float(np.linalg.norm(center - solid.center))
     return LinkInertia(
@@ -237,17 +237,12 @@ def _replace(raw: bytes, element: Element, link: LinkInertia) -> bytes:
 
 def _inertial(link: LinkInertia) -> str:
     center = " ".join(f"{value:.9g}" for value in link.solid.center)
-    entries = zip(ENTRIES, _entries(link.inertia), strict=True)
+    entries = zip(ENTRIES, entries_of(link.inertia), strict=True)
     inertia = " ".join(f'{name}="{value:.9g}"' for name, value in entries)
     return (
         f'<inertial>\n      <origin xyz="{center}" rpy="0 0 0"/>\n'
         f'      <mass value="{link.by_shape:.9g}"/>\n      <inertia {inertia}/>\n    </inertial>'
     )
-
-
-def _entries(inertia: Array) -> Iterator[float]:
-    rows, columns = (0, 1, 2, 0, 0, 1), (0, 1, 2, 1, 2, 2)
-    yield from (float(entry) for entry in inertia[rows, columns])
 
 
 def _times(ratio: float) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.document import Document
 from mecanique.urdf.reading.links import Link
@@ -125,11 +126,9 @@ def _look(document: Document, links: Mapping[str, Link]) -> dict[str, _Seen]:
             poses[child] = turn @ own, origin + turn @ shift
             order.append(child)
         link = links[name]
-        ixx, iyy, izz, ixy, ixz, iyz = link.inertia
-        tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
         axes = turn @ np.array(link.frame.rotation, float)
         center = origin + turn @ np.array(link.frame.xyz, float)
-        seen[name] = _Seen(origin, center, axes @ tensor @ axes.T)
+        seen[name] = _Seen(origin, center, axes @ tensor_of(link.inertia) @ axes.T)
     return seen
 
 

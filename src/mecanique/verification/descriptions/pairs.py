@@ -10,6 +10,7 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.model.bodies import Body
+from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.joints import Fixed, Joint
 from mecanique.model.mechanism import Mechanism
 
@@ -77,9 +78,8 @@ def pair(a: Mechanism, b: Mechanism) -> Pairs:
 
 def numbers_of(body: Body) -> tuple[float, Array, Array]:
     """Return mass, center of mass and inertia tensor about it, as numbers."""
-    ixx, iyy, izz, ixy, ixz, iyz = map(float, body.inertia)
-    tensor = np.array([[ixx, ixy, ixz], [ixy, iyy, iyz], [ixz, iyz, izz]])
-    return float(body.mass), np.array(body.center, dtype=float), tensor
+    center = np.array(body.center, dtype=float)
+    return float(body.mass), center, tensor_of(map(float, body.inertia))
 
 
 def _by_name(first: Iterable[str], second: Iterable[str]) -> dict[str, str]:

@@ -114,14 +114,11 @@ def _body(right: RightEquations, mechanism: Mechanism, body: Body) -> Iterator[H
     if light is not None:
         what = f"the mass of {name!r} is missing"
         yield Hypothesis("missing", what, 1.3, *light)
-        weight = particle[1] - still[1]
-        less = right.rebuild(replace(_with_body(mechanism, gone), gravity=(0.0, 0.0, 0.0)))
-        if less is not None:
-            own = weight - (light[1] - less[1])
-            what = f"the weight of {name!r} is missing"
-            yield Hypothesis("missing", what, 1.1, right.sample.M, right.rest - own)
-            what = f"the sign of the weight of {name!r} is wrong"
-            yield Hypothesis("sign", what, 1.1, right.sample.M, right.rest - 2 * own)
+        weight = (particle[1] - still[1]) - (light[1] - absent[1])
+        what = f"the weight of {name!r} is missing"
+        yield Hypothesis("missing", what, 1.1, right.sample.M, right.rest - weight)
+        what = f"the sign of the weight of {name!r} is wrong"
+        yield Hypothesis("sign", what, 1.1, right.sample.M, right.rest - 2 * weight)
 
 
 def _with_body(mechanism: Mechanism, body: Body) -> Mechanism:

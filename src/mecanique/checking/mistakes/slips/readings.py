@@ -12,7 +12,6 @@ from mecanique.arrays import Array
 from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.ring import Ring
-from mecanique.model.joints import Single
 
 __all__ = ["linearize", "mistake_angles", "mistake_readings"]
 
@@ -52,12 +51,10 @@ def _read(
 
 
 def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
-    """Yield what follows with absolute angles for relative ones, and the other way round."""
+    """Yield what follows with absolute coordinates for relative ones, and the other way round."""
     mechanism, values = right.truth.mechanism, right.sample.values
-    turning = [
-        name for name in mechanism.coordinates if name in _angles(right) and f"{name}'" in values
-    ]
-    for one, other in permutations(turning, 2):
+    moving = [name for name in mechanism.coordinates if f"{name}'" in values]
+    for one, other in permutations(moving, 2):
         for sign in (-1, 1):
             moved = {
                 name: values[name] + sign * values[name.replace(other, one, 1)]
@@ -72,14 +69,6 @@ def mistake_angles(right: RightEquations) -> Iterator[Hypothesis]:
                 else f"{other} is taken absolute instead of relative to {one}"
             )
             yield _read(right, "angle", what, 1.4, moved, turn)
-
-
-def _angles(right: RightEquations) -> set[str]:
-    return {
-        joint.coordinate
-        for joint in right.truth.mechanism.joints
-        if isinstance(joint, Single) and joint.turns
-    } | set(right.truth.mechanism.coordinates.names)
 
 
 def linearize(right: RightEquations) -> Iterator[Hypothesis]:

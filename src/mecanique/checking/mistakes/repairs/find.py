@@ -14,15 +14,15 @@ from mecanique.arrays import Array
 from mecanique.checking.grammar.tape import Tape, Values
 from mecanique.checking.mistakes.context import Context
 from mecanique.checking.mistakes.needed import needed_values
-from mecanique.checking.mistakes.repair import Part, Repair
-from mecanique.checking.mistakes.repaired_factors import (
+from mecanique.checking.mistakes.repairs.factors import (
     repair_circular,
     repair_letter,
     repair_number,
     repair_power,
     repair_sum,
 )
-from mecanique.checking.mistakes.repaired_terms import repair_term
+from mecanique.checking.mistakes.repairs.repair import Part, Repair
+from mecanique.checking.mistakes.repairs.terms import repair_term
 
 __all__ = ["repairs"]
 

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from mecanique.checking.mistakes.repair import ALIKE, SIMPLE, Part, Repair
+from mecanique.checking.mistakes.repairs.repair import ALIKE, SIMPLE, Part, Repair
 
 __all__ = ["repair_term"]
 
