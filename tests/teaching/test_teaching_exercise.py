@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import mecanique as mq
 from mecanique.cli import app
+from mecanique.model import Mechanism
 from mecanique.teaching import make_exercise
 
 
@@ -93,3 +94,19 @@ def test_it_is_written_with_its_figure(tmp_path: Path) -> None:
 def test_what_has_no_answer_is_refused(system: str, ask: str, message: str) -> None:
     with pytest.raises(mq.InputError, match=message):
         make_exercise(system, ask)
+
+
+def test_a_linkage_is_drawn_where_its_motion_starts(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn: list[list[float]] = []
+
+    def picture(shown: Mechanism, *, path: Path, q: list[float]) -> Path:
+        drawn.append(q)
+        return path
+
+    monkeypatch.setattr("mecanique.teaching.exercise.picture", picture)
+    make_exercise("slider_crank", seed=2).write(tmp_path)
+    theta, beta, _ = drawn[0]
+    assert abs(theta) > 0.3
+    assert abs(beta) > 0.3

@@ -19,6 +19,7 @@ from mecanique.derivation.small_motions import linearize_equations
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.errors import DerivationError, InputError, MechanismError, UnknownNameError
 from mecanique.figure.draw import picture
+from mecanique.figure.posture import posture
 from mecanique.files import write_whole
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import coordinate
@@ -99,7 +100,10 @@ class Exercise:
         """
         place = Path(folder)
         place.mkdir(parents=True, exist_ok=True)
-        figure = picture(self.mechanism, path=place / "figure.svg")
+        # at zero a linkage may be stretched, so that it is drawn where its motion starts
+        start = entry(self.mechanism.name).start if self.mechanism.constrained else {}
+        position = posture(self.mechanism, start).tolist()
+        figure = picture(self.mechanism, path=place / "figure.svg", q=position)
         found = [place / "problem.md", figure, place / "solution.md"]
         for path, text in ((found[0], self.problem), (found[2], self.solution)):
             with write_whole(path) as file:
