@@ -19,7 +19,7 @@ from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
-from mecanique.derivation.symbolic.distribution import distribution_of
+from mecanique.derivation.symbolic.free_bodies.distribution import distribution_of
 from mecanique.derivation.symbolic.lagrange import Lagrange
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra

@@ -20,7 +20,7 @@ from mecanique.derivation.numeric.virtual_work import Works
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.scalars.evaluation import Evaluation
 from mecanique.derivation.scalars.monomials import REACH, exponent, exponents, power
-from mecanique.derivation.symbolic.axes import normal_of
+from mecanique.derivation.symbolic.free_bodies.axes import normal_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.symbols import Algebra

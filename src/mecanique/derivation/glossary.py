@@ -9,7 +9,7 @@ from typing import final
 from mecanique.derivation.printing.equations import Expression, expression, root
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
-from mecanique.derivation.symbolic.sentences import enumerate_words
+from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
 from mecanique.model.expression import symbols_in
 from mecanique.model.joints import Joint, Planar, Single, Universal
 from mecanique.model.mechanism import Mechanism

@@ -15,7 +15,7 @@ from typing import final
 
 import numpy as np
 
-from mecanique.derivation.symbolic.axes import find_swing
+from mecanique.derivation.symbolic.free_bodies.axes import find_swing
 from mecanique.figure.camera import Floats
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.measures import lengths

@@ -14,7 +14,7 @@ from mecanique.model.states import States, explain_defaults
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.engine.whole import Whole
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom import generic_rank
+from mecanique.reference.loops.freedom.freedom import generic_rank
 
 __all__ = ["Answering"]
 

@@ -17,7 +17,7 @@ from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.driving import driving_forces, free_motions
-from mecanique.reference.loops.freedom import generic_rank
+from mecanique.reference.loops.freedom.freedom import generic_rank
 from mecanique.reference.loops.nullspace import solve
 
 __all__ = ["LoopConstraints"]

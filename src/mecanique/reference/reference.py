@@ -18,8 +18,8 @@ from mecanique.reference.engine.rhs import Rhs
 from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
 from mecanique.reference.loops.closed import Closed
+from mecanique.reference.loops.freedom.singular import branch_acceleration, closed_rhs, plain_rhs
 from mecanique.reference.loops.loading import load_once
-from mecanique.reference.loops.singular import branch_acceleration, closed_rhs, plain_rhs
 from mecanique.reference.wrenches import Wrenches
 
 __all__ = ["Reference"]

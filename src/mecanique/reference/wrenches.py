@@ -15,7 +15,7 @@ from mecanique.model.constraints.loops import Loop
 from mecanique.model.states import Given, States
 from mecanique.reference.answering import Answering
 from mecanique.reference.engine.answers import AppliedForce, Places, Wrench
-from mecanique.reference.engine.guided import Guided
+from mecanique.reference.engine.forces.guided import Guided
 from mecanique.reference.loops.closed import COMPONENTS, Closed
 
 __all__ = ["Wrenches"]

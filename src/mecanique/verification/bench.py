@@ -96,8 +96,8 @@ class Bench:
         closed = self.reference.closed if self.mechanism.constrained else None
         if closed is None:
             return q, v
-        from mecanique.reference.loops.assembly import project
-        from mecanique.reference.loops.closing import close_position
+        from mecanique.reference.loops.assembly.assembly import project
+        from mecanique.reference.loops.assembly.closing import close_position
 
         return project(closed, close_position(closed, q, 0.0), v, 0.0)
 

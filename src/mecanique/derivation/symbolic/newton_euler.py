@@ -13,18 +13,23 @@ from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
-from mecanique.derivation.symbolic.elements import Guiding
-from mecanique.derivation.symbolic.elimination import JointRate, demands, joint_rates, project
-from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
-from mecanique.derivation.symbolic.kinematics import Kinematics
-from mecanique.derivation.symbolic.lines_of_action import length_names
-from mecanique.derivation.symbolic.sentences import (
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
+from mecanique.derivation.symbolic.free_bodies.elements import Guiding
+from mecanique.derivation.symbolic.free_bodies.elimination import (
+    JointRate,
+    demands,
+    joint_rates,
+    project,
+)
+from mecanique.derivation.symbolic.free_bodies.sentences import (
     describe_reaction,
     enumerate_words,
     explain_guides,
     state_moment_balance,
     state_momentum_balance,
 )
+from mecanique.derivation.symbolic.kinematics import Kinematics
+from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.steps import loop_stages, multiplier_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (

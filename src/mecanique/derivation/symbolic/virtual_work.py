@@ -15,11 +15,11 @@ from mecanique.derivation.printing.equations import distribute, expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
-from mecanique.derivation.symbolic.distribution import Distribution, distribution_of
-from mecanique.derivation.symbolic.free_bodies import Cut
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut
+from mecanique.derivation.symbolic.free_bodies.distribution import Distribution, distribution_of
+from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
 from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
-from mecanique.derivation.symbolic.sentences import enumerate_words
 from mecanique.derivation.symbolic.steps import coordinate_of, loop_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.quasi import independent_displacements

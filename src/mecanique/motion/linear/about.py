@@ -21,7 +21,7 @@ from mecanique.verification.stencil import differences
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
-    from mecanique.reference.loops.independent import Independent
+    from mecanique.reference.loops.freedom.independent import Independent
 
 __all__ = ["drop_disturbances", "linearize_about", "refuse_rolling"]
 
@@ -69,7 +69,7 @@ def linearize_about(
     if reference.closed is None:
         by_position, by_velocity = _of_tree(reference, position, velocity, acceleration, t)
     else:
-        from mecanique.reference.loops.independent import Independent
+        from mecanique.reference.loops.freedom.independent import Independent
 
         free = Independent(reference.closed, position, t)
         tangent = free.tangent

@@ -11,8 +11,8 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.forces.loads import Loads
 from mecanique.reference.engine.load import Engine
-from mecanique.reference.engine.loads import Loads
 from mecanique.reference.engine.package import engine_package
 
 __all__ = ["Rhs", "fast_rhs"]

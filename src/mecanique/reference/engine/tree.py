@@ -15,15 +15,15 @@ from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Efforts
 from mecanique.reference.engine.chart import Chart
-from mecanique.reference.engine.elements import Elements, Unit
-from mecanique.reference.engine.held import Held, hold
+from mecanique.reference.engine.forces.elements import Elements, Unit
+from mecanique.reference.engine.forces.held import Held, hold
+from mecanique.reference.engine.forces.loads import Loads
+from mecanique.reference.engine.forces.reactions import Reactions
+from mecanique.reference.engine.forces.sites import Action, External
 from mecanique.reference.engine.load import load
-from mecanique.reference.engine.loads import Loads
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.probe import backward_error, massless_mode, random_states, reach_of
-from mecanique.reference.engine.reactions import Reactions
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
-from mecanique.reference.engine.sites import Action, External
 
 __all__ = ["Tree"]
 

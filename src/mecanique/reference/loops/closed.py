@@ -16,11 +16,11 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.forces.sites import Action
 from mecanique.reference.engine.package import engine_package
 from mecanique.reference.engine.root import MassRoot
-from mecanique.reference.engine.sites import Action
 from mecanique.reference.engine.tree import Tree
-from mecanique.reference.loops.constraints import Closures
+from mecanique.reference.loops.constraints.closures import Closures
 from mecanique.reference.loops.metric import Metric, measure
 from mecanique.reference.loops.nullspace import ConstrainedMotion, solve, split
 from mecanique.reference.loops.tolerances import LEAST, LOOSE, OPEN, TINY

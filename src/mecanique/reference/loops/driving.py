@@ -15,7 +15,7 @@ from mecanique.arrays import Array
 from mecanique.errors import ClosureError
 from mecanique.reference.engine.tree import Tree
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.independent import Independent
+from mecanique.reference.loops.freedom.independent import Independent
 from mecanique.reference.loops.tolerances import DEPENDENT, OPEN
 
 __all__ = ["driving_forces", "free_motions"]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
-from mecanique.derivation.symbolic.distribution import distribution_of
+from mecanique.derivation.symbolic.free_bodies.distribution import distribution_of
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load

@@ -60,8 +60,8 @@ def closed_states(mechanism: Mechanism, q: Array, v: Array, t: Array) -> ClosedS
         t: times, shape (n,) [s].
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import project
-    from mecanique.reference.loops.closing import close_position
+    from mecanique.reference.loops.assembly.assembly import project
+    from mecanique.reference.loops.assembly.closing import close_position
 
     closed = Reference.of(mechanism).closed
     if closed is None:
@@ -107,7 +107,7 @@ def refuse_locked(mechanism: Mechanism) -> None:
         InputError: if it is.
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.freedom import refuse_locked as refuse
+    from mecanique.reference.loops.freedom.freedom import refuse_locked as refuse
 
     closed = Reference.of(mechanism).closed
     if closed is not None:
@@ -129,9 +129,9 @@ def wander(mechanism: Mechanism, t: Array, random: np.random.Generator) -> Array
         ClosureError: if no position is found at which all loops are closed.
     """
     from mecanique.reference import Reference
-    from mecanique.reference.loops.assembly import position_near
-    from mecanique.reference.loops.closing import close_position
-    from mecanique.reference.loops.newton import displace
+    from mecanique.reference.loops.assembly.assembly import position_near
+    from mecanique.reference.loops.assembly.closing import close_position
+    from mecanique.reference.loops.assembly.newton import displace
 
     closed, q = Reference.of(mechanism).closed, mechanism.neutral()
     if closed is None:

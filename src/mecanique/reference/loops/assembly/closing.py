@@ -16,8 +16,8 @@ import numpy.typing as npt
 from mecanique.arrays import Array
 from mecanique.errors import ClosureError
 from mecanique.model.constraints.contacts import Rolling
+from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.tolerances import ASSEMBLED, EXACT, LEAST, RANK_ASSEMBLED, TINY
 
 __all__ = ["close_position", "is_open", "refuse_open", "settle"]

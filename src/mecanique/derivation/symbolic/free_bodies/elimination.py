@@ -13,7 +13,7 @@ from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, dot, lift, total
 from mecanique.derivation.tree.links import Link

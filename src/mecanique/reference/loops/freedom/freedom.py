@@ -19,11 +19,11 @@ from mecanique.model.constraints.loops import explain_lock
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
-from mecanique.reference.loops.assembly import position_near
+from mecanique.reference.loops.assembly.assembly import position_near
+from mecanique.reference.loops.assembly.closing import close_position
+from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.closing import close_position
 from mecanique.reference.loops.loading import load_loops
-from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import Split, split
 from mecanique.reference.loops.tolerances import INDEPENDENT_ROW, RANK_ASSEMBLED
 from mecanique.wording import say_count, write_table

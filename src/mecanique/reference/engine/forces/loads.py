@@ -30,8 +30,8 @@ from mecanique.model.forces import (
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
+from mecanique.reference.engine.forces.sites import Action, Axes, External, Site, Triple
 from mecanique.reference.engine.load import Engine
-from mecanique.reference.engine.sites import Action, Axes, External, Site, Triple
 
 __all__ = ["Law", "Loads", "law_of"]
 

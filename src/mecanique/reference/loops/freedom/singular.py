@@ -19,9 +19,9 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.reference.engine.rhs import Rhs
+from mecanique.reference.loops.assembly.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.metric import Metric
-from mecanique.reference.loops.newton import Landing, Tangent, displace, newton
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import WEAK
 

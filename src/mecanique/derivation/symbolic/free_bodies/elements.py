@@ -9,8 +9,8 @@ from typing import final
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.elimination import JointRate, demands
-from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
+from mecanique.derivation.symbolic.free_bodies.elimination import JointRate, demands
 from mecanique.derivation.symbolic.vectors import Wrench, cross, dot, lift, total, zero
 from mecanique.derivation.tree.elements import Ground, UnitForce, unit_forces
 from mecanique.model.constraints.elements import Belt, Cord, Gear, Rack, preloads

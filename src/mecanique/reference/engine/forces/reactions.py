@@ -16,9 +16,9 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.model.joints import Fixed
 from mecanique.model.mechanism import Mechanism
+from mecanique.reference.engine.forces.sites import Action
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package
-from mecanique.reference.engine.sites import Action
 
 __all__ = ["Reactions"]
 

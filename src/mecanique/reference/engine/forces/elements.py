@@ -26,8 +26,8 @@ from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import characteristic_length
 from mecanique.reference.engine.chart import Chart
+from mecanique.reference.engine.forces.sites import Action, Site, Triple
 from mecanique.reference.engine.load import Engine
-from mecanique.reference.engine.sites import Action, Site, Triple
 
 __all__ = ["Columns", "Elements", "Unit"]
 

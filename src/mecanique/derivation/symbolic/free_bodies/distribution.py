@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
-from mecanique.derivation.symbolic.free_bodies import Cut, Cuts
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
 from mecanique.derivation.symbolic.vectors import Vector, along, lift
 from mecanique.derivation.tree.poses import combination
 from mecanique.model.bodies.shape import Shape

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mecanique.derivation.symbolic.axes import Direction
-from mecanique.derivation.symbolic.free_bodies import Cut
+from mecanique.derivation.symbolic.free_bodies.axes import Direction
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut
 from mecanique.model.guides.guide import Guide
 
 __all__ = [

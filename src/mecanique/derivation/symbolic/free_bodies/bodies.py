@@ -9,7 +9,7 @@ from typing import final
 
 from mecanique.derivation.laws import laws_of
 from mecanique.derivation.scalars.series import Series
-from mecanique.derivation.symbolic.axes import Axes, axes_of, normal_of
+from mecanique.derivation.symbolic.free_bodies.axes import Axes, axes_of, normal_of
 from mecanique.derivation.symbolic.kinematics import ORIGIN, Kinematics
 from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
 from mecanique.derivation.symbolic.ties.contacts import Touch, contact_ties, touches

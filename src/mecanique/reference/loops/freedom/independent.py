@@ -11,9 +11,9 @@ from typing import final
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.reference.loops.assembly.closing import close_position
+from mecanique.reference.loops.assembly.newton import displace
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.closing import close_position
-from mecanique.reference.loops.newton import displace
 from mecanique.reference.loops.nullspace import split
 from mecanique.reference.loops.tolerances import DEPENDENT
 

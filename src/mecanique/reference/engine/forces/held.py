@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from mecanique.arrays import Array
-from mecanique.reference.engine.elements import Columns, Unit
+from mecanique.reference.engine.forces.elements import Columns, Unit
 
 __all__ = ["Held", "hold"]
 

@@ -12,10 +12,10 @@ from mecanique.errors import ClosureError, InputError, UnknownNameError
 from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.values import Given
+from mecanique.reference.loops.assembly.closing import close_position, is_open, refuse_open, settle
+from mecanique.reference.loops.assembly.newton import displace, newton
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.closing import close_position, is_open, refuse_open, settle
 from mecanique.reference.loops.loading import load_loops
-from mecanique.reference.loops.newton import displace, newton
 from mecanique.reference.loops.tolerances import (
     ASSEMBLED,
     DEPENDENT,

@@ -23,9 +23,9 @@ from mecanique.model.units import velocity_scales
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package
-from mecanique.reference.loops.contacts import HAT, ContactRows, VelocityRows
+from mecanique.reference.loops.constraints.contacts import HAT, ContactRows, VelocityRows
+from mecanique.reference.loops.constraints.parts import Parts
 from mecanique.reference.loops.metric import Units
-from mecanique.reference.loops.parts import Parts
 from mecanique.reference.loops.tolerances import ROUNDING
 
 __all__ = ["Closure", "Closures", "ScaledClosure"]

@@ -1,0 +1,1 @@
+"""What acts on the engine's bodies: loads, what elements do, and reactions."""

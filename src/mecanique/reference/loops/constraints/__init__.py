@@ -1,0 +1,1 @@
+"""What loops and contacts demand, from Pinocchio's kinematics, and what shares a motion."""

@@ -1,0 +1,1 @@
+"""The motion that loops leave free: its count, its coordinates, its singular positions."""
