@@ -69,7 +69,7 @@ def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
 
 def test_the_motion_plays_by_itself_and_by_the_keyboard(show: Show) -> None:
     seen = show(pendulum(), reduced_motion="no-preference")
-    seen.page.wait_for_function("mecanique.clock.time > 0.1")
+    seen.until("mecanique.clock.time > 0.1")
     seen.page.keyboard.press("Space")
     stopped = seen.js("mecanique.clock.time")
     seen.page.wait_for_timeout(150)
@@ -164,6 +164,7 @@ def test_what_is_looked_at_stands_between_the_bars(show: Show) -> None:
         {"width": 1400, "height": 900},
     ):
         seen = show(scene, viewport=size)
+        seen.settle()
         top, bottom = (
             seen.js("p => mecanique.stage.project(p)", [0.0, 0.0, z])[1] for z in (0.2, -0.2)
         )
@@ -230,6 +231,7 @@ def test_the_scale_is_that_of_what_is_shown_or_of_each_kind(show: Show) -> None:
     seen = show(scene)
     size = seen.js("mecanique.stage.size")
     length = "mecanique.arrows.items[0].length"
+    seen.settle()
     assert seen.js(length) == pytest.approx(0.28 * size)
     seen.page.get_by_label("Reactions").check()
     seen.settle()

@@ -40,6 +40,14 @@ class Visit:
         self.js("t => { mecanique.clock.pause(); mecanique.clock.seek(t); }", t)
         self.settle()
 
+    def until(self, expression: str) -> None:
+        """Wait for a condition, asked from here: the page's own policy forbids evaluation later."""
+        for _ in range(6000):
+            if self.js(expression):
+                return
+            self.page.wait_for_timeout(20)
+        raise AssertionError(f"never became true: {expression}")
+
     def settle(self) -> None:
         self.js(
             "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"

@@ -58,7 +58,8 @@ export class Plots {
     over.onchange = () => this.setOver(over.value === "" ? -1 : Number(over.value));
     this.over = -1;
     this.section = null; // the states of a section, where one is shown
-    new ResizeObserver(() => this.refresh()).observe(this.holder);
+    this.holder.closest("[role=tabpanel]").addEventListener("opened", () => this.refresh());
+    new ResizeObserver(() => this.resize()).observe(this.holder);
   }
 
   // Shows another motion.
@@ -69,6 +70,11 @@ export class Plots {
     this.peaks = new Map([["rad", 1], ...(size ? [["m", size]] : [])]);
     this.unknown = true;
     this.refresh();
+  }
+
+  // Draws anew if the panel is wider or narrower than what is drawn.
+  resize() {
+    if (this.holder.clientWidth !== this.width) this.refresh();
   }
 
   // Draws anew if the plots are seen; when their panel is opened, they are drawn.

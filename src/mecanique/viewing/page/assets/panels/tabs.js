@@ -18,6 +18,7 @@ export function wireTabs(list) {
       tab.tabIndex = on ? 0 : -1;
       panel(tab).classList.toggle("off", !on);
     }
+    panel(chosen).dispatchEvent(new Event("opened"));
     chosen.scrollIntoView({ block: "nearest", inline: "nearest" });
     reach();
   };
