@@ -12,6 +12,7 @@ from derivation_reading import value_of_text
 
 import mecanique as mq
 from mecanique import derive, textbook, write_recursion
+from mecanique.derivation.document import Document
 from mecanique.generation.writing.written import Written
 from mecanique.model.states import States
 from mecanique.verification.states.random import random_states
@@ -156,6 +157,20 @@ def test_the_page_lists_symbols_and_results_of_what_rolls() -> None:
         "Conditions",
     ]
     assert all(block.body.startswith("<math") for block in blocks)
+
+
+def test_the_page_does_not_write_out_steps_that_it_does_not_show(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A quadruped's steps are 12 MB of formulas, and took most of the time of its page."""
+    equations = derive(textbook.load("double_pendulum"))
+    motion = mq.simulate(textbook.load("double_pendulum"), duration=0.1)
+    about = equations.document.sections()[0].explanation
+    monkeypatch.setattr("mecanique.derivation.equations.MOST_TERMS", 3)
+    monkeypatch.setattr(Document, "sections", None)
+    document = document_of(motion, [equations], None, [])
+    assert document.derivations[0].listed
+    assert document.about == about
 
 
 def test_names_of_results_keep_clear_of_the_letters() -> None:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import os
+import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +26,7 @@ from mecanique.viewing.page.meshes.surface import Surface, fan
 from mecanique.viewing.scene.from_motion import scene_of
 from mecanique.viewing.scene.scene import SceneBody, Shape
 
+ASSETS = Path(__file__).parents[2] / "src" / "mecanique" / "viewing" / "page" / "assets"
 TRIANGLE = [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]]
 
 
@@ -47,16 +51,33 @@ def unpacked(packed: PackedSurface) -> NDArray[np.float64]:
     """The corners as the page finds them."""
     n, m = packed.points, packed.triangles
     numbers = np.array(integers(packed.body), dtype=np.int64)
-    assert len(numbers) == 3 * (n + m)
-    points = (
-        np.array(packed.low) + packed.step * np.cumsum(numbers[: 3 * n].reshape(3, n), axis=1).T
-    )
-    met, corners = 0, []
-    for back in numbers[3 * n :].reshape(3, m).T.ravel():
-        corners.append(met - back)
-        met += back == 0
-    assert met == n
-    return np.asarray(points[np.array(corners).reshape(m, 3)])
+    ways, rest = numbers[:m].tolist(), numbers[m:]
+    written = ways.count(2)
+    firsts, seconds, thirds, moves = np.split(rest, np.cumsum([written, written, m]))
+    assert len(moves) == 3 * n
+    edges = iter(zip(firsts.tolist(), seconds.tolist(), strict=True))
+    grid: list[NDArray[np.int64]] = []
+
+    def corner(back: int, expected: NDArray[np.int64] | int) -> int:
+        if not back:
+            grid.append(expected + moves.reshape(3, n)[:, len(grid)])
+        return len(grid) - (back or 1)
+
+    corners = []
+    for way, third in zip(ways, thirds.tolist(), strict=True):
+        if way == 2:
+            back_first, back_second = next(edges)
+            i = corner(back_first, grid[-1] if grid else 0)
+            j = left = corner(back_second, grid[i])
+            m_expected = grid[j]
+        else:
+            a, b, c = corners[-1]
+            i, j, left = (c, b, a) if way == 0 else (a, c, b)
+            m_expected = grid[i] + grid[j] - grid[left]
+        corners.append((i, j, corner(third, m_expected)))
+    assert len(grid) == n
+    points = np.array(packed.low) + packed.step * np.array(grid)
+    return np.asarray(points[np.array(corners)])
 
 
 def whole(corners: NDArray[np.float64], step: float) -> list[bytes]:
@@ -95,12 +116,12 @@ def test_triangles_come_back_to_half_a_step(n: int, seed: int) -> None:
 
 
 def test_neighbors_cost_little() -> None:
-    """A sheet takes little more than a byte a coordinate of its points and a byte a triangle."""
+    """A sheet takes about a byte a coordinate of its points and two bytes a triangle."""
     corners = bumpy(60, 0)
     corners[..., 2] = 0
     mixed = np.random.default_rng(0).permutation(corners)
     (packed,) = pack_surfaces([Surface(mixed)])
-    assert len(packed.body) < 3 * 2 * packed.points + 3 * 1.4 * packed.triangles
+    assert len(packed.body) < 3 * 1.3 * packed.points + 2.6 * packed.triangles
 
 
 def test_triangles_without_an_area_are_left_out() -> None:
@@ -310,9 +331,8 @@ def test_a_file_is_held_once_however_often_it_is_drawn(tmp_path: Path) -> None:
     assert header["drawn"][1]["rgba"] == [0, 0.5, 1, 0.25]
     assert header["drawn"][5]["rgba"] == [0.55, 0.58, 0.62, 1.0]
     assert header["drawn"][3]["matrix"] == np.diag([1.0, -2, 1, 1]).ravel().tolist()
-    assert len(integers(data)) == sum(
-        3 * (each["points"] + each["triangles"]) for each in header["surfaces"]
-    )
+    bodies = [surface.body for surface in pack_surfaces(read_mesh(path))]
+    assert data == b"".join(bodies)
     with pytest.raises(InputError, match=r"gone\.stl: there is no such file"):
         mesh_parcel([SceneBody("a", (Shape("mesh", (1, 1, 1), path=tmp_path / "gone.stl"),))])
 
@@ -346,3 +366,31 @@ def test_a_robot_fits_into_a_page_of_a_megabyte_and_a_half(tmp_path: Path) -> No
     motion = simulate(read_urdf(robot("panda")), duration=1.0)
     path = write_page(scene_of(motion), tmp_path / "panda.html")
     assert path.stat().st_size < 1_500_000
+
+
+READ_IN_NODE = """
+import { unpackSurface } from "%s";
+import { readFileSync } from "node:fs";
+const [head, file] = process.argv.slice(1);
+const found = unpackSurface(JSON.parse(head), new Uint8Array(readFileSync(file)), 0);
+console.log(JSON.stringify([[...found.positions], [...found.corners], found.end]));
+"""
+
+
+def test_the_page_unpacks_what_was_packed(tmp_path: Path) -> None:
+    """The page's own script finds the triangles, and where they end among the bytes."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("no node found")
+    corners = np.concatenate([bumpy(9, 3), bumpy(4, 5) + 20.0])
+    (packed,) = pack_surfaces([Surface(corners)])
+    head = {name: getattr(packed, name) for name in ("points", "triangles", "step", "low")}
+    (tmp_path / "body").write_bytes(packed.body)
+    script = ASSETS / "picture" / "meshes.js"
+    command = [node, "--input-type=module", "-e", READ_IN_NODE % script.as_uri()]
+    command += [json.dumps(head), str(tmp_path / "body")]
+    done = subprocess.run(command, capture_output=True, text=True, check=True)
+    positions, numbers, end = json.loads(done.stdout)
+    assert end == len(packed.body)
+    found = np.array(positions).reshape(-1, 3)[np.array(numbers)].reshape(-1, 3, 3)
+    assert found == pytest.approx(unpacked(packed), abs=1e-5)

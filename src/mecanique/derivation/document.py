@@ -191,6 +191,11 @@ class Document:
             out += section.formulas
         return "\n".join(out)
 
+    @property
+    def introduction(self) -> str:
+        """What the mechanism is, and letters that stand for two things, in plain text."""
+        return " ".join([*self._about, *self._warnings(steps=True)])
+
     def symbols(self) -> tuple[tuple[str, str], ...]:
         """Return the symbols of the equations of motion in MathML, and what they mean in words."""
         writer = MathML()
@@ -207,8 +212,11 @@ class Document:
         rows = ""
         for meaning in meanings(self.derivation):
             rows += _row_of(meaning, writer)
-        said = " ".join([*self._about, *self._warnings(steps=True)])
-        out = [Section("Symbols", said, (_MATH.format("block", f"<mtable>{rows}</mtable>"),))]
+        out = [
+            Section(
+                "Symbols", self.introduction, (_MATH.format("block", f"<mtable>{rows}</mtable>"),)
+            )
+        ]
         for stage in self.derivation.stages:
             lines = [_MATH.format("block", result.write(writer)) for result in stage.results]
             out.append(Section(stage.title, stage.explanation, tuple(lines)))

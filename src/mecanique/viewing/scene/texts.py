@@ -66,7 +66,7 @@ def document_of(
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
         subtitle=known.title if known else method,
-        about=symbolic[0].sections()[0].explanation if symbolic else " ".join(own),
+        about=symbolic[0].introduction if symbolic else " ".join(own),
         source=known.source if known else "",
         figure=_figure(motion),
         symbols=min(lists, key=len) if lists else _symbols_of(equations),

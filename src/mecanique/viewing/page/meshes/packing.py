@@ -1,10 +1,11 @@
 """Surfaces in few bytes: corners on a fine grid, each point once, all as differences.
 
-Every coordinate is rounded to 1/16384 of the mesh's longest edge, finer than any screen shows.
-Equal points become one. Triangles are put in an order in which neighbors follow one another; points
-are numbered in the order in which triangles first use them, and a triangle states how far back each
-of its points was used, 0 for a new one. Most such numbers are small. Normals are not written: the
-page computes them.
+Every coordinate is rounded to 1/8192 of the mesh's longest edge, finer than any screen shows.
+Equal points become one. Triangles are put in an order in which neighbors follow one another, and
+most share an edge with the one before, so that one number says which. Points are numbered in the
+order in which triangles first use them; any other corner is written by how far back it was used, 0
+for a new one. The new corner of a triangle lies near the far corner of a parallelogram with the
+triangle before; what is written is how it differs. Normals are not written: the page computes them.
 """
 
 from __future__ import annotations
@@ -22,7 +23,12 @@ from mecanique.viewing.scene.scene import Floats, Rgba
 
 __all__ = ["PackedSurface", "pack_surfaces"]
 
-STEPS = 2**14
+STEPS = 2**13
+_BITS = 20  # of a coordinate on the grid, where three are one key
+
+_OVER_LAST, _OVER_FIRST, _ELSEWHERE = 0, 1, 2
+"""The edge of the triangle before over which the walk came: third to second corner, or first to
+third; or the triangle's edge is written out."""
 
 
 @final
@@ -36,8 +42,8 @@ class PackedSurface:
         step: the grid's [file's units].
         low: origin of the grid.
         rgba: color and opacity; None if the file gives none.
-        body: the points' coordinates, axis by axis, then the triangles, corner by corner, as
-            variable-length integers.
+        body: variable-length integers: each triangle's way in, the edges that are written out, the
+            third corners, then the points, axis by axis.
     """
 
     points: int
@@ -64,43 +70,78 @@ def pack_surfaces(surfaces: Sequence[Surface]) -> tuple[PackedSurface, ...]:
 
 
 def _pack(surface: Surface, low: Floats, step: float) -> PackedSurface:
-    whole = np.round((surface.corners - low) / step).astype(np.int64)
-    points, numbers = np.unique(whole.reshape(-1, 3), axis=0, return_inverse=True)
-    triangles = _side_by_side(numbers.reshape(-1, 3))
-    flat = triangles.ravel()
-    used, first = np.unique(flat, return_index=True)
+    whole = np.round((surface.corners - low) / step).astype(np.int64).reshape(-1, 3)
+    keys = (whole[:, 0] << 2 * _BITS) | (whole[:, 1] << _BITS) | whole[:, 2]
+    _, place, numbers = np.unique(keys, return_index=True, return_inverse=True)
+    walked = _side_by_side(numbers.reshape(-1, 3), len(place))
+    used, first = np.unique(walked, return_index=True)
     order = used[np.argsort(first)]
-    rank = np.empty(len(points), dtype=np.int64)
+    rank = np.empty(len(place), dtype=np.int64)
     rank[order] = np.arange(len(order))
-    met = np.maximum.accumulate(np.concatenate([[-1], rank[flat]]))[:-1] + 1
-    moves = np.diff(points[order], axis=0, prepend=0)
-    back = (met - rank[flat]).reshape(-1, 3)
-    body = b"".join(varints(column) for column in (*moves.T, *back.T))
+    triangles, points = rank[walked], whole[place[order]]
+    flat = triangles.ravel()
+    met = np.maximum.accumulate(np.concatenate([[-1], flat]))[:-1] + 1
+    back = (met - flat).reshape(-1, 3)
+    way, opposite = _ways_in(triangles)
+    written = way == _ELSEWHERE
+    moves = points - _guess(points, triangles, back == 0, opposite)
+    columns = [way, *back[written, :2].T, back[:, 2], *moves.T]
+    body = b"".join(map(varints, columns))
     x, y, z = low.tolist()
-    return PackedSurface(len(order), len(triangles), step, (x, y, z), surface.rgba, body)
+    return PackedSurface(len(points), len(triangles), step, (x, y, z), surface.rgba, body)
 
 
-def _side_by_side(triangles: NDArray[np.int64]) -> NDArray[np.int64]:
+def _side_by_side(triangles: NDArray[np.int64], points: int) -> NDArray[np.int64]:
     """The triangles that have an area, each from the edge over which a walk enters it."""
     a, b, c = triangles.T
-    corners: list[list[int]] = triangles[(a != b) & (b != c) & (c != a)].tolist()
-    beside: dict[tuple[int, int], int] = {}
-    for k, (i, j, m) in enumerate(corners):
-        for edge in ((i, j), (j, m), (m, i)):
-            beside.setdefault(edge, k)
-    new, ordered = [True] * len(corners), []
-    for start, (i, j, _) in enumerate(corners):
-        edges = [(i, j)] if new[start] else []
-        while edges:
-            edge = edges.pop()
-            k = start if new[start] else beside.get(edge, start)
-            if not new[k]:
+    sound = triangles[(a != b) & (b != c) & (c != a)]
+    # edge 3 k + i of triangle k runs from its corner i to the next
+    start, end = sound.ravel(), np.roll(sound, -1, axis=1).ravel()
+    edges, owner = np.unique(start * points + end, return_index=True)
+    # a neighbor runs along the common edge the other way
+    turned = end * points + start
+    seat = np.minimum(np.searchsorted(edges, turned), max(len(edges) - 1, 0))
+    across = np.where(edges[seat] == turned, owner[seat], -1) if len(edges) else owner
+    beyond: list[int] = across.tolist()
+    new, entered = [True] * len(sound), list[int]()
+    for first in range(0, 3 * len(sound), 3):
+        waiting = [first]
+        while waiting:
+            edge = waiting.pop()
+            k, i = divmod(edge, 3)
+            if edge < 0 or not new[k]:
                 continue
             new[k] = False
-            i, j, m = corners[k]
-            while (i, j) != edge:
-                i, j, m = j, m, i
-            ordered.append((i, j, m))
-            # a neighbor runs along the common edge the other way
-            edges += [(i, m), (m, j)] if k != start else [(j, i), (i, m), (m, j)]
-    return np.array(ordered, dtype=np.int64).reshape(-1, 3)
+            entered.append(edge)
+            if edge == first:
+                waiting.append(beyond[edge])
+            waiting.append(beyond[3 * k + (i + 2) % 3])
+            waiting.append(beyond[3 * k + (i + 1) % 3])
+    k, i = np.divmod(np.array(entered, dtype=np.int64), 3)
+    return sound[k[:, None], (i[:, None] + np.arange(3)) % 3]
+
+
+def _ways_in(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """How each triangle is entered, and the corner of the triangle before that is left behind."""
+    before = np.concatenate([np.full((1, 3), -1), triangles[:-1]])
+    (a, b, c), (i, j, _) = before.T, triangles.T
+    way = np.select([(i == c) & (j == b), (i == a) & (j == c)], [_OVER_LAST, _OVER_FIRST], 2)
+    return way, np.where(way == _OVER_LAST, a, np.where(way == _OVER_FIRST, b, -1))
+
+
+def _guess(
+    points: NDArray[np.int64],
+    triangles: NDArray[np.int64],
+    new: NDArray[np.bool_],
+    opposite: NDArray[np.int64],
+) -> NDArray[np.int64]:
+    """Where a reader expects each point when its first triangle is read."""
+    found = np.zeros_like(points)
+    first, second, third = (triangles[new[:, k], k] for k in range(3))
+    found[first[1:]] = points[first[1:] - 1]
+    found[second] = points[triangles[new[:, 1], 0]]
+    i, j, _ = triangles[new[:, 2]].T
+    left = opposite[new[:, 2]]
+    corner = points[i] + points[j] - points[left]
+    found[third] = np.where(left[:, None] < 0, points[j], corner)
+    return found

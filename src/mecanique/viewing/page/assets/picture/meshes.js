@@ -3,25 +3,51 @@
 import { readIntegers } from "../data/unpack.js";
 
 const CREASE = Math.cos(Math.PI / 6); // faces that meet at less are seen as one smooth surface
+const [OVER_LAST, OVER_FIRST, ELSEWHERE] = [0, 1, 2]; // ways into a triangle
 
-function unpackSurface({ points, triangles, step, low }, bytes, start) {
-  const positions = new Float32Array(3 * points);
-  const column = new Float64Array(Math.max(points, triangles));
+// Triangle by triangle: over which edge of the one before it is entered, or the edge itself, and its
+// third corner; then how each point differs from where it is expected.
+export function unpackSurface({ points, triangles, step, low }, bytes, start) {
   let at = start;
+  const read = (count) => {
+    const column = new Float64Array(count);
+    at = readIntegers(bytes, at, count, column);
+    return column;
+  };
+  const ways = read(triangles);
+  const written = ways.reduce((count, way) => count + (way === ELSEWHERE), 0);
+  const [firsts, seconds, thirds] = [read(written), read(written), read(triangles)];
+  const corners = new Uint32Array(3 * triangles);
+  const expected = new Uint32Array(3 * points); // a point is expected at a + b - c
+  let [met, edge] = [0, 0];
+  const corner = (back, a, b, c) => {
+    if (back) return met - back;
+    expected.set([a, b, c], 3 * met);
+    return met++;
+  };
+  let [i, j, m] = [0, 0, 0];
+  for (let k = 0; k < triangles; k++) {
+    let left = j;
+    if (ways[k] === OVER_LAST) [left, i] = [i, m];
+    else if (ways[k] === OVER_FIRST) j = m;
+    else {
+      i = corner(firsts[edge], met - 1, 0, 0);
+      j = corner(seconds[edge++], i, 0, 0);
+      left = i;
+    }
+    m = corner(thirds[k], i, j, left);
+    corners.set([i, j, m], 3 * k);
+  }
+  const positions = new Float32Array(3 * points);
+  const whole = new Float64Array(points);
   for (let axis = 0; axis < 3; axis++) {
-    at = readIntegers(bytes, at, points, column);
-    let sum = 0;
-    for (let k = 0; k < points; k++)
-      positions[3 * k + axis] = low[axis] + step * (sum += column[k]);
+    const moves = read(points);
+    for (let k = 0; k < points; k++) {
+      const [a, b, c] = [expected[3 * k], expected[3 * k + 1], expected[3 * k + 2]];
+      whole[k] = moves[k] + (k ? whole[a] + whole[b] - whole[c] : 0);
+      positions[3 * k + axis] = low[axis] + step * whole[k];
+    }
   }
-  // how far back each corner was met: all first corners, then all second, then all third
-  const back = new Float64Array(3 * triangles);
-  for (let i = 0; i < 3; i++) {
-    at = readIntegers(bytes, at, triangles, column);
-    for (let k = 0; k < triangles; k++) back[3 * k + i] = column[k];
-  }
-  let met = 0;
-  const corners = Uint32Array.from(back, (steps) => (steps ? met - steps : met++));
   return { positions, corners, end: at };
 }
 
