@@ -63,7 +63,7 @@ def unpacked(packed: PackedSurface) -> NDArray[np.float64]:
             grid.append(expected + moves.reshape(3, n)[:, len(grid)])
         return len(grid) - (back or 1)
 
-    corners = []
+    corners: list[tuple[int, int, int]] = []
     for way, third in zip(ways, thirds.tolist(), strict=True):
         if way == 2:
             back_first, back_second = next(edges)

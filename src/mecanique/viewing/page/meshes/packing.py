@@ -117,8 +117,9 @@ def _side_by_side(triangles: NDArray[np.int64], points: int) -> NDArray[np.int64
                 waiting.append(beyond[edge])
             waiting.append(beyond[3 * k + (i + 2) % 3])
             waiting.append(beyond[3 * k + (i + 1) % 3])
-    k, i = np.divmod(np.array(entered, dtype=np.int64), 3)
-    return sound[k[:, None], (i[:, None] + np.arange(3)) % 3]
+    edges = np.array(entered, dtype=np.int64)[:, None]
+    ordered: NDArray[np.int64] = sound[edges // 3, (edges % 3 + np.arange(3)) % 3]
+    return ordered
 
 
 def _ways_in(triangles: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
