@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import ast
+import io
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+import mecanique as mq
+from mecanique.cli import prepare
+from mecanique.generation.compiled import build_library
+from mecanique.motion.compile.stepper import can_compile
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("src", "tests", "examples", "docs")
@@ -99,3 +106,41 @@ def test_nothing_supposes_one_operating_system(folder: str) -> None:
 )
 def test_faults_are_found(text: str, faults: int) -> None:
     assert len(list(find_faults(text))) == faults
+
+
+@pytest.mark.parametrize(
+    ("platform", "named", "written"),
+    [
+        ("win32", "", "θ λ".encode()),
+        ("win32", "cp1252", b"? ?"),
+        ("linux", "", b"? ?"),
+    ],
+)
+def test_what_is_redirected_on_windows_has_every_letter(
+    platform: str, named: str, written: bytes, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("PYTHONIOENCODING", raising=False)
+    if named:
+        monkeypatch.setenv("PYTHONIOENCODING", named)
+    file = io.BytesIO()
+    stream = io.TextIOWrapper(file, encoding="cp1252", newline="")
+    prepare(stream, platform)
+    stream.write("θ λ")
+    stream.flush()
+    assert file.getvalue() == written
+
+
+@pytest.mark.skipif(os.name != "posix", reason="the compiler is a script of the shell")
+def test_a_compiler_for_another_system_is_found_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    foreign = tmp_path / "foreign-cc"
+    script = '#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done\nprintf MZ > "$2"\n'
+    foreign.write_text(script, encoding="utf-8")
+    foreign.chmod(0o755)
+    monkeypatch.setenv("CC", str(foreign))
+    with pytest.raises(mq.InputError, match="foreign-cc made one that does not load"):
+        build_library({"one.c": "int one(void) { return 1; }\n"})
+    can_compile.cache_clear()
+    assert not can_compile()
+    can_compile.cache_clear()

@@ -13,6 +13,7 @@ import pytest
 
 import mecanique as mq
 from mecanique.urdf.read import read_urdf
+from mecanique.urdf.reading.meshes import MeshSearch, OutsideError
 from mecanique.urdf.robots import robot, robots
 from mecanique.urdf.write import write_urdf
 
@@ -251,6 +252,21 @@ def test_packages_around_the_file_are_searched(tmp_path: Path) -> None:
 def test_mesh_paths_that_climb_are_never_opened(tmp_path: Path, uri: str) -> None:
     (tmp_path.parent / "secret.stl").write_text("solid", encoding="utf-8")
     assert _mesh(tmp_path, uri).path is None
+
+
+def test_no_absolute_path_stands_in_a_package(tmp_path: Path) -> None:
+    (tmp_path / "things").mkdir()
+    secret = tmp_path / "secret.stl"
+    secret.write_text("solid", encoding="utf-8")
+    assert _mesh(tmp_path, f"package://things/{secret}").path is None
+    (tmp_path / "things" / "a.stl").write_text("solid", encoding="utf-8")
+    assert _mesh(tmp_path, "package://things//a.stl").path == tmp_path / "things" / "a.stl"
+
+
+@pytest.mark.parametrize("uri", ["package://things/C:/secret.stl", "package://C:/secret.stl"])
+def test_no_drive_of_windows_stands_in_a_package(tmp_path: Path, uri: str) -> None:
+    with pytest.raises(OutsideError):
+        MeshSearch(tmp_path / "a.urdf").find(uri)
 
 
 def test_other_files_are_never_opened(tmp_path: Path) -> None:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
+from typing import TextIO
 
 from mecanique.cli.commands import app
 
-__all__ = ["app", "main"]
+__all__ = ["app", "main", "prepare"]
 
 _YOUNG = 10_000
 """So many new objects before garbage is collected; nearly all of a command live as long as it."""
@@ -19,8 +21,23 @@ def main() -> None:
     The exit code is 0 for success, 1 for a disagreement, 2 for bad input, 130 for Ctrl-C.
     """
     for stream in (sys.stdout, sys.stderr):
-        # a terminal that has no θ prints a question mark instead of a traceback
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
+        prepare(stream, sys.platform)
     gc.set_threshold(_YOUNG)
     app(prog_name="mecanique")
+
+
+def prepare(stream: TextIO, platform: str) -> None:
+    """Let a stream take every letter.
+
+    A terminal that has no θ shows a question mark instead of a traceback. Files and pipes on
+    Windows get UTF-8, as they do everywhere else; its code pages have no Greek.
+
+    Args:
+        stream: standard output or error.
+        platform: the name of the system, as in `sys.platform`.
+    """
+    if not hasattr(stream, "reconfigure"):
+        return
+    unnamed = "PYTHONIOENCODING" not in os.environ
+    redirected = platform == "win32" and not stream.isatty()
+    stream.reconfigure(encoding="utf-8" if redirected and unnamed else None, errors="replace")

@@ -161,7 +161,8 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
         options: for the compiler; what is very long is not optimized.
 
     Raises:
-        InputError: if no C compiler is installed, it refuses the code, or does not end.
+        InputError: if no C compiler is installed, it refuses the code, does not end, or makes what
+            Python cannot load.
     """
     # Windows removes no library that is loaded
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
@@ -189,7 +190,13 @@ def build_library(files: Mapping[str, str], options: Sequence[str] = OPTIONS) ->
             ) from None
         if done.returncode:
             raise InputError(f"the C compiler refused: {done.stderr.strip()[:2000]}")
-        return ctypes.CDLL(str(library))
+        try:
+            return ctypes.CDLL(str(library))
+        except OSError as error:
+            raise InputError(
+                "expected a C compiler whose libraries Python can load, of its own system and "
+                f"width; {command[0]} made one that does not load: {error}"
+            ) from None
 
 
 def _loops(program: Program) -> str:

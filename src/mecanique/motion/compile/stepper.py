@@ -17,7 +17,16 @@ from mecanique.generation.targets.c import compiler
 from mecanique.generation.targets.steps import Moving, write_steps
 from mecanique.motion.compile.program import Program
 
-__all__ = ["ENDED", "NEAR", "March", "Stepper", "Tolerances", "has_compiler", "refuse_signals"]
+__all__ = [
+    "ENDED",
+    "NEAR",
+    "March",
+    "Stepper",
+    "Tolerances",
+    "can_compile",
+    "has_compiler",
+    "refuse_signals",
+]
 
 ENDED = ("end", "room", "near", "small", "many", "stiff", "off")
 """Why a motion stops, by the number that says so: it came to its end; there is no more room for
@@ -96,6 +105,16 @@ def has_compiler() -> bool:
     """Return whether there is a C compiler."""
     try:
         compiler()
+    except InputError:
+        return False
+    return True
+
+
+@cache
+def can_compile() -> bool:
+    """Return whether there is a C compiler, and Python can load what it makes; this builds once."""
+    try:
+        build_library({"empty.c": "int mecanique_empty(void) { return 0; }\n"})
     except InputError:
         return False
     return True

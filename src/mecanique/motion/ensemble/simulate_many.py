@@ -27,7 +27,7 @@ from mecanique.motion.compile.admission import SAMPLES, require_agreement
 from mecanique.motion.compile.heyoka import build_seconds, is_installed
 from mecanique.motion.compile.program import Program, program_of
 from mecanique.motion.compile.python import vectorize
-from mecanique.motion.compile.stepper import has_compiler, refuse_signals
+from mecanique.motion.compile.stepper import can_compile, refuse_signals
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here
 from mecanique.motion.ensemble.runs import Runs, Store, identity
 from mecanique.motion.ensemble.starts import sweep
@@ -259,8 +259,8 @@ def _choose(
             f"mechanism {mechanism.name!r} has constraints, which method {method!r} does not "
             "keep; expected 'compiled', 'single' or 'auto'"
         )
-    if mechanism.constrained and method == "auto" and not has_compiler():
-        return "single", "; chosen because no C compiler is installed"
+    if mechanism.constrained and method == "auto" and not can_compile():
+        return "single", "; chosen because no C compiler works here"
     if method == "compiled":
         compiler()
     try:

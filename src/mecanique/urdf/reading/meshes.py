@@ -98,7 +98,8 @@ class MeshSearch:
         rest = rest.replace("\\", "/")
         if scheme in ("package", "model"):
             package, _, inside = rest.lstrip("/").partition("/")
-            if _climbs(inside) or package in ("", ".", ".."):
+            inside = inside.lstrip("/")  # after package://name//, still below the package
+            if _climbs(inside) or _has_drive(rest) or package in ("", ".", ".."):
                 raise OutsideError
             candidates: Iterable[Path] = (root / inside for root in self._packages(package))
         elif scheme in ("", "file"):
@@ -179,6 +180,11 @@ def _climbs(path: str) -> bool:
         if depth < 0:
             return True
     return False
+
+
+def _has_drive(path: str) -> bool:
+    """Whether a part names a drive of Windows, which would take the place of all before it."""
+    return any(part[1:2] == ":" for part in path.split("/"))
 
 
 def _below(root: Path, path: Path) -> bool:
