@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import shutil
-import subprocess
 from collections.abc import Callable
 from dataclasses import asdict, replace
 from functools import cache
@@ -18,18 +16,17 @@ import pytest
 from scipy.integrate import DOP853
 from scipy.special import ellipj, ellipk
 from viewing_browser import Visit
+from viewing_engines import engine_of, needs_node, run
 
 import mecanique as mq
 from mecanique.textbook import entry, load, names
 from mecanique.viewing.engine.make import Maker
 from mecanique.viewing.page.page import page
-from mecanique.viewing.scene.engine import Engine
 from mecanique.viewing.scene.from_motion import actions_of, scene_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.texts import document_of
 from mecanique.viewing.show import scene as scene_with_texts
 
-SCRIPT = Path(__file__).parent / "javascript" / "run_engines.js"
 TABLEAU = Path(mq.__file__).parent / "viewing" / "page" / "assets" / "engine" / "tableau.js"
 
 QUICK = (
@@ -50,8 +47,6 @@ LOOSE = {
 }
 """Largest difference where neighboring motions part quickly, or loops lose rank on the way."""
 
-needs_node = pytest.mark.skipif(shutil.which("node") is None, reason="no node found")
-
 
 def start_of(name: str) -> dict[str, Any]:
     system = entry(name)
@@ -70,22 +65,6 @@ def maker_of(name: str) -> tuple[Maker, Scene]:
     maker, actions = Maker(motion, mq.derive(motion.mechanism)), actions_of(motion)
     document = document_of(motion, (), None, actions)
     return maker, maker.thin(scene_of(motion, document, actions, complete=True))
-
-
-def engine_of(motion: mq.Motion) -> Engine:
-    maker = Maker(motion, mq.derive(motion.mechanism))
-    return maker.make(maker.thin(scene_of(motion, None, (), complete=True)))
-
-
-def run(tasks: list[dict[str, Any]], folder: Path) -> list[dict[str, Any]]:
-    path = folder / "tasks.json"
-    path.write_text(json.dumps(tasks), encoding="utf-8")
-    done = subprocess.run(
-        ["node", str(SCRIPT), str(path)], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    found: list[dict[str, Any]] = json.loads(done.stdout)
-    return found
 
 
 def differences(systems: list[str], folder: Path, longest: float = math.inf) -> dict[str, float]:

@@ -255,3 +255,44 @@ test("a hand moves a body as far as the loops let it", () => {
   const state = grip.pull([3, 3, 0]);
   assertNearly(state, [Math.SQRT1_2, Math.SQRT1_2], 1e-6);
 });
+
+// A ball that falls on the ground at x = 0, and one that stops at x = 1 on its way down.
+const ball = (bounds) => {
+  const rates = (t, y, p, out, push) => {
+    out.set([y[1], -1 + (push ? push[0] : 0), 0]);
+    return out;
+  };
+  const measures = {
+    bounds: (t, y, p, out) => out.set([y[0] - p[2], 0]),
+    gradients: (t, y, p, out) => out.set([0, 1]),
+  };
+  const own = { ...engine, values: [1, 4, 0], parameters: ["m", "k", "x0"], start: [2, 0], bounds };
+  return new Machine({ ...own, duration: 20 }, { ...program, rates, ...measures });
+};
+const GROUND = { words: "on the ground", direction: -1, must: "x must not be below the ground" };
+
+test("a ball bounces back as high as its restitution says", () => {
+  const machine = ball([{ ...GROUND, restitution: 0.5 }]);
+  const setting = machine.initial();
+  const path = machine.move(setting, machine.begin(setting), 5.9);
+  assert.equal(path.stopped, "");
+  // down 2 s from 2 at g = 1, up and down again for 2 s at half the speed
+  assertNearly(path.at(3, new Float64Array(3)), [0.5, 0, -1.5], 1e-9);
+  const impacts = [2, 4, 5];
+  for (const t of impacts) assertNearly([path.at(t, new Float64Array(3))[0]], [0], 1e-9);
+  assertNearly([path.at(5.25, new Float64Array(3))[0]], [0.25 * 0.25 - 0.25 ** 2 / 2], 1e-9);
+});
+
+test("impacts without end are the end, and so is a bound without restitution", () => {
+  const resting = ball([{ ...GROUND, restitution: 0.5 }]);
+  const setting = resting.initial();
+  const path = resting.move(setting, resting.begin(setting), 20);
+  assert.equal(path.stopped, "on the ground, where impacts follow one another without end");
+  assertNearly([path.last], [6], 1e-6);
+  const stopping = ball([{ ...GROUND, restitution: null }]);
+  const short = stopping.move(setting, stopping.begin(setting), 20);
+  assert.equal(short.stopped, "on the ground");
+  assertNearly([short.last], [2], 1e-10);
+  const below = { ...setting, start: [-1, 0] };
+  assert.throws(() => stopping.begin(below), /must not be below the ground/);
+});

@@ -7,6 +7,7 @@ import { runInThisContext } from "node:vm";
 import { assets } from "./pages.js";
 
 const { Machine } = await import(new URL("engine/machine.js", assets));
+const { writePython } = await import(new URL("engine/bench.js", assets));
 
 const tasks = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const found = tasks.map(({ engine, rtol, times }) => {
@@ -16,6 +17,9 @@ const found = tasks.map(({ engine, rtol, times }) => {
   const begun = performance.now();
   const path = machine.move(setting, machine.begin(setting), setting.first + setting.duration);
   const states = times.map((t) => [...path.at(t, new Float64Array(path.size))]);
-  return { states, stopped: path.stopped, steps: path.steps, ms: performance.now() - begun };
+  const { stopped, last } = path;
+  const ms = performance.now() - begun;
+  const python = writePython({ machine, setting, table: { path }, changes: () => [] });
+  return { states, stopped, last, steps: path.steps, ms, python };
 });
 process.stdout.write(JSON.stringify(found));

@@ -57,7 +57,14 @@ class StateSpace(Description):
         stated = ", ".join(map(str, self.coordinates.intervals[name]))
         numbers = ", ".join(f"{bound:g}" for bound in self.limits[name])
         interval = f"({stated})" if stated == numbers else f"({stated}) = ({numbers})"
-        stays = f"{name} must stay within {interval}{what}"
+        return f"{name} must stay within {interval}{what}: {self.explain_chart(name)}"
+
+    def explain_chart(self, name: str) -> str:
+        """Return why a limited coordinate ends at its limits, and what to use instead.
+
+        Args:
+            name: of the coordinate.
+        """
         slopes = {
             other: map_.diff(coordinate(name))
             for other, map_ in self.coordinates.driven.items()
@@ -66,12 +73,9 @@ class StateSpace(Description):
         others = [other for other, slope in slopes.items() if name in symbols_in(slope)]
         if slopes and not others:
             # what goes with it linearly is no other chart: it is the mechanism that ends there
-            return f"{stays}: beyond, the description of {self.name!r} does not hold"
+            return f"beyond, the description of {self.name!r} does not hold"
         instead = f", e.g. {' or '.join(others)}" if others else ""
-        return (
-            f"{stays}: the chart {name} of {self.name!r} ends there; "
-            f"use another coordinate{instead}"
-        )
+        return f"the chart {name} of {self.name!r} ends there; use another coordinate{instead}"
 
     def neutral(self) -> np.ndarray:
         """Return the position with every coordinate zero and every quaternion one, shape (nq,).

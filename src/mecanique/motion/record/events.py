@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias, final
+from typing import TypeAlias, cast, final
 
 import numpy as np
 
@@ -77,9 +77,10 @@ class Event:
         Raises:
             UnknownNameError: if the mechanism has no such name.
         """
-        if callable(self.when) and not hasattr(self.when, "free_symbols"):
-            return self.when
-        return _function(mechanism, [self._expression(mechanism)])
+        expression = self.expression(mechanism)
+        if expression is None:
+            return cast("Quantity", self.when)
+        return _function(mechanism, [expression])
 
     def impact(self, mechanism: Mechanism, rates: Rates) -> Impact:
         """Return the function of t, q, v and W that gives the velocities after the impact.
@@ -97,7 +98,8 @@ class Event:
         """
         from sympy import Symbol, diff
 
-        expression = self._expression(mechanism)
+        expression = self.expression(mechanism)
+        assert expression is not None, "an impact's quantity is an expression"
         held = sorted({symbol.name for symbol in expression.free_symbols} & {*mechanism.velocities})
         if held:
             raise InputError(
@@ -127,9 +129,16 @@ class Event:
 
         return after
 
-    def _expression(self, mechanism: Mechanism) -> Scalar:
+    def expression(self, mechanism: Mechanism) -> Scalar | None:
+        """Return the quantity as an expression; None if it is a function.
+
+        Raises:
+            UnknownNameError: if the mechanism has no such name.
+        """
         from sympy import Symbol, sympify
 
+        if callable(self.when) and not hasattr(self.when, "free_symbols"):
+            return None
         if isinstance(self.when, str):
             names = (*mechanism.coordinates.names, *mechanism.velocities)
             if self.when not in names:

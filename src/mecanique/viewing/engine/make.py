@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from math import floor, log10
 from typing import Any, final
 
 import numpy as np
@@ -24,6 +25,7 @@ from mecanique.model.teeth import visuals_of
 from mecanique.motion.record.motion import Motion
 from mecanique.verification.states.random import random_states
 from mecanique.viewing.engine.agreement import find_unknown
+from mecanique.viewing.engine.bounds import bounds_of, ends_at_bound, gradients_of, options_of
 from mecanique.viewing.engine.columns import WORK, Columns, sizes_of
 from mecanique.viewing.scene.engine import Engine, Resized
 from mecanique.viewing.scene.naming import name_arrows
@@ -114,6 +116,12 @@ class Maker:
         ]
         if mechanism.constrained:
             answers.append(self._answer("closure", self._columns.closure()))
+        bounds = bounds_of(motion, self._dynamics.letters)
+        if bounds:
+            answers.append(self._answer("bounds", [x for _, pair in bounds for x in pair]))
+        gradients = gradients_of(motion, self._dynamics.letters)
+        if gradients:
+            answers.append(self._answer("gradients", gradients))
         text = "\n".join(functions(self._program(answers)))
         if len(text) > MOST_LETTERS:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
@@ -127,14 +135,16 @@ class Maker:
             values=tuple(value_at(mechanism, name) for name in self._dynamics.letters.open),
             start=tuple(map(float, (*motion.q[0], *motion.v[0]))),
             first=float(motion.t[0]),
-            duration=float(motion.t[-1] - motion.t[0]),
+            duration=_duration(motion),
             rtol=LOOPS_RTOL if mechanism.constrained else RTOL,
             quaternions=tuple(_quaternions(mechanism)),
             loops=len(closing),
             restrained=tuple(k for k, gap in enumerate(closing) if gap == 0.0),
             unknown=unknown,
             resized=tuple(shape for shape, _ in resized),
+            bounds=tuple(bound for bound, _ in bounds),
             python=python,
+            options=tuple(options_of(motion)),
         )
 
     def proof(self) -> Program:
@@ -212,6 +222,18 @@ def value_at(mechanism: Mechanism, symbol: str) -> float:
     """Return the number that a parameter or a constant input has."""
     constants = {s.symbol: s.signal for s in mechanism.inputs if isinstance(s.signal, float)}
     return float(mechanism.values.get(symbol, constants.get(symbol, 0.0)))
+
+
+def _duration(motion: Motion) -> float:
+    """Length of a motion; one that a limit has ended was to last longer, so that its page ends it.
+
+    It then lasts until the next number of two digits.
+    """
+    length = float(motion.t[-1] - motion.t[0])
+    if not ends_at_bound(motion) or length <= 0:
+        return length
+    digit = 10.0 ** (floor(log10(length)) - 1)
+    return float(f"{digit * (floor(length / digit) + 1):.2g}")
 
 
 def _quaternions(mechanism: Mechanism) -> Iterator[int]:

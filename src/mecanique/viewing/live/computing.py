@@ -12,6 +12,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
 from mecanique.viewing.engine.attach import add_row, equip, judge_page
+from mecanique.viewing.engine.bounds import ends_at_bound
 from mecanique.viewing.engine.make import refuse
 from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import LiveView
@@ -116,7 +117,10 @@ def begin(
         motion, remark = compute_first(
             mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed)
         )
-        end = float(motion.t[-1]) if remark else end
+        if ends_at_bound(motion):
+            remark = ""  # the page finds that by itself
+        elif remark:
+            end = float(motion.t[-1])
     try:
         return Computing(motion, end, rtol, speed, remark)
     except MecaniqueError:

@@ -53,6 +53,7 @@ MODULES = (
     "panels/sliders",
     "engine/tableau",
     "engine/dop853",
+    "engine/bounds",
     "engine/loops",
     "engine/machine",
     "engine/computed",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import final
 
-__all__ = ["Engine", "Resized"]
+__all__ = ["Bound", "Engine", "Resized"]
 
 
 @final
@@ -26,13 +26,33 @@ class Resized:
 
 @final
 @dataclass(frozen=True)
+class Bound:
+    """What ends a motion or sends it back: a number that passes zero.
+
+    Args:
+        words: where that is, e.g. "where x comes to its limit h".
+        direction: +1 for rising through zero, −1 for falling, 0 for both.
+        must: what a start beyond it violates; "" if a motion may start there.
+        restitution: of an impact there, after which the motion goes on; None if it ends.
+    """
+
+    words: str
+    direction: int
+    must: str = ""
+    restitution: float | None = None
+
+
+@final
+@dataclass(frozen=True)
 class Engine:
     """A mechanism's program in JavaScript, and the start of its motion.
 
     The program is the text of functions (t, y, p, out): `rates` of the state and of the work done;
     `row`, every number of the scene in the order of its table, with the nine entries of a rotation
     in place of a quaternion; `shapes`, sizes and places of what follows the parameters; with loops
-    `closure`, what they miss, its rate and the rows of its Jacobian.
+    `closure`, what they miss, its rate and the rows of its Jacobian; with bounds `bounds`, the
+    number that passes zero and how near counts as reached, for each, and `gradients`, for each
+    impact, its slopes over time and coordinates.
 
     Args:
         script: the text of the functions.
@@ -49,8 +69,10 @@ class Engine:
         restrained: which of them restrain velocities alone.
         unknown: columns of the scene's table that the program does not know.
         resized: shapes that follow the parameters.
+        bounds: what ends a motion or sends it back.
         endless: whether the motion goes on when its end is reached.
         python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
+        options: further arguments of `simulate`, e.g. 'limits="stop"'.
     """
 
     script: str
@@ -67,5 +89,7 @@ class Engine:
     restrained: tuple[int, ...] = ()
     unknown: tuple[int, ...] = ()
     resized: tuple[Resized, ...] = ()
+    bounds: tuple[Bound, ...] = ()
     endless: bool = False
     python: str = ""
+    options: tuple[str, ...] = ()

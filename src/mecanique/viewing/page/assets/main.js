@@ -52,7 +52,7 @@ async function loadSetup(scene, layout, motion) {
 function wireExtras(setup, { picture, layout, plots, clock }) {
   if (!setup) return null;
   const { scene } = picture;
-  const modes = new Modes(setup, scene, layout, picture);
+  const modes = new Modes(setup, scene, picture);
   const hand = new Hand(picture, clock, setup);
   const exaggerating = new Exaggerating(picture, layout, modes);
   const sections = new Sections(setup, plots, scene, layout);

@@ -61,7 +61,7 @@ export class Bench {
     const begun = performance.now();
     const path = this.machine.move(next, y, next.first + next.duration);
     if (!path.steps) throw new Error("There is no motion with these values.");
-    const table = new Computed(this.machine, next, path, this.layout, this.bodies);
+    const table = new Computed(this.machine, next, path, this);
     this.spent = performance.now() - begun;
     table.other = this.neighbor ? this.moveOther(next, table) : null;
     if (keep) {
@@ -92,8 +92,8 @@ export class Bench {
     start[machine.names.indexOf(name)] += by;
     const y = machine.begin({ ...setting, start }, [name]);
     const path = machine.move(setting, y, table.last);
-    if (path.last < table.last) throw new Error(`The second motion stops ${path.stopped}.`);
-    return new Computed(machine, setting, path, this.layout, this.bodies);
+    const { layout, bodies } = this;
+    return new Computed(machine, setting, path, { layout, bodies, last: table.last });
   }
 
   get undoable() {
@@ -174,6 +174,14 @@ export function readFragment(text, { parameters, coordinates, velocities }) {
   return { changes, extra };
 }
 
+// How long; a motion that ends at a limit is asked for until there, where Python would raise.
+function writeDuration({ table, setting }) {
+  const { stopped, last } = table?.path ?? {};
+  if (!stopped) return `    duration=${setting.duration},`;
+  const until = Math.floor((last - setting.first) * 1e9) / 1e9;
+  return `    duration=${until},  # it ends ${stopped}`;
+}
+
 // The Python that repeats a motion.
 export function writePython(bench) {
   const { machine, setting } = bench;
@@ -182,8 +190,10 @@ export function writePython(bench) {
   const values = changed.map(([, name, value]) => `${JSON.stringify(name)}: ${value}`).join(", ");
   const mapping = (names, from) =>
     `{${names.map((name, k) => `${JSON.stringify(name)}: ${setting.start[from + k]}`).join(", ")}}`;
+  const options = engine.options ?? [];
   return [
     "import mecanique as mq",
+    ...(options.some((option) => option.includes("sympy.")) ? ["import sympy"] : []),
     "",
     `mechanism = ${engine.python}`,
     ...(values ? [`mechanism = mechanism.replace(**{${values}})`] : []),
@@ -191,9 +201,10 @@ export function writePython(bench) {
     "    mechanism,",
     `    q=${mapping(engine.coordinates, 0)},`,
     `    v=${mapping(engine.velocities, engine.coordinates.length)},`,
-    `    duration=${setting.duration},`,
+    writeDuration(bench),
     `    t0=${setting.first},`,
     `    rtol=${setting.rtol},`,
+    ...options.map((option) => `    ${option},`),
     ")",
     "",
   ].join("\n");

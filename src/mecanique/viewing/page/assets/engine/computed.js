@@ -20,11 +20,12 @@ export function quaternionOf(m, at, out, to) {
 }
 
 export class Computed {
-  constructor(machine, setting, path, layout, bodies) {
+  // The rows go until the end of the path, or another time: what has ended before stays there.
+  constructor(machine, setting, path, { layout, bodies, last = path.last }) {
     Object.assign(this, { machine, setting, path, layout, bodies });
     this.p = Float64Array.from(setting.p);
     this.first = path.first;
-    this.last = path.last;
+    this.last = last;
     const count = Math.round((this.last - this.first) * ROWS_PER_SECOND);
     this.n = path.steps ? Math.min(Math.max(count, LEAST_ROWS), MOST_ROWS - 1) + 1 : 1;
     this.dt = this.n > 1 ? (this.last - this.first) / (this.n - 1) : 0;
@@ -57,7 +58,7 @@ export class Computed {
   }
 
   stateAt(t) {
-    return this.path.at(t, this.state);
+    return this.path.at(Math.min(t, this.path.last), this.state);
   }
 
   // The whole row at a time: not between key frames, but of the state itself.

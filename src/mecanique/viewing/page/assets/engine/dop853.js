@@ -56,6 +56,11 @@ export class Path {
     this.spans.push(span);
   }
 
+  // Ends within the last piece.
+  end(t) {
+    this.times[this.steps] = t;
+  }
+
   // Forgets all pieces from a number on.
   cut(k) {
     this.times.length = k + 1;
@@ -97,9 +102,10 @@ export class Path {
 
 export class Integrator {
   // rates(t, y, out) are those of the state; settle(t, y) puts a state right after a step and says
-  // whether it moved it; only the first `counted` numbers of the state are held to the tolerance.
-  constructor(rates, { rtol, atol = rtol, counted, settle = null, most = 200_000 }) {
-    Object.assign(this, { rates, rtol, atol, counted, settle, most });
+  // whether it moved it; only the first `counted` numbers of the state are held to the tolerance;
+  // bounds end the motion or send it back.
+  constructor(rates, { rtol, atol = rtol, counted, settle = null, bounds = null, most = 200_000 }) {
+    Object.assign(this, { rates, rtol, atol, counted, settle, bounds, most });
   }
 
   // The path from a state to a time; a halt says why it ends before.
@@ -145,17 +151,35 @@ export class Integrator {
     this.t = last ? end : t + h;
     this.y.set(trial);
     path.add(this.t, piece);
+    if (this.meet(end)) return undefined;
     if (this.settle?.(this.t, this.y)) this.evaluate(0, this.t, this.y);
     else stages[0].set(stages[STEP]);
-    const growth = error ? (SAFETY * this.before ** DAMPING) / error ** EXPONENT : GROWTH;
-    this.h = Math.max(
-      h * Math.max(SHRINKAGE, Math.min(this.grows ? GROWTH : 1, growth)),
-      last ? this.h : 0,
-    );
-    this.before = Math.max(error, 1e-4);
-    this.grows = true;
+    this.h = Math.max(this.lengthen(h, error), last ? this.h : 0);
     if (path.steps >= this.most) path.stopped = `after ${path.steps} steps`;
     return undefined;
+  }
+
+  // The length of the step after one of length h.
+  lengthen(h, error) {
+    const growth = error ? (SAFETY * this.before ** DAMPING) / error ** EXPONENT : GROWTH;
+    const next = h * Math.max(SHRINKAGE, Math.min(this.grows ? GROWTH : 1, growth));
+    Object.assign(this, { before: Math.max(error, 1e-4), grows: true });
+    return next;
+  }
+
+  // Whether the last step came to a bound: there the motion ends, or starts anew.
+  meet(end) {
+    const { path, bounds } = this;
+    const met = bounds?.find(path);
+    if (!met) return false;
+    path.end(met.t);
+    this.t = met.t;
+    path.follow(path.steps - 1, met.t, this.y);
+    this.settle?.(this.t, this.y);
+    path.stopped = bounds.strike(met, this.y);
+    this.evaluate(0, this.t, this.y);
+    Object.assign(this, { before: 1e-4, grows: true, h: this.guess(end - this.t) });
+    return true;
   }
 
   refuse(h, error) {
@@ -265,7 +289,7 @@ export function findEvents(path, g, direction = 1) {
   return found;
 }
 
-function bisect(value, a, b) {
+export function bisect(value, a, b) {
   const sign = Math.sign(value(a));
   for (let k = 0; k < 60 && b - a > 1e-14 * Math.max(1, Math.abs(b)); k++) {
     const middle = (a + b) / 2;

@@ -91,6 +91,7 @@ export class Grip {
       const next = this.moved(this.y, x, part);
       if (this.loops && !this.loops.close(this.t, next)) continue;
       next.fill(0, this.machine.nq);
+      if (this.machine.beyond(this.p, [this.t, next], true)) continue;
       if (Math.hypot(...subtract3(target, this.at(next))) >= distance) continue;
       this.y = next;
       return true;

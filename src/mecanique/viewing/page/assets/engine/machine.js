@@ -1,5 +1,6 @@
 // The mechanism itself: its program, with parameters and a start, and the motion that follows.
 
+import { Bounds, findBeyond } from "./bounds.js";
 import { Integrator } from "./dop853.js";
 import { Loops } from "./loops.js";
 
@@ -34,9 +35,24 @@ export class Machine {
     return new Loops(this.program, { ...this.engine, nq: this.nq, nv: this.nv }, p);
   }
 
-  // The state to start from: unit quaternions, closed loops; held are numbers of the state that
-  // should stay as they are.
-  begin({ p, start, first }, held = []) {
+  // The state to start from: unit quaternions, closed loops, within the limits; held are numbers of
+  // the state that should stay as they are.
+  begin(setting, held = []) {
+    const y = this.assemble(setting, held);
+    const beyond = this.beyond(Float64Array.from(setting.p), [setting.first, y]);
+    if (beyond) throw new Error(`${beyond.must}.`);
+    return y;
+  }
+
+  beyond(p, state, apart = false) {
+    return this.bounded ? findBeyond(this, p, state, apart) : null;
+  }
+
+  get bounded() {
+    return this.engine.bounds?.length > 0;
+  }
+
+  assemble({ p, start, first }, held) {
     const y = new Float64Array(this.nq + this.nv + 1);
     y.set(start);
     this.normalize(y);
@@ -68,6 +84,7 @@ export class Machine {
       rtol: setting.rtol * (loops ? 0.1 : 1),
       counted: nq + nv,
       settle: loops || unit ? settle : null,
+      bounds: this.bounded ? new Bounds(this, p, [setting.first, end], y) : null,
       most: MOST_STEPS,
     });
     return integrator.run(setting.first, y, end);

@@ -30,7 +30,9 @@ export class Pull {
       try {
         const gentle = { ...setting, first: this.t, rtol: Math.max(setting.rtol, 1e-8) };
         const path = machine.move(gentle, this.y, this.t + part);
-        path.at(path.last, this.y);
+        // at a limit it is held
+        if (path.stopped) this.y.fill(0, machine.nq, machine.nq + machine.nv);
+        else path.at(path.last, this.y);
       } finally {
         machine.force = null;
       }

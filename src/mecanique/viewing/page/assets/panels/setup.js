@@ -6,6 +6,11 @@ import { measure } from "../data/numbers.js";
 import { copyText } from "../equations/copies.js";
 import { round } from "./sliders.js";
 
+// In words, why a motion ends before its time.
+function describeEnd({ stopped, last }) {
+  return stopped ? `The motion ends at t = ${measure(last)} s, ${stopped}.` : "";
+}
+
 export class Setup {
   constructor(bench, motion) {
     Object.assign(this, { bench, motion, listeners: [] });
@@ -14,6 +19,7 @@ export class Setup {
     const find = (id) => document.getElementById(id);
     this.status = find("setup-status");
     this.stay = find("setup-stay");
+    this.ended = find("ended");
     this.undoing = find("setup-undo");
     this.undoing.onclick = () => this.attempt(() => bench.undo(), "Undone");
     find("setup-reset").onclick = () => this.attempt(() => bench.reset(), "As at first");
@@ -85,6 +91,8 @@ export class Setup {
     }
     if (!table) return false;
     this.motion.adopt(table);
+    this.ended.textContent = describeEnd(table.path);
+    this.ended.hidden = !table.path.stopped;
     this.show(field);
     for (const each of this.listeners) each.show(table);
     this.say(said ?? this.describe());
@@ -129,13 +137,10 @@ export class Setup {
   }
 
   describe() {
-    const { table, setting } = this.bench;
-    const { path } = table;
-    const ends = path.stopped
-      ? ` The motion stops ${path.stopped}, at ${measure(path.last)} s.`
-      : "";
+    const { path } = this.bench.table;
     const swing = describeSwing(this.bench.machine, path);
-    return `${swing}${setting.duration.toPrecision(3)} s in ${path.steps} steps.${ends}`;
+    const length = (path.last - path.first).toPrecision(3);
+    return `${swing}${length} s in ${path.steps} steps. ${describeEnd(path)}`.trim();
   }
 
   say(text, wrong = false) {

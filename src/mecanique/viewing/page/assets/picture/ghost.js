@@ -17,6 +17,8 @@ export class Ghost {
     const { MeshLambertMaterial } = stage.three;
     for (const node of this.nodes ?? []) node.parent.remove(node);
     const material = { color: SECOND, transparent: true, opacity: OPACITY, depthWrite: false };
+    // where both are at the same place the first is seen
+    Object.assign(material, { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1 });
     const paint = new MeshLambertMaterial(material);
     this.nodes = stage.nodes.map((node) => {
       const copy = node.clone(true);

@@ -5,9 +5,12 @@ import { measure } from "../data/numbers.js";
 const DISTANCE = "log₁₀ of the distance";
 const PARTED = 1000; // times the first distance: the motions have parted
 
+// Whether there is a second motion that has not ended at a row.
+const goesOn = ({ other }, k) => other && other.time(k) <= other.path.last;
+
 // Distance of the states of two motions at each row.
 export function apart(table, k, columns) {
-  if (!table.other) return NaN;
+  if (!goesOn(table, k)) return NaN;
   return Math.hypot(...columns.map((j) => table.value(k, j) - table.other.value(k, j)));
 }
 
@@ -25,7 +28,7 @@ export function quantitiesBeside(scene, layout) {
     const { name, unit, group } = scene.series[column - layout.series];
     if (group !== "Coordinates") return [];
     const text = `${name}, second`;
-    const value = (data, k) => data.other?.value(k, column) ?? NaN;
+    const value = (data, k) => (goesOn(data, k) ? data.other.value(k, column) : NaN);
     return [{ name: text, text, unit, group: "Second motion", value }];
   });
   const text = DISTANCE;
@@ -36,11 +39,13 @@ export function quantitiesBeside(scene, layout) {
 // In words: how far the motions are apart at the end, and when they had parted.
 export function describeParting(table, columns) {
   const first = apart(table, 0, columns);
-  const last = apart(table, table.n - 1, columns);
+  let end = table.n;
+  while (!goesOn(table, end - 1)) end -= 1;
+  const last = apart(table, end - 1, columns);
   let parted = 0;
-  while (parted < table.n && apart(table, parted, columns) < PARTED * first) parted += 1;
+  while (parted < end && apart(table, parted, columns) < PARTED * first) parted += 1;
   const begun = `The starts are ${measure(first, 2)} apart, the ends ${measure(last, 2)}`;
-  if (parted === table.n) return `${begun}.`;
+  if (parted === end) return `${begun}.`;
   return `${begun}; after ${table.time(parted).toFixed(2)} s the distance has grown ${PARTED} times.`;
 }
 

@@ -12,8 +12,8 @@ const COLUMNS = ["Mode", "ω [rad/s]", "f [Hz]", "T [s]", "Damping ratio", ""];
 const near = (x) => (Math.abs(x) < NOWHERE ? "0" : measure(x, 4));
 
 export class Modes {
-  constructor(setup, scene, layout, picture) {
-    Object.assign(this, { setup, scene, layout, picture });
+  constructor(setup, scene, picture) {
+    Object.assign(this, { setup, scene, picture });
     this.told = document.getElementById("modes-told");
     this.table = document.getElementById("modes");
     document.getElementById("modes-find").onclick = () => this.find();
@@ -94,7 +94,8 @@ export class Modes {
     const { bench, motion } = this.setup;
     const path = small.path(y, mode, this.amplitude(mode), PERIODS);
     const { setting, machine } = bench;
-    motion.adopt(new Computed(machine, setting, path, this.layout, this.scene.bodies.length));
+    const { layout, bodies } = bench;
+    motion.adopt(new Computed(machine, setting, path, { layout, bodies }));
     motion.clock.play();
     const period = measure((2 * Math.PI) / Math.sqrt(mode.square), 3);
     this.told.textContent = `Mode ${k + 1}, drawn large, period ${period} s. Reset or any change goes back.`;

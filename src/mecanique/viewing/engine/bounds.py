@@ -1,0 +1,136 @@
+"""What ends a motion in a page as it does in `simulate`: limits, and events that stop it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import isfinite
+from typing import Any
+
+from mecanique.errors import DerivationError
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.model.expression import Scalar
+from mecanique.motion.record.motion import Motion
+from mecanique.motion.simulation.watching.limits import MARGIN
+from mecanique.viewing.scene.engine import Bound
+
+__all__ = ["bounds_of", "ends_at_bound", "gradients_of", "options_of"]
+
+
+def bounds_of(motion: Motion, letters: Letters) -> list[tuple[Bound, tuple[Any, Any]]]:
+    """Return what ends a motion, with its distance and how near counts as reached, on the tape.
+
+    Args:
+        motion: what was simulated.
+        letters: of its mechanism.
+
+    Raises:
+        DerivationError: if an event that changes the motion is a function of Python.
+    """
+    if motion.watched is None and any(each.impact for each in motion.events):
+        raise DerivationError("what its impacts depend on is not known")
+    return [*_limits(motion, letters), *_stops(motion, letters)]
+
+
+def gradients_of(motion: Motion, letters: Letters) -> list[Any]:
+    """Return the slopes of what passes zero at each impact: over t, then over each coordinate.
+
+    Args:
+        motion: what was simulated.
+        letters: of its mechanism.
+    """
+    from sympy import Symbol, diff
+
+    names = ("t", *motion.mechanism.coordinates)
+    return [
+        letters.arithmetic(diff(event.expression(motion.mechanism), Symbol(name)), letters.values)
+        for event in motion.watched or ()
+        if event.restitution is not None
+        for name in names
+    ]
+
+
+def ends_at_bound(motion: Motion) -> bool:
+    """Return whether a limit or an event ended a motion."""
+    stopping = {f"end of chart {name}" for name in motion.mechanism.limits}
+    stopping |= {event.name for event in motion.watched or () if event.stop}
+    last = motion.events[-1] if motion.events else None
+    return last is not None and last.name in stopping and last.t >= float(motion.t[-1])
+
+
+def options_of(motion: Motion) -> Iterator[str]:
+    """Yield the arguments of `simulate` that bounded a motion, as Python.
+
+    Args:
+        motion: what was simulated.
+    """
+    own = [event for event in motion.watched or () if event.stop or event.restitution is not None]
+    limits = _limited_joints(motion)
+    for event in own:
+        if event.name in limits:
+            yield 'limits="stop"' if event.stop else f"limits={event.restitution}"
+            break
+    texts = []
+    for event in own:
+        if event.name not in limits:
+            what = "stop=True" if event.stop else f"restitution={event.restitution}"
+            when = _write_quantity(event.expression(motion.mechanism))
+            texts.append(f"mq.Event({event.name!r}, {when}, {event.direction}, {what})")
+    if texts:
+        yield f"events=[{', '.join(texts)}]"
+
+
+def _write_quantity(expression: Scalar) -> str:
+    from sympy import Symbol, srepr
+
+    if isinstance(expression, Symbol):
+        return repr(expression.name)
+    primed = any("'" in symbol.name for symbol in expression.free_symbols)
+    return f"sympy.sympify({(srepr(expression) if primed else str(expression))!r})"
+
+
+def _limited_joints(motion: Motion) -> dict[str, str]:
+    """Name of each joint by the names of the events at its limits."""
+    return {
+        f"{which} limit of {joint.name}": joint.name
+        for joint in motion.mechanism.joints
+        for which in ("lower", "upper")
+    }
+
+
+def _limits(motion: Motion, letters: Letters) -> Iterator[tuple[Bound, tuple[Any, Any]]]:
+    from sympy import sympify
+
+    mechanism = motion.mechanism
+    for name, interval in mechanism.coordinates.intervals.items():
+        bounds = [sympify(bound) for bound in interval]
+        texts = [f"{float(bound):g}" if bound.is_number else str(bound) for bound in bounds]
+        known = zip(interval, texts, mechanism.limits[name], (1.0, -1.0), strict=True)
+        ends = [
+            (letters.arithmetic(bound, letters.values), side, text)
+            for bound, text, value, side in known
+            if isfinite(value)
+        ]
+        margin: Any = MARGIN
+        if len(ends) == 2:
+            margin = (ends[1][0] - ends[0][0]) * MARGIN
+        reason = mechanism.explain_chart(name)
+        must = f"{name} must stay within ({', '.join(texts)}): {reason}"
+        for bound, side, text in ends:
+            distance = (letters.values[name] - bound) * side
+            words = f"where {name} comes to its limit {text}: {reason}"
+            yield Bound(words, -1, must), (distance, margin)
+
+
+def _stops(motion: Motion, letters: Letters) -> Iterator[tuple[Bound, tuple[Any, Any]]]:
+    joints = _limited_joints(motion)
+    for event in motion.watched or ():
+        if not event.stop and event.restitution is None:
+            continue
+        expression = event.expression(motion.mechanism)
+        if expression is None:
+            raise DerivationError(f"event {event.name!r} is a function of Python")
+        quantity = letters.arithmetic(expression, letters.values)
+        joint = joints.get(event.name)
+        where = f"at the {event.name}" if joint else f"at its event {event.name!r}"
+        must = f"joint {joint!r} must start within its limits" if joint else ""
+        yield Bound(where, event.direction, must, event.restitution), (quantity, 0.0)
