@@ -46,9 +46,14 @@ def wall(quantity: Any, **options: Any) -> tuple[mq.Event, ...]:
 
 @needs_node
 def test_motions_end_and_turn_where_simulate_says(tmp_path: Path) -> None:
-    start = {"q": {"x": 0.0, "q": 1.0}, "v": {"x": 0.5}, "duration": 3.0, "samples": 30}
+    start: dict[str, Any] = {
+        "q": {"x": 0.0, "q": 1.0},
+        "v": {"x": 0.5},
+        "duration": 3.0,
+        "samples": 30,
+    }
     cart = limited_cart()
-    swing = {"q": [1.0], "duration": 3.0}
+    swing: dict[str, Any] = {"q": [1.0], "duration": 3.0}
     motions = {
         "where x comes to its limit h: beyond": move("atwood_machine", duration=3.0),
         "where r comes to its limit 0: beyond": move("swinging_atwood_machine", q={"r": 0.5}),
