@@ -238,7 +238,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "figure.paper": ["marks", "lettering raster signs svg"],
     "viewing": ["scene", "engine page", "live", "show", "gallery"],
-    "viewing.engine": ["agreement columns", "make", "attach"],
+    "viewing.engine": ["agreement bounds columns", "make", "attach"],
     "viewing.page": [
         "keyframes sanitize window",
         "bodies equations fields meshes",
