@@ -13,7 +13,7 @@ from mecanique.motion.record.motion import Motion
 from mecanique.motion.simulation.watching.limits import MARGIN
 from mecanique.viewing.scene.engine import Bound
 
-__all__ = ["bounds_of", "ends_at_bound", "gradients_of", "options_of"]
+__all__ = ["bounds_of", "gradients_of", "is_cut_short", "options_of"]
 
 
 def bounds_of(motion: Motion, letters: Letters) -> list[tuple[Bound, tuple[Any, Any]]]:
@@ -49,7 +49,7 @@ def gradients_of(motion: Motion, letters: Letters) -> list[Any]:
     ]
 
 
-def ends_at_bound(motion: Motion) -> bool:
+def is_cut_short(motion: Motion) -> bool:
     """Return whether a limit or an event ended a motion."""
     stopping = {f"end of chart {name}" for name in motion.mechanism.limits}
     stopping |= {event.name for event in motion.watched or () if event.stop}

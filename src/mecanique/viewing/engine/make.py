@@ -25,7 +25,7 @@ from mecanique.model.teeth import visuals_of
 from mecanique.motion.record.motion import Motion
 from mecanique.verification.states.random import random_states
 from mecanique.viewing.engine.agreement import find_unknown
-from mecanique.viewing.engine.bounds import bounds_of, ends_at_bound, gradients_of, options_of
+from mecanique.viewing.engine.bounds import bounds_of, gradients_of, is_cut_short, options_of
 from mecanique.viewing.engine.columns import WORK, Columns, sizes_of
 from mecanique.viewing.scene.engine import Engine, Resized
 from mecanique.viewing.scene.naming import name_arrows
@@ -230,7 +230,7 @@ def _duration(motion: Motion) -> float:
     It then lasts until the next number of two digits.
     """
     length = float(motion.t[-1] - motion.t[0])
-    if not ends_at_bound(motion) or length <= 0:
+    if not is_cut_short(motion) or length <= 0:
         return length
     digit = 10.0 ** (floor(log10(length)) - 1)
     return float(f"{digit * (floor(length / digit) + 1):.2g}")

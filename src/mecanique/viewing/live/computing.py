@@ -12,7 +12,7 @@ from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.motion import Motion
 from mecanique.viewing.engine.attach import add_row, equip, judge_page
-from mecanique.viewing.engine.bounds import ends_at_bound
+from mecanique.viewing.engine.bounds import is_cut_short
 from mecanique.viewing.engine.make import refuse
 from mecanique.viewing.live.checking import Checking, pending
 from mecanique.viewing.live.live import LiveView
@@ -117,7 +117,7 @@ def begin(
         motion, remark = compute_first(
             mechanism=shown, q=q, v=v, duration=length, rtol=rtol, fps=density(speed)
         )
-        if ends_at_bound(motion):
+        if is_cut_short(motion):
             remark = ""  # the page finds that by itself
         elif remark:
             end = float(motion.t[-1])
