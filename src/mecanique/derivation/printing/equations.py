@@ -69,6 +69,7 @@ _RANKED = (
     Kind.VARIATION,
 )
 _MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
+_STATE = (Kind.ACCELERATION, Kind.VELOCITY)
 _MEASURED = 10_000
 """Denominators beyond this are those of measured numbers."""
 
@@ -201,9 +202,9 @@ def join(parts: Iterable[Expression]) -> Expression:
     return Expression(terms, any(part.decimals for part in found))
 
 
-def distribute(whole: Expression, factor: Series) -> Expression:
-    """Return an expression with each of its terms multiplied by a factor."""
-    by = to_formula(factor)
+def distribute(series: Series, factor: Series) -> Expression:
+    """Return a series with each of its terms multiplied by a factor."""
+    whole, by = expression(series), to_formula(factor)
     return replace(whole, terms=tuple(multiply(term, by) for term in whole.terms))
 
 
@@ -276,8 +277,8 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
         forms = [shortest(part, products=products) for _, part in groups]
         divisor = _divisor(ring, groups, forms, divide)
         forms = [scale(form, 1 / divisor) for form in forms]
-        candidates.append((sum(map(cost, forms)) - (_GAIN if products else 0), forms, divisor))
-    _, forms, divisor = min(candidates, key=lambda candidate: candidate[0])
+        candidates.append((products, forms, divisor))
+    _, forms, divisor = candidates[0] if len(candidates) == 1 else min(candidates, key=_cost)
     sides: dict[bool, list[_Part]] = {False: [], True: []}
     whole = zip(groups[:ordinary], forms[:ordinary], strict=True)
     for ((is_right, key), _), form in whole:
@@ -300,6 +301,11 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
     whole_left = _expression(element, left)
     whole_left = replace(whole_left, terms=tuple(draw_divisor(whole_left.terms)))
     return Equation(whole_left, _expression(element, right), divisor)
+
+
+def _cost(candidate: tuple[bool, list[Form], Series]) -> int:
+    products, forms, _ = candidate
+    return sum(map(cost, forms)) - (_GAIN if products else 0)
 
 
 def _parts(ring: Basis, key: int, form: Form) -> list[_Part]:
@@ -375,21 +381,24 @@ def _group(series: Series, *, by_side: bool) -> list[_Group]:
     kinds = [g.kind for g in ring.generators]
     depends = {i: _kinds(atom.argument) for i, atom in ring.atoms.items()}
     turns = [_kinds(angle.argument) for angle in ring.angles]
+    held = {}
+    for monomial in set().union(*series.parts.values()):
+        powers = exponents(monomial)
+        own = {kinds[i] for i, _ in powers}.union(*(depends.get(i, set()) for i, _ in powers))
+        moving = sum(power(i, e) for i, e in powers if kinds[i] in _MOVING)
+        lengths = sum(power(i, e) for i, e in powers if kinds[i] is Kind.COORDINATE and e > 0)
+        held[monomial] = own, moving, lengths
     parts: dict[tuple[bool, int], Parts] = {}
     for trig, polynomial in series.parts.items():
         turning = set().union(*(turns[j] for j, _ in exponents(trig >> 1)))
         for monomial, c in polynomial.items():
-            powers = dict(exponents(monomial))
-            moving = {i: e for i, e in powers.items() if kinds[i] in _MOVING}
-            involved = turning | {kinds[i] for i in powers}.union(
-                *(depends.get(i, set()) for i in powers)
-            )
-            if not moving and Kind.COORDINATE not in turning:
-                moving = {i: e for i, e in powers.items() if kinds[i] is Kind.COORDINATE and e > 0}
-            alone = not involved & {Kind.ACCELERATION, Kind.VELOCITY, Kind.COORDINATE}
-            forcing = by_side and bool(Kind.INPUT in involved or (alone and Kind.TIME in involved))
-            forcing = forcing and not involved & {Kind.ACCELERATION, Kind.VELOCITY}
-            key = sum(power(i, e) for i, e in moving.items())
+            own, moving, lengths = held[monomial]
+            involved = turning | own
+            key = moving if moving or Kind.COORDINATE in turning else lengths
+            moves = not involved.isdisjoint(_STATE)
+            alone = not moves and Kind.COORDINATE not in involved
+            forcing = by_side and not moves and Kind.INPUT in involved
+            forcing = forcing or (by_side and alone and Kind.TIME in involved)
             parts.setdefault((forcing, key), {}).setdefault(trig, {})[monomial - key] = c
     groups = [(k, canonical(ring, p, series.denominator, series.reach)) for k, p in parts.items()]
     return sorted(groups, key=lambda group: (group[0][0], _rank(ring, group[0][1])))

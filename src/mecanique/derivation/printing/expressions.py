@@ -27,6 +27,7 @@ from mecanique.derivation.printing.trigforms import (
     Trig,
     common_measure,
     common_monomial,
+    monomials_in,
     rescale,
     shortest,
 )
@@ -49,9 +50,6 @@ _PLACES = {
     Kind.REACTION: MOVING + 2,
     Kind.VARIATION: MOVING + 3,
 }
-
-
-_ONE = {0: {0: 1}}
 
 
 def to_formula(series: Series) -> Product:
@@ -90,15 +88,15 @@ def factor_out(form: Form) -> Product:
     if shared:
         form = {_without(trig, shared): p for trig, p in form.items()}
     factor = common_measure(polynomials)
-    found = []
+    found, inverse = [], 1 / factor
     for kept in (False, True):
         common = _common(polynomials, kept=kept)
-        inner = {t: rescale(p, 1 / factor, -common) for t, p in form.items()}
+        inner = {t: rescale(p, inverse, -common) for t, p in form.items()}
         whole = add(collect_terms(inner, kept=kept))
         found.append(multiply(number(factor), letters(ring, common), whole))
         if common == _common(polynomials, kept=True):
             break
-    return multiply(min(found, key=size), _circular(ring, shared))
+    return multiply(min(found, key=size) if len(found) > 1 else found[0], _circular(ring, shared))
 
 
 def _common(polynomials: list[Series], *, kept: bool) -> int:
@@ -112,11 +110,15 @@ def _common(polynomials: list[Series], *, kept: bool) -> int:
 
 def _common_denominator(polynomials: list[Series]) -> int:
     """The negative powers that all terms share: k (1 − l/ρ) is shorter than k (ρ − l)/ρ."""
-    terms = [dict(exponents(monomial)) for p in polynomials for monomial in p.parts.get(0, {})]
-    least = {i: e for i, e in terms[0].items() if e < 0}
-    for here in terms[1:]:
-        least = {i: max(e, here.get(i, 0)) for i, e in least.items()}
-    return sum(power(i, e) for i, e in least.items() if e < 0)
+    first, *others = monomials_in(polynomials)
+    least = {i: e for i, e in exponents(first) if e < 0}
+    for monomial in others:
+        if not least:
+            return 0
+        here = dict(exponents(monomial))
+        lowest = ((i, max(e, here.get(i, 0))) for i, e in least.items())
+        least = {i: e for i, e in lowest if e < 0}
+    return sum(power(i, e) for i, e in least.items())
 
 
 def _shared_functions(form: Form) -> Trig:
@@ -145,34 +147,48 @@ def collect_terms(form: Form, *, kept: bool = False) -> list[Product]:
         ring = next(iter(form.values())).ring
         terms.append(multiply(factor_out(inner), _circular(ring, (factor,))))
         form = {t: p for t, p in form.items() if t not in members}
-    sums: dict[Series, Form] = {}
+    sums: dict[Series | None, Form] = {}
     for trig, polynomial in form.items():
+        if len(polynomial) == 1:
+            sums.setdefault(None, {})[trig] = polynomial
+            continue
         common, factor_of = _common([polynomial], kept=kept), common_measure([polynomial])
         primitive = rescale(polynomial, 1 / factor_of, -common)
         if _is_negative(primitive):
             primitive, factor_of = -primitive, -factor_of
         unit = rescale(polynomial.ring.number(1), factor_of, common)
         sums.setdefault(primitive, {})[trig] = unit
-    for primitive, members_of in sums.items():
-        if primitive.parts == _ONE and primitive.denominator == 1:
+    for whole, members_of in sums.items():
+        if whole is None:
             terms += [_unit_term(unit, trig) for trig, unit in members_of.items()]
         else:
-            terms.append(multiply(_factored_sum(primitive), factor_out(members_of)))
+            terms.append(multiply(_factored_sum(whole), factor_out(members_of)))
     return terms
 
 
 def _unit_term(unit: Series, trig: Trig) -> Product:
-    ((_, monomial, c),) = unit.terms()
-    return multiply(number(c), letters(unit.ring, monomial), _circular(unit.ring, trig))
+    ((monomial, c),) = unit.parts[0].items()
+    ring, sign = unit.ring, 1 if c > 0 else -1
+    key = ("unit", monomial, trig, sign)
+    if key not in ring.written:
+        ring.written[key] = multiply(number(sign), letters(ring, monomial), _circular(ring, trig))
+    plain = cast("Product", ring.written[key])
+    whole = unit.denominator == 1
+    return Product(
+        plain.number * (abs(c) if whole else Fraction(abs(c), unit.denominator)), plain.factors
+    )
 
 
 def _choose_shared(form: Form) -> tuple[tuple[int, int, int] | None, list[Trig]]:
     """The sine or cosine that most terms share, in the same power, and these terms."""
+    holders: dict[tuple[int, int, int], list[Trig]] = {}
+    for trig in form:
+        for factor in trig:
+            holders.setdefault(factor, []).append(trig)
     best: tuple[tuple[int, int, int] | None, list[Trig]] = (None, [])
-    for factor in sorted({f for trig in form for f in trig}):
-        members = [trig for trig in form if factor in trig]
-        if len(members) > max(1, len(best[1])):
-            best = (factor, members)
+    for factor in sorted(holders):
+        if len(holders[factor]) > max(1, len(best[1])):
+            best = (factor, holders[factor])
     return best
 
 

@@ -183,7 +183,7 @@ def add(terms: Iterable[Product]) -> Sum:
     if len(parts) == 1 and parts[0].number:
         return Sum((parts[0],))
     found = [part for part in parts if part.number]
-    return Sum(tuple(sorted(found, key=lambda part: (part.number < 0, part.order))))
+    return Sum(tuple(sorted(found, key=lambda part: (part.number.numerator < 0, part.order))))
 
 
 def multiply(*parts: Product | Base | tuple[Base, Fraction | int]) -> Product:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from functools import lru_cache
 from itertools import chain
 from itertools import product as cartesian
 from typing import TypeAlias
@@ -28,6 +29,7 @@ __all__ = [
     "cost",
     "has_double_angles",
     "monomial_series",
+    "monomials_in",
     "rescale",
     "scale",
     "shortest",
@@ -56,7 +58,8 @@ def shortest(series: Series, *, products: bool) -> Form:
         products: whether double angles are written by single ones.
     """
     forms = _forms(series, products)
-    return min(chain(forms, _by_single_angles(series)) if products else forms, key=cost)
+    first, *others = chain(forms, _by_single_angles(series)) if products else forms
+    return min(first, *others, key=cost) if others else first
 
 
 def has_double_angles(series: Series) -> bool:
@@ -113,18 +116,20 @@ def common_measure(polynomials: Sequence[Series]) -> Fraction:
 
 def common_monomial(polynomials: Iterable[Series], kinds: set[Kind] | None = None) -> int:
     """Return the greatest monomial in some kinds of generators that divides all polynomials."""
-    ring, least = None, dict[int, int]()
-    for p in polynomials:
-        for monomial in p.parts.get(0, ()):
-            here = exponents(monomial)
-            if ring is None:
-                ring, least = p.ring, dict(here)
-            else:
-                least = _least(least, here)
-    if ring is None:
-        return 0
-    found = least.items()
-    return sum(power(i, e) for i, e in found if kinds is None or ring.generators[i].kind in kinds)
+    found = [*polynomials]
+    first, *others = monomials_in(found) or [0]
+    least = dict(exponents(first))
+    for monomial in others:
+        least = _least(least, exponents(monomial))
+    if kinds is None or not least:
+        return sum(power(i, e) for i, e in least.items())
+    generators = found[0].ring.generators
+    return sum(power(i, e) for i, e in least.items() if generators[i].kind in kinds)
+
+
+def monomials_in(polynomials: Iterable[Series]) -> set[int]:
+    """Return the different monomials of polynomials without sines and cosines."""
+    return set().union(*(p.parts.get(0, ()) for p in polynomials))
 
 
 def _least(one: dict[int, int], other: tuple[tuple[int, int], ...]) -> dict[int, int]:
@@ -154,13 +159,14 @@ def scale(form: Form, factor: Series) -> Form:
 
 def rescale(series: Series, factor: Fraction, monomial: int) -> Series:
     """Return a series times a number and a monomial; powers of roots are not lowered."""
-    if factor == 1 and not monomial:
+    n, d = factor.numerator, factor.denominator
+    if n == d == 1 and not monomial:
         return series
-    parts, n = {}, factor.numerator
+    parts = {}
     for trig, polynomial in series.parts.items():
         parts[trig] = {m + monomial: n * c for m, c in polynomial.items()}
     reach = series.reach + (largest_exponent([monomial]) if monomial else 0)
-    return canonical(series.ring, parts, series.denominator * factor.denominator, reach)
+    return canonical(series.ring, parts, series.denominator * d, reach)
 
 
 def cost(form: Form) -> int:
@@ -196,6 +202,7 @@ def _angle_cost(angle: int) -> int:
     return 1 + sum(1 + (abs(k) > 1) for _, k in exponents(angle))
 
 
+@lru_cache(maxsize=1 << 14)
 def _halvable(packed: int) -> bool:
     return packed != 0 and all(k % 2 == 0 for _, k in exponents(packed))
 

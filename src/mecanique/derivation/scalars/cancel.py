@@ -38,6 +38,8 @@ def tidy(series: Series) -> Series:
 
 def by_velocity(series: Series, velocities: Sequence[str]) -> Series:
     """Return a series tidied velocity by velocity, so that roots that belong together cancel."""
+    if not series.ring.roots:
+        return series
     v = [series.ring[name] for name in velocities]
     terms = []
     for powers, coefficient in series.coefficients(velocities).items():

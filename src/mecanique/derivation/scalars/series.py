@@ -356,12 +356,12 @@ class Series:
         Args:
             generators: names; dependence through angles and atoms stays in the coefficients.
         """
-        indices = [self.ring.index(name) for name in generators]
+        places = {self.ring.index(name): k for k, name in enumerate(generators)}
+        split = {m: _split(m, places) for m in set().union(*self.parts.values())}
         found: dict[tuple[int, ...], Parts] = {}
         for trig, polynomial in self.parts.items():
             for monomial, c in polynomial.items():
-                powers = tuple(exponent(monomial, i) for i in indices)
-                rest = monomial - sum(power(i, e) for i, e in zip(indices, powers, strict=True))
+                powers, rest = split[monomial]
                 found.setdefault(powers, {}).setdefault(trig, {})[rest] = c
         return {
             key: canonical(self.ring, parts, self.denominator, self.reach)
@@ -415,6 +415,16 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
     parts, denominator = lowest_terms(parts, denominator)
     check_size(parts, ring.most_terms)
     return Series(ring, parts, denominator, reach)
+
+
+def _split(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int, ...], int]:
+    """The exponents of the generators that have a place, and the rest of a monomial."""
+    powers, rest = [0] * len(places), monomial
+    for i, e in exponents(monomial):
+        if i in places:
+            powers[places[i]] = e
+            rest -= power(i, e)
+    return tuple(powers), rest
 
 
 def _reduce(series: Series) -> Series:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from html import escape
 from typing import Protocol, TypeAlias, final
@@ -84,18 +84,21 @@ class Result:
     Args:
         left: what is found; a series where an equation relates two sums.
         right: what it is.
-        shown: how that is written, if not in the usual order.
+        shown: writes it, if not in the usual order.
     """
 
     left: Left | Series
     right: Series
-    shown: Expression | None = field(default=None, compare=False)
+    shown: Callable[[], Expression] | None = field(default=None, compare=False)
+
+    def expression(self) -> Expression:
+        """Return the right-hand side as it is printed."""
+        return expression(self.right) if self.shown is None else self.shown()
 
     def write(self, writer: Writer) -> str:
         """Return the line in the format of a writer."""
         left = self.left if isinstance(self.left, Left) else expression(self.left)
-        right = expression(self.right) if self.shown is None else self.shown
-        return writer.equation(left.write(writer), right.write(writer))
+        return writer.equation(left.write(writer), self.expression().write(writer))
 
 
 @final

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import prod
 
 from mecanique.derivation.printing.equations import (
@@ -13,6 +14,7 @@ from mecanique.derivation.printing.equations import (
     shorter,
 )
 from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.ring import Euler
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage
@@ -101,7 +103,7 @@ def energy_stages(
         )
     if stored:
         several = stored if len(stored) > 1 else []
-        whole = Result(Left("V"), V, _write_potential(gravity, works, V))
+        whole = Result(Left("V"), V, partial(_write_potential, gravity, works, V))
         found.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
     return found
 
@@ -115,14 +117,14 @@ def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
 
 def _write_potential(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
     """The potential energy spring by spring, where that is shorter."""
-    parts = join(part.shown or expression(part.right) for part in _list_energies(gravity, works))
+    parts = join(part.expression() for part in _list_energies(gravity, works))
     return shorter(parts, expression(V))
 
 
 def _store(name: str, work: Work) -> Result:
     """The energy of a spring, as a square where its elongation is known."""
     assert work.scalar is not None
-    shown = None if work.square is None else half_square(*work.square)
+    shown = None if work.square is None else partial(half_square, *work.square)
     return Result(Left(f"V_{name}"), work.scalar, shown)
 
 
@@ -172,18 +174,18 @@ def energy_integral(
     every = [T, V, *(tie.demand for tie in ties)]
     kinds = {g.kind for series in every for g in series.generators()}
     # a constraint that moves steadily, like a turntable, does work
-    driven = any(tie.of_velocities and _degrees(tie.demand).keys() != {1} for tie in ties)
+    driven = any(tie.of_velocities and _orders(tie.demand) != {1} for tie in ties)
     if D or driven or kinds & given or any(work.kind == "work" for work in works):
         return []
     idle = "Nothing depends on time, no force but weights and springs does work" + (
         ", and the constraints do none" if ties else ""
     )
-    degrees, potential = _degrees(T), _write_potential(gravity, works, V)
-    if degrees.keys() <= {2}:
+    potential = partial(_write_potential, gravity, works, V)
+    if _orders(T) <= {2}:
         sentence = f"{idle}: along any motion the total energy keeps its value."
-        shown = join((expression(T), potential))
-        return [Stage("Energy integral", sentence, (Result(Left("E"), T + V, shown),))]
-    zero = T.ring.number(0)
+        energy = Result(Left("E"), T + V, lambda: join((expression(T), potential())))
+        return [Stage("Energy integral", sentence, (energy,))]
+    degrees, zero = _degrees(T), T.ring.number(0)
     square, rest = degrees.get(2, zero), degrees.get(0, zero)
     sentence = (
         "L = T - V does not depend on time, but a drive keeps up the prescribed motion and does "
@@ -191,8 +193,19 @@ def energy_integral(
         "h = Σ q' ∂T/∂q' - L: V and the part of T that is quadratic in the velocities, less the "
         "part without velocities."
     )
-    shown = join((expression(square), expression(-rest), potential))
-    return [Stage("Jacobi's integral", sentence, (Result(Left("h"), square + V - rest, shown),))]
+    integral = Result(
+        Left("h"),
+        square + V - rest,
+        lambda: join((expression(square), expression(-rest), potential())),
+    )
+    return [Stage("Jacobi's integral", sentence, (integral,))]
+
+
+def _orders(series: Series) -> set[int]:
+    """The degrees in the velocities that the terms of a series have."""
+    moving = {g.index for g in series.ring.generators if g.kind is Kind.VELOCITY}
+    monomials = set().union(*series.parts.values())
+    return {sum(e for i, e in exponents(monomial) if i in moving) for monomial in monomials}
 
 
 def _degrees(series: Series) -> dict[int, Series]:

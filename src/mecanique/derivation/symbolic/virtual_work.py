@@ -9,9 +9,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from typing import NamedTuple, final
 
-from mecanique.derivation.printing.equations import distribute, expression
+from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
@@ -187,7 +188,7 @@ class VirtualWork:
         for name, factor, delta in zip(self._names, factors, self._deltas, strict=True):
             left = Left("δW", name[1:], component=True)
             tidied = by_velocity(factor, self.algebra.velocities)
-            results.append(Result(left, tidied * delta, distribute(expression(tidied), delta)))
+            results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
         return Stage(title, sentence, tuple(results))
 
     def _body(self, cut: Cut) -> Iterator[Stage]:

@@ -254,7 +254,7 @@ def _finish(lagrange: Lagrange, kinetic: Series, ignored: Sequence[Ignored]) -> 
             ),
             Stage("Cyclic coordinates", _SINCE, tuple(_list_momenta(lagrange, ignored))),
             Stage("Velocities of the cyclic coordinates", _RATES, tuple(_rates(ignored))),
-            Stage("Routh's function", _FUNCTION, (Result(Left("R"), R, shown_R),)),
+            Stage("Routh's function", _FUNCTION, (Result(Left("R"), R, lambda: shown_R),)),
             *energy_integral(lagrange.T, lagrange.gravity, V, lagrange.D, lagrange.works, ()),
         ),
         assumptions=tuple(a for work in lagrange.works for a in work.assumptions),
@@ -277,7 +277,7 @@ def _list_momenta(lagrange: Lagrange, ignored: Sequence[Ignored]) -> Iterator[Re
 
 def _rates(ignored: Sequence[Ignored]) -> Iterator[Result]:
     for one in ignored:
-        yield Result(Left(f"{one.name}'"), one.rate, one.shown_rate())
+        yield Result(Left(f"{one.name}'"), one.rate, one.shown_rate)
 
 
 def _letter_of(one: Ignored) -> str:

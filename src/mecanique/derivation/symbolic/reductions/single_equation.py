@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import final
 
 from mecanique.derivation.printing.equations import Equation, Expression, expression, join
@@ -79,8 +80,11 @@ class Coefficient:
 
     def result(self) -> Result:
         """Return it as a line, letter = value/factor."""
+        return Result(Left(self.name), self.value, self._quotient)
+
+    def _quotient(self) -> Expression:
         quotient = multiply(to_formula(self.value), to_power(to_formula(self.factor), Fraction(-1)))
-        return Result(Left(self.name), self.value, Expression((quotient,)))
+        return Expression((quotient,))
 
 
 @final
@@ -238,7 +242,9 @@ class _Reducing:
         closed = [stage for stage in loop_stages(full.ties, of_work=True) if stage.title == "Loops"]
         before = [stage for stage in full.stages if stage.title in _ENERGIES]
         pairs = ((inertia, J), (change, C))
-        inertias = tuple(Result(Left(_name(a)), b, self._by_coefficients(b)) for a, b in pairs)
+        inertias = tuple(
+            Result(Left(_name(a)), b, partial(self._by_coefficients, b)) for a, b in pairs
+        )
         return replace(
             full,
             M=M,
