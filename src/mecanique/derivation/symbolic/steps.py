@@ -204,8 +204,10 @@ def energy_integral(
 def _orders(series: Series) -> set[int]:
     """The degrees in the velocities that the terms of a series have."""
     moving = {g.index for g in series.ring.generators if g.kind is Kind.VELOCITY}
-    monomials = set().union(*series.parts.values())
-    return {sum(e for i, e in exponents(monomial) if i in moving) for monomial in monomials}
+    found = set()
+    for monomial in set().union(*series.parts.values()):
+        found.add(sum(e for i, e in exponents(monomial) if i in moving))
+    return found
 
 
 def _degrees(series: Series) -> dict[int, Series]:
