@@ -56,7 +56,7 @@ ORDER: dict[str, list[str]] = {
         "validation",
         "mechanism",
     ],
-    "textbook": ["facts", "system", "systems", "catalogue", "register"],
+    "textbook": ["charts facts", "system", "systems", "catalogue", "register"],
     "urdf": [
         "dialect element limits names robots",
         "rules",
@@ -116,6 +116,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "derivation.symbolic.ties": ["tie", "contacts loops multipliers", "quasi"],
     "reference": [
+        "vectors",
         "standin",
         "engine originals",
         "loops",

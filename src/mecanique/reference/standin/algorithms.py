@@ -8,7 +8,8 @@ import numpy as np
 
 from mecanique.arrays import Array
 from mecanique.reference.standin.model import Data, Joint, Model
-from mecanique.reference.standin.spatial import Force, Inertia, cross
+from mecanique.reference.standin.spatial import Force, Inertia
+from mecanique.reference.vectors import cross
 
 __all__ = [
     "aba",

@@ -9,7 +9,8 @@ from typing import Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion, hat
+from mecanique.reference.standin.spatial import SE3, Force, Inertia, Motion
+from mecanique.reference.vectors import hat
 
 __all__ = [
     "BODY",

@@ -8,21 +8,9 @@ from typing import Any, final
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.reference.vectors import cross, hat
 
-__all__ = ["SE3", "Force", "Inertia", "Motion", "cross", "hat", "log3"]
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Return a × b, shape (3,) each: NumPy's own is slow on three numbers."""
-    ax, ay, az = a
-    bx, by, bz = b
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-
-
-def hat(vector: Array) -> Array:
-    """Return the matrix of vector ×, shape (3, 3)."""
-    x, y, z = vector
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+__all__ = ["SE3", "Force", "Inertia", "Motion", "log3"]
 
 
 class _Pair:

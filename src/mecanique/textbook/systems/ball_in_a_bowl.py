@@ -15,13 +15,13 @@ from mecanique.model import (
     Mechanism,
     Parameter,
     Placement,
-    Prismatic,
     Rolling,
     Spherical,
     Visual,
     ball,
     massless,
 )
+from mecanique.textbook.charts import carriers, slides
 from mecanique.textbook.facts import (
     Acceleration,
     Conserved,
@@ -43,21 +43,16 @@ def build(m: Parameter, r: Parameter, R: Parameter, g: Parameter) -> Mechanism:
         for wide, high in ((0.28, 0.04), (0.6, 0.2), (0.8, 0.4), (0.92, 0.6))
     )
     mark = Visual(Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
+    turn = Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
+    chart = (*slides("center"), turn)
     return Mechanism(
         name="ball_in_a_bowl",
         bodies=(
             Body("ground", massless(*levels)),
-            Body("along_x"),
-            Body("along_y"),
-            Body("center"),
+            *carriers(chart),
             Body("ball", ball(m, r), massless(mark)),
         ),
-        joints=(
-            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
-            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
-            Prismatic("lift", "along_y", "center", axis=(0, 0, 1), coordinate="z"),
-            Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw")),
-        ),
+        joints=chart,
         contacts=(Rolling("contact", "ball", r, axis=None, bowl=R),),
         parameters=(m, r, R, g),
         gravity=(0, 0, -g),

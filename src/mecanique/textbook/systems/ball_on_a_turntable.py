@@ -16,7 +16,6 @@ from mecanique.model import (
     Mechanism,
     Parameter,
     Placement,
-    Prismatic,
     Revolute,
     Rolling,
     Spherical,
@@ -25,6 +24,7 @@ from mecanique.model import (
     massless,
     time,
 )
+from mecanique.textbook.charts import carriers, slides
 from mecanique.textbook.facts import (
     Acceleration,
     Conserved,
@@ -45,22 +45,19 @@ def build(m: Parameter, r: Parameter, W: Parameter, g: Parameter) -> Mechanism:
     top = Visual(Cylinder(1.5, 0.04), Placement((0, 0, -0.02)), (0.85, 0.85, 0.85, 1.0))
     line = Visual(Box((2.8, 0.03, 0.004)), rgba=(0.0, 0.447, 0.698, 1.0))
     mark = Visual(Box((2.02 * r, 0.3 * r, 0.3 * r)), rgba=(0.9, 0.6, 0.0, 1.0))
+    turn = Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw"))
+    chart = (*slides("center"), turn)
     return Mechanism(
         name="ball_on_a_turntable",
         bodies=(
             Body("ground"),
             Body("table", massless(top, line)),
-            Body("along_x"),
-            Body("along_y"),
-            Body("center"),
+            *carriers(chart),
             Body("ball", ball(m, r), massless(mark)),
         ),
         joints=(
             Revolute("axle", "ground", "table", axis=(0, 0, 1), coordinate="turn"),
-            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
-            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
-            Prismatic("lift", "along_y", "center", axis=(0, 0, 1), coordinate="z"),
-            Spherical("roll", "center", "ball", names=("qx", "qy", "qz", "qw")),
+            *chart,
         ),
         coordinates=Coordinates((), {"turn": W * time()}),
         contacts=(Rolling("contact", "ball", r, axis=None, on="table"),),

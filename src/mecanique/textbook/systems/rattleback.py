@@ -18,13 +18,12 @@ from mecanique.model import (
     Mechanism,
     Parameter,
     Placement,
-    Prismatic,
-    Revolute,
     Rolling,
     Shape,
     Visual,
     massless,
 )
+from mecanique.textbook.charts import carriers, hinges, slides
 from mecanique.textbook.facts import Acceleration, Conserved, KineticEnergy, Number, Steady, Values
 from mecanique.textbook.system import System
 
@@ -52,21 +51,15 @@ def build(
         for x, y, z in ((0.95, 0.95, 0.1), (0.88, 0.88, 0.3), (0.8, 0.78, 0.5), (0.6, 0.6, 0.7))
     )
     mark = Visual(Box((1.9 * a, 0.2 * b, 0.1 * c)), rgba=(0.9, 0.6, 0.0, 1.0))
+    chart = (*slides("center"), *hinges("center", "leaning", "stone"))
     return Mechanism(
         name="rattleback",
         bodies=(
             Body("ground", massless(floor)),
-            *(Body(name) for name in ("along_x", "along_y", "center", "heading", "leaning")),
+            *carriers(chart),
             Body("stone", Shape(m, (0, 0, -h), (A, B, C, D, 0, 0), slabs), massless(mark)),
         ),
-        joints=(
-            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
-            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
-            Prismatic("lift", "along_y", "center", axis=(0, 0, 1), coordinate="z"),
-            Revolute("turn", "center", "heading", axis=(0, 0, 1), coordinate="yaw"),
-            Revolute("side", "heading", "leaning", axis=(1, 0, 0), coordinate="roll"),
-            Revolute("nod", "leaning", "stone", axis=(0, 1, 0), coordinate="pitch"),
-        ),
+        joints=chart,
         coordinates=Coordinates((), limits={"roll": (-pi / 2, pi / 2)}),
         contacts=(Rolling("below", "stone", a, axis=None, stretch=(1, b / a, c / a)),),
         parameters=(m, a, b, c, h, A, B, C, D, g),

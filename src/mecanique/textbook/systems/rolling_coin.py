@@ -15,13 +15,12 @@ from mecanique.model import (
     Coordinates,
     Mechanism,
     Parameter,
-    Prismatic,
-    Revolute,
     Rolling,
     Visual,
     disk,
     massless,
 )
+from mecanique.textbook.charts import carriers, hinges, slides
 from mecanique.textbook.facts import (
     Acceleration,
     Conserved,
@@ -41,25 +40,20 @@ def build(m: Parameter, r: Parameter, g: Parameter) -> Mechanism:
     """Return the coin, led by three slides and three hinges."""
     floor = Visual(Box((12 * r, 12 * r, 0.02 * r)), rgba=(0.85, 0.85, 0.85, 1.0))
     mark = massless(Visual(Box((0.2 * r, 0.08 * r, 1.6 * r)), rgba=(0.9, 0.6, 0.0, 1.0)))
+    chart = (
+        *slides("center"),
+        *hinges(
+            "center", "fork", "coin", names=("turn", "tilt", "axle"), angles=("yaw", "lean", "spin")
+        ),
+    )
     return Mechanism(
         name="rolling_coin",
         bodies=(
             Body("ground", massless(floor)),
-            Body("along_x"),
-            Body("along_y"),
-            Body("center"),
-            Body("heading"),
-            Body("fork"),
+            *carriers(chart),
             Body("coin", disk(m, r, 0.05 * r).at(rpy=(QUARTER, 0, 0)), mark),
         ),
-        joints=(
-            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
-            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
-            Prismatic("lift", "along_y", "center", axis=(0, 0, 1), coordinate="z"),
-            Revolute("turn", "center", "heading", axis=(0, 0, 1), coordinate="yaw"),
-            Revolute("tilt", "heading", "fork", axis=(1, 0, 0), coordinate="lean"),
-            Revolute("axle", "fork", "coin", axis=(0, 1, 0), coordinate="spin"),
-        ),
+        joints=chart,
         coordinates=Coordinates((), limits={"lean": (-pi / 2, pi / 2)}),
         contacts=(Rolling("rim", "coin", r),),
         parameters=(m, r, g),

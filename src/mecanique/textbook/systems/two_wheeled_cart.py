@@ -20,13 +20,13 @@ from mecanique.model import (
     Mechanism,
     Parameter,
     Placement,
-    Prismatic,
     Revolute,
     Rolling,
     Shape,
     Visual,
     massless,
 )
+from mecanique.textbook.charts import carriers, hinges, slides
 from mecanique.textbook.facts import (
     Acceleration,
     Conserved,
@@ -61,22 +61,18 @@ def build(
     rim = Visual(Cylinder(r, 0.1 * r), Placement(rpy=(QUARTER, 0, 0)))
     spoke = massless(Visual(Box((0.1 * r, 0.14 * r, 1.8 * r)), rgba=ORANGE))
     wheel = Shape(mw, (0, 0, 0), (Kw, Jw, Kw, 0, 0, 0), (rim,))
+    chart = (*slides("middle"), *hinges("middle", "axle", "load", names=("turn", "side", "swing")))
     return Mechanism(
         name="two_wheeled_cart",
         bodies=(
             Body("ground", massless(floor)),
-            *(Body(name) for name in ("along_x", "along_y", "middle", "heading", "axle")),
+            *carriers(chart),
             Body("load", Shape(m, (0, 0, -h), (I1, I2, I3, 0, 0, 0), (box, shaft))),
             Body("left_wheel", wheel, spoke),
             Body("right_wheel", wheel, spoke),
         ),
         joints=(
-            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
-            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
-            Prismatic("lift", "along_y", "middle", axis=(0, 0, 1), coordinate="z"),
-            Revolute("turn", "middle", "heading", axis=(0, 0, 1), coordinate="yaw"),
-            Revolute("side", "heading", "axle", axis=(1, 0, 0), coordinate="roll"),
-            Revolute("swing", "axle", "load", axis=(0, 1, 0), coordinate="pitch"),
+            *chart,
             Revolute(
                 "left_hub",
                 "load",

@@ -28,7 +28,6 @@ from mecanique.model import (
     Mechanism,
     Parameter,
     Placement,
-    Prismatic,
     Revolute,
     Rolling,
     Shape,
@@ -41,6 +40,7 @@ from mecanique.model import cos as cosine
 from mecanique.model import sin as sine
 from mecanique.model import tan as tangent
 from mecanique.model.expression import Scalar
+from mecanique.textbook.charts import carriers, hinges, slides
 from mecanique.textbook.facts import Conserved, Eigenvalues, KineticEnergy, Number, Solution, Values
 from mecanique.textbook.system import System
 
@@ -95,23 +95,19 @@ def build(**p: Parameter) -> Mechanism:
     hub, seat = (0, 0), (p["xB"] - 0.1, 0.6)
     head = steering - 0.45 * sine(tilt), 0.45 * cosine(tilt)
     bar = Visual(Cylinder(0.02, 0.5), Placement((0.05, 0, 0.75), (QUARTER, 0, 0)), BLUE)
+    chart = (*slides("hub"), *hinges("hub", "lean", "frame"))
     return Mechanism(
         name="whipple_bicycle",
         bodies=(
             Body("ground", massless(floor)),
-            *(Body(name) for name in ("along_x", "along_y", "hub", "heading", "lean")),
+            *carriers(chart),
             Body("frame", frame, tube(hub, seat), tube(seat, head), tube(hub, head), rider),
             Body("rear_wheel", *wheel(p, "R")),
             Body("fork", fork, tube(front, (0, 0.4)), tube((0, 0.4), (0.05, 0.75)), massless(bar)),
             Body("front_wheel", *wheel(p, "F")),
         ),
         joints=(
-            Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
-            Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
-            Prismatic("lift", "along_y", "hub", axis=(0, 0, 1), coordinate="z"),
-            Revolute("turn", "hub", "heading", axis=(0, 0, 1), coordinate="yaw"),
-            Revolute("side", "heading", "lean", axis=(1, 0, 0), coordinate="roll"),
-            Revolute("nod", "lean", "frame", axis=(0, 1, 0), coordinate="pitch"),
+            *chart,
             Revolute("rear_hub", "frame", "rear_wheel", axis=(0, 1, 0), coordinate="rear_spin"),
             Revolute(
                 "headset",

@@ -23,10 +23,11 @@ from mecanique.model.units import velocity_scales
 from mecanique.reference.engine.chart import Chart
 from mecanique.reference.engine.load import Engine
 from mecanique.reference.engine.package import engine_package
-from mecanique.reference.loops.constraints.contacts import HAT, ContactRows, VelocityRows
+from mecanique.reference.loops.constraints.contacts import ContactRows, VelocityRows
 from mecanique.reference.loops.constraints.parts import Parts
 from mecanique.reference.loops.metric import Units
 from mecanique.reference.loops.tolerances import ROUNDING
+from mecanique.reference.vectors import cross, hat
 
 __all__ = ["Closure", "Closures", "ScaledClosure"]
 
@@ -226,8 +227,7 @@ class Closures:
         (linear, spin, linear_gain, spin_gain), (linear_a, spin_a, *_) = sums.T.reshape(
             2, -1, 4, 3, 1
         ).swapaxes(1, 2)
-        hats = (np.array([place, spin[:, :, 0], spin_a[:, :, 0]]) @ HAT).reshape(3, -1, 3, 3)
-        at, turning, turning_a = hats
+        at, turning, turning_a = hat(np.array([place, spin[:, :, 0], spin_a[:, :, 0]]))
         parting = linear - at @ spin
         moved = linear_a - at @ spin_a + parting
         change = linear_gain - at @ spin_gain + turning @ moved - turning_a @ parting
@@ -332,7 +332,7 @@ class Closures:
             k = self._owner[i]
             spin, x = rate[k, 3:], turn[k][:, 0]
             row, level = _plate_row(turn[k]), float(x[0] ** 2 + x[1] ** 2)
-            slope = (spin @ HAT).reshape(3, 3) @ x
+            slope = cross(spin, x)
             rows[i] = row @ J[k, 3:]
             # θ' = w·ω with w = (−x z, −y z, x² + y²) / (x² + y²) for b's axis (x, y, z), so θ'' =
             # w·ω' + w'·ω

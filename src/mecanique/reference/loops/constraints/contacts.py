@@ -23,13 +23,9 @@ from mecanique.model.constraints.contacts import Blade, Contact, Rolling, row_na
 from mecanique.model.expression import Scalar, compile_scalars, symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference.engine.load import Engine
+from mecanique.reference.vectors import cross, hat
 
-__all__ = ["HAT", "ContactRows", "Rows", "VelocityRows"]
-
-HAT = np.array(
-    [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
-)
-"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
+__all__ = ["ContactRows", "Rows", "VelocityRows"]
 
 
 class Rows(NamedTuple):
@@ -60,7 +56,7 @@ class _Body(NamedTuple):
 
     def at(self, point: Array) -> Array:
         """Return the velocity of the point of the body at a place of the world."""
-        return self.linear + _cross(self.spin, point)
+        return self.linear + cross(self.spin, point)
 
 
 class _Touch(NamedTuple):
@@ -125,13 +121,13 @@ class ContactRows:
             touch = shape.touch(a, b)
             between = self._carries(contact.body) - self._carries(contact.on)
             # column by column, J_l + J_ω × P
-            J = (columns[:3] - _hat(touch.place) @ columns[3:]) * between
+            J = (columns[:3] - hat(touch.place) @ columns[3:]) * between
             parting = a.at(touch.place) - b.at(touch.place)
             change = (
                 a.linear_rate
                 - b.linear_rate
-                + _cross(a.spin_rate - b.spin_rate, touch.place)
-                + _cross(a.spin - b.spin, touch.rate)
+                + cross(a.spin_rate - b.spin_rate, touch.place)
+                + cross(a.spin - b.spin, touch.rate)
             )
             jacobian.append(touch.directions @ J)
             gamma.append(touch.directions @ change + touch.turning @ parting)
@@ -170,7 +166,7 @@ class ContactRows:
             a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
             touch = shape.touch(a, b)
             force = multipliers[self.owner == k] @ touch.directions
-            found[:, k] = force, _cross(touch.place - touch.seat, force), touch.seat
+            found[:, k] = force, cross(touch.place - touch.seat, force), touch.seat
         return found[0], found[1], found[2]
 
     def _carries(self, body: str) -> Array:
@@ -206,13 +202,13 @@ class _Wheel(NamedTuple):
             return self._touch_sphere(a, b)
         hub = a.origin + a.turn @ self.center
         frame = (b.turn @ self.axes).T
-        n, n_rate = frame[2], _cross(b.spin, frame[2])
+        n, n_rate = frame[2], cross(b.spin, frame[2])
         rho, rho_rate = -self.crown * n, -self.crown * n_rate
         if self.axis is None:
             rho, rho_rate = self._below(a, n, n_rate)
         else:
             e = a.turn @ self.axis
-            e_rate = _cross(a.spin, e)
+            e_rate = cross(a.spin, e)
             lean, lean_rate = n @ e, n_rate @ e + n @ e_rate
             s, s_rate = n - lean * e, n_rate - lean_rate * e - lean * e_rate
             size = float(np.linalg.norm(s))
@@ -226,7 +222,7 @@ class _Wheel(NamedTuple):
             place,
             a.at(hub) + rho_rate,
             frame[[2, 0, 1]],
-            frame[[2, 0, 1]] @ _hat(b.spin).T,
+            frame[[2, 0, 1]] @ hat(b.spin).T,
             hub,
             float(n @ (place - ground)),
         )
@@ -234,11 +230,11 @@ class _Wheel(NamedTuple):
     def _below(self, a: _Body, n: Array, n_rate: Array) -> tuple[Array, Array]:
         """Return ρ of an ellipsoid with semi-axes d, −R d² Rᵀ n/|d Rᵀ n|, and ρ'."""
         squares = (self.radius * self.stretch) ** 2
-        u, u_rate = n @ a.turn, (n_rate - _cross(a.spin, n)) @ a.turn
+        u, u_rate = n @ a.turn, (n_rate - cross(a.spin, n)) @ a.turn
         h = float(np.sqrt(u @ (squares * u)))
         h_rate = u @ (squares * u_rate) / h
         rho = -a.turn @ (squares * u) / h
-        return rho, _cross(a.spin, rho) - a.turn @ (squares * u_rate) / h - rho * (h_rate / h)
+        return rho, cross(a.spin, rho) - a.turn @ (squares * u_rate) / h - rho * (h_rate / h)
 
     def _touch_sphere(self, a: _Body, b: _Body) -> _Touch:
         """Return where a ball touches a bowl or a dome about O: along from its center to O."""
@@ -250,7 +246,7 @@ class _Wheel(NamedTuple):
         length = float(np.linalg.norm(d))
         n = d / length
         n_rate = (d_rate - (n @ d_rate) * n) / length
-        x_rate, y_rate, z_rate = frame @ _hat(b.spin).T
+        x_rate, y_rate, z_rate = frame @ hat(b.spin).T
         directions, turning = [n], [n_rate]
         for e, e_rate in ((x, x_rate), (y, y_rate)):
             # turned as z is turned into n, e − (n·e) (z + n)/(1 + n·z)
@@ -278,19 +274,7 @@ class _Edge(NamedTuple):
         """Return where it touches."""
         place = a.origin + a.turn @ self.point
         side = (a.turn @ self.side)[None]
-        return _Touch(place, a.at(place), side, side @ _hat(a.spin).T, place, 0.0)
-
-
-def _hat(x: Array) -> Array:
-    """Return the matrix of x ×."""
-    hat: Array = (x @ HAT).reshape(3, 3)
-    return hat
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Return a × b, faster than numpy for two short vectors."""
-    product: Array = _hat(a) @ b
-    return product
+        return _Touch(place, a.at(place), side, side @ hat(a.spin).T, place, 0.0)
 
 
 def _numbers(mechanism: Mechanism, contact: Contact) -> _Wheel | _Edge:

@@ -1,0 +1,31 @@
+"""Products of vectors, without NumPy's overhead on three numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mecanique.arrays import Array
+
+__all__ = ["cross", "hat"]
+
+_HAT = np.array(
+    [[0.0, 0, 0, 0, 0, -1, 0, 1, 0], [0.0, 0, 1, 0, 0, 0, -1, 0, 0], [0.0, -1, 0, 1, 0, 0, 0, 0, 0]]
+)
+"""Makes of a vector x the nine entries of the matrix that multiplies by x×."""
+
+
+def hat(vectors: Array) -> Array:
+    """Return the matrix of vector ×, or of each vector, shape (…, 3, 3).
+
+    Args:
+        vectors: shape (…, 3).
+    """
+    matrices: Array = (vectors @ _HAT).reshape(*vectors.shape, 3)
+    return matrices
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return a × b, shape (3,) each."""
+    ax, ay, az = a
+    bx, by, bz = b
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -1,0 +1,53 @@
+"""Slides and hinges that lead a free body from the ground, so that its coordinates have names."""
+
+from __future__ import annotations
+
+from mecanique.model import Body, Prismatic, Revolute, Spherical
+
+__all__ = ["carriers", "hinges", "slides"]
+
+Led = tuple[Prismatic | Revolute | Spherical, ...]
+"""Joints, each of which leads the parent of the next."""
+
+
+def slides(center: str) -> Led:
+    """Return the slides x, y and z that lead a body from the ground.
+
+    Args:
+        center: name of the body.
+    """
+    return (
+        Prismatic("slide_x", "ground", "along_x", axis=(1, 0, 0), coordinate="x"),
+        Prismatic("slide_y", "along_x", "along_y", axis=(0, 1, 0), coordinate="y"),
+        Prismatic("lift", "along_y", center, axis=(0, 0, 1), coordinate="z"),
+    )
+
+
+def hinges(
+    center: str,
+    leaning: str,
+    body: str,
+    names: tuple[str, str, str] = ("turn", "side", "nod"),
+    angles: tuple[str, str, str] = ("yaw", "roll", "pitch"),
+) -> Led:
+    """Return the hinges by which a body turns: about the vertical, ahead and across.
+
+    Args:
+        center: name of the body that does not turn.
+        leaning: name of the body that has turned twice.
+        body: name of the body that has turned three times.
+        names: of the hinges.
+        angles: names of their coordinates.
+    """
+    turn, side, nod = names
+    yaw, roll, pitch = angles
+    return (
+        Revolute(turn, center, "heading", axis=(0, 0, 1), coordinate=yaw),
+        Revolute(side, "heading", leaning, axis=(1, 0, 0), coordinate=roll),
+        Revolute(nod, leaning, body, axis=(0, 1, 0), coordinate=pitch),
+    )
+
+
+def carriers(joints: Led) -> tuple[Body, ...]:
+    """Return the massless bodies between joints that lead from the ground to a body."""
+    return tuple(Body(joint.child) for joint in joints[:-1])
