@@ -12,6 +12,7 @@ from mecanique.motion.compile.heyoka import is_installed
 from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.record.steps import RightHandSide
 from mecanique.motion.simulation.integrators.methods import METHODS
+from mecanique.motion.simulation.integrators.refinement import step_accuracy
 from mecanique.motion.simulation.problem import Integration, Problem
 
 __all__ = [
@@ -49,8 +50,9 @@ closed form for each pair of velocities."""
 PAYOFF_OF_LOOPS = 1.5
 """Deriving the equations must save this many times what it takes, by an estimate."""
 
-TIGHT_RTOL = 1e-11
-"""At this tolerance or a smaller one, the whole motion is to be that accurate, not each step."""
+TIGHT_RTOL, TIGHT_RTOL_OF_LOOPS = 1e-11, 1e-10
+"""At this tolerance or a smaller one, the whole motion is to be that accurate, not each step. Steps
+on loops are taken to a tenth of the tolerance anyway."""
 
 MANY_STEPS = 10_000
 """So many steps of a tight tolerance are taken to a smaller one, because their errors add up."""
@@ -58,8 +60,8 @@ MANY_STEPS = 10_000
 VERY_MANY_STEPS = 200_000
 """With more steps of dop853, optimizing the code of Taylor series, which take fewer, pays."""
 
-FREE_STEPS = 300
-"""So many steps may err by the tolerance each, one way, before their sum counts."""
+FREE_STEPS, FREE_STEPS_ON_LOOPS = 300, 10_000
+"""So many steps may err by their tolerance each, one way, before their sum counts."""
 
 MIN_RTOL = 1e-14
 """The least tolerance of a step of dop853: below it, rounding decides."""
@@ -153,21 +155,17 @@ def next_choice(problem: Problem, choice: Choice, integration: Integration) -> C
         equations = choice.equations or problem.reference.rhs(overwriting=True)
         return replace(choice, method="radau", equations=equations, reason=reason)
     if kind == "reconsider":
-        return _reconsider(problem, choice, integration.t)
+        return _reconsider(problem, choice, integration.steps, integration.t)
     return None
 
 
 def may_change(problem: Problem, choice: Choice) -> bool:
     """Return whether another choice may pay after a while."""
-    if choice.method != "dop853":
-        return False
-    if problem.loops is not None:
-        return choice.compiles and not choice.closed_form
-    return choice.compiles or _can_tighten(problem, choice)
+    return _can_tighten(problem, choice) or _can_compile(problem, choice)
 
 
 def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) -> bool:
-    """Return whether another choice pays, as the first `STEPS` steps of dop853 suggest.
+    """Return whether another choice pays, as the first `STEPS` steps suggest.
 
     It looks at no clock, and at nothing that ran before, so that the same call always gives the
     same motion.
@@ -178,14 +176,14 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
         steps: how many steps it took so far.
         t: the time they reached [s].
     """
-    if problem.loops is not None:
-        return steps == LOOP_STEPS and _best_for_loops(problem, t) != "dop853"
-    if steps != STEPS:
+    if problem.loops is not None and steps == LOOP_STEPS:
+        return _can_compile(problem, choice) and _best_for_loops(problem, t) != "dop853"
+    if steps < STEPS or (steps > STEPS and choice.method == "dop853"):
         return False
-    if _can_tighten(problem, choice) and _steps_in_all(problem, t) > MANY_STEPS:
+    if _can_tighten(problem, choice) and _steps_in_all(problem, steps, t) > MANY_STEPS:
         return True
     code = problem.code
-    if not (choice.compiles and code.possible):
+    if problem.loops is not None or not (choice.compiles and code.possible):
         return False
     left = _seconds_left(problem, t)
     if _can_take_closed_form(problem, choice):
@@ -193,14 +191,16 @@ def worth_reconsidering(problem: Problem, choice: Choice, steps: int, t: float) 
     return _can_take_series(problem) and left > PAYOFF * code.seconds_to_build()
 
 
-def _reconsider(problem: Problem, choice: Choice, t: float) -> Choice:
+def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choice:
     """Tighten the steps if there are many, and compile if that pays."""
-    if problem.loops is not None:
+    closed = problem.loops is not None
+    if closed and taken == LOOP_STEPS:
         return _with_program(problem, choice, t)
-    steps, left, code = _steps_in_all(problem, t), _seconds_left(problem, t), problem.code
+    steps, left, code = _steps_in_all(problem, taken, t), _seconds_left(problem, t), problem.code
     if _can_tighten(problem, choice) and steps > MANY_STEPS:
-        choice = replace(choice, share=max(FREE_STEPS / steps, MIN_RTOL / problem.rtol))
-    if not (choice.compiles and code.possible):
+        free = FREE_STEPS_ON_LOOPS if closed else FREE_STEPS
+        choice = replace(choice, share=max(free / steps, MIN_RTOL / step_accuracy(problem)[0]))
+    if closed or not (choice.compiles and code.possible):
         return choice
     if _can_take_series(problem) and left > PAYOFF * code.seconds_to_build():
         reason = "a motion long enough to pay for compiling"
@@ -286,15 +286,22 @@ def _can_take_closed_form(problem: Problem, choice: Choice) -> bool:
 
 
 def _can_tighten(problem: Problem, choice: Choice) -> bool:
-    return choice.share == 1.0 and MIN_RTOL < problem.rtol <= TIGHT_RTOL
+    tight = TIGHT_RTOL if problem.loops is None else TIGHT_RTOL_OF_LOOPS
+    explicit = choice.method in ("dop853", "compiled")
+    return explicit and choice.share == 1.0 and MIN_RTOL < problem.rtol <= tight
 
 
-def _steps_in_all(problem: Problem, t: float) -> float:
-    return STEPS * (problem.end - problem.t0) / (t - problem.t0)
+def _can_compile(problem: Problem, choice: Choice) -> bool:
+    fresh = problem.loops is None or not choice.closed_form
+    return choice.method == "dop853" and choice.compiles and fresh
+
+
+def _steps_in_all(problem: Problem, taken: int, t: float) -> float:
+    return taken * (problem.end - problem.t0) / (t - problem.t0)
 
 
 def _seconds_left(problem: Problem, t: float) -> float:
-    return (_steps_in_all(problem, t) - STEPS) * _seconds_per_step(problem.mechanism)
+    return (_steps_in_all(problem, STEPS, t) - STEPS) * _seconds_per_step(problem.mechanism)
 
 
 def _seconds_per_step(mechanism: Mechanism) -> float:

@@ -43,8 +43,9 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
     """
     if choice.method == "taylor":
         return integrate_series(problem, choice.optimized)
+    look = partial(worth_reconsidering, problem, choice) if may_change(problem, choice) else None
     if choice.method == "compiled":
-        return integrate_in_c(problem, choice.share, partial(_watch, choice))
+        return integrate_in_c(problem, choice.share, partial(_watch, choice), look)
     if problem.loops is not None and isinstance(choice.equations, ClosedProgram):
         problem = problem.with_way_back(choice.equations.close)
     task, steps = _task(problem, choice), Steps()
@@ -59,13 +60,7 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         outcome = Outcome("not finite")
         return Integration(outcome, problem.t0, steps.y[0], 0, 0, task.rtol, None)
     with _interruptible() as interruption:
-        watcher = Watcher(
-            problem,
-            task,
-            steps,
-            interruption,
-            partial(worth_reconsidering, problem, choice) if may_change(problem, choice) else None,
-        )
+        watcher = Watcher(problem, task, steps, interruption, look)
         outcome = _integrate_stretches(problem, choice, task, steps, watcher)
     return Integration(
         outcome,

@@ -31,6 +31,7 @@ from mecanique.motion.simulation.definite import refuse_indefinite
 from mecanique.motion.simulation.failure import failure
 from mecanique.motion.simulation.integrate import integrate
 from mecanique.motion.simulation.integrators.methods import METHODS
+from mecanique.motion.simulation.integrators.refinement import step_accuracy
 from mecanique.motion.simulation.problem import Problem
 from mecanique.motion.simulation.watching.limits import (
     joint_events,
@@ -175,7 +176,7 @@ def simulate(
 
     if integration.course is None:
         raise failure(problem, integration, None, q)
-    if integration.rtol < rtol and loops is None:
+    if integration.rtol < step_accuracy(problem)[0]:
         remark += f"; steps to {integration.rtol:.1e}, because the errors of so many add up"
     statistics = Statistics(
         integration.steps, integration.evaluations, perf_counter() - begin, rtol, atol

@@ -62,17 +62,24 @@ class Watched(NamedTuple):
     occurrences: _Events
 
 
+_Look: TypeAlias = Callable[[int, float], bool]
+"""Returns after a number of steps, at a time, whether other steps pay."""
+
+
 _Watch: TypeAlias = Callable[[Problem, Task, Steps], Watched]
 """Integrates on from the last of the steps, adding steps, to the first event."""
 
 
-def integrate_in_c(problem: Problem, share: float, watch: _Watch) -> Integration:
+def integrate_in_c(
+    problem: Problem, share: float, watch: _Watch, look: _Look | None = None
+) -> Integration:
     """Integrate a problem, as far as it goes.
 
     Args:
         problem: what to integrate; it can be compiled.
         share: part of the tolerance that a step may use.
         watch: goes on from before the end of a coordinate's chart, which no compiled step minds.
+        look: says now and then whether to take other steps; None if no others may pay.
     """
     code, reference = problem.code, problem.reference
     stepper, equations = code.stepper(reference), code.rhs(reference)
@@ -94,6 +101,9 @@ def integrate_in_c(problem: Problem, share: float, watch: _Watch) -> Integration
             outcome = problem.report(march.t)
             if outcome is None and run.headway.is_lost(len(steps.t), march.t):
                 outcome = Outcome("no headway")
+            under_way = outcome is None and march.t < problem.end
+            if under_way and look is not None and look(steps.taken, march.t):
+                outcome = Outcome("reconsider")
             if outcome is None and reason == "near":
                 outcome = run.pass_by(steps)
             elif outcome is None and reason != "room":

@@ -84,7 +84,9 @@ def _find_breaks(
     from scipy.optimize import brentq
 
     times = np.unique(np.concatenate([curve.t, (curve.t[1:] + curve.t[:-1]) / 2]))
-    rows = np.array([margins.at_time(curve, t) for t in times.tolist()])
+    states = curve(times)
+    along = zip(states.q, states.v, times.tolist(), strict=True)
+    rows = np.array([margins.at(*state) for state in along])
     found = []
     for k, name in enumerate(margins.names):
         falls = np.flatnonzero((rows[:-1, k] > 0) & (rows[1:, k] <= 0))
@@ -92,7 +94,8 @@ def _find_breaks(
         for i in falls.tolist():
 
             def margin(t: float, k: int = k) -> float:
-                return float(margins.at_time(curve, t)[k])
+                state = curve(t)
+                return float(margins.at(state.q, state.v, t)[k])
 
             moments.append(float(brentq(margin, times[i], times[i + 1], xtol=1e-13, rtol=1e-13)))
         for t in moments:
@@ -156,11 +159,6 @@ class _Margins:
         cords = [each for each in mechanism.elements if isinstance(each, (Cord, Belt))]
         self._tensions = [name for cord in cords for name in cord.forces]
         self.names = break_names(mechanism)
-
-    def at_time(self, curve: Curve, t: float) -> Array:
-        """Return the margins on a motion, shape (n,)."""
-        state = curve(t)
-        return self.at(state.q, state.v, t)
 
     def at(self, q: Array, v: Array, t: float) -> Array:
         """Return the margins in a state, shape (n,); NaN where forces are undetermined."""
