@@ -273,6 +273,7 @@ def install(change: Change) -> None:
     """Change a loaded module: the code of its functions, and its constants wherever they went."""
     code = compile(change.tree, str(change.path), "exec", dont_inherit=True)
     new = {signature(inner): inner for inner in codes(code)}
+    gc.unfreeze()  # what conftest.py has frozen is not among the objects
     for found in gc.get_objects():
         if isinstance(found, FunctionType) and found.__code__.co_filename == code.co_filename:
             found.__code__ = new.get(signature(found.__code__), found.__code__)

@@ -56,6 +56,7 @@ def visit(browser: Browser) -> Iterator[Callable[..., Visit]]:
         usual: dict[str, Any] = {
             "viewport": {"width": 920, "height": 560},
             "reduced_motion": "reduce",
+            "device_scale_factor": 0.5,
         }
         context = browser.new_context(**(usual | options))
         contexts.append(context)
