@@ -53,6 +53,7 @@ ORDER: dict[str, list[str]] = {
         "origin",
         "description",
         "element_laws homogeneity state_space variants",
+        "constraint_faults",
         "validation",
         "mechanism",
     ],
@@ -133,7 +134,7 @@ ORDER: dict[str, list[str]] = {
         "tree",
         "whole",
     ],
-    "reference.engine.forces": ["guided sites", "elements loads reactions", "held"],
+    "reference.engine.forces": ["guided laws sites", "elements loads reactions", "held"],
     "reference.loops": [
         "tolerances",
         "metric",
@@ -182,6 +183,7 @@ ORDER: dict[str, list[str]] = {
         "tokens",
         "latex lines",
         "scanner",
+        "builder",
         "reader",
     ],
     "checking.judgement": ["truth", "motion proof quantities equilibrium", "formula"],
@@ -205,6 +207,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "generation.mechanics": [
         "letters vectors",
+        "bodies",
         "action chart closed_form sampling",
         "recursion",
         "world",

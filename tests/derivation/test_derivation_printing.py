@@ -16,9 +16,10 @@ from derivation_law import cos, exp, sin, sqrt, tan
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mecanique.derivation.printing.equations import Equation, equations, expression
+from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.letters import Letter
+from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.writers import Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate

@@ -11,8 +11,9 @@ from typing import final
 
 from mecanique.derivation.glossary import Meaning, clashes, meanings
 from mecanique.derivation.matrix_form import Linear, linear
-from mecanique.derivation.printing.equations import Equation, equations, expression
+from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import PAGE, align, display, width
+from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import escape as tex
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer

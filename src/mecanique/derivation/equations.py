@@ -15,8 +15,8 @@ from mecanique.derivation.matrix_form import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, Reaction
-from mecanique.derivation.printing.equations import Equation
 from mecanique.derivation.printing.expressions import to_sympy
+from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import escape as escape_for_latex
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Derivation, Stages

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import final
 
-from mecanique.derivation.printing.equations import Expression, expression, root
+from mecanique.derivation.printing.equations import expression, root
+from mecanique.derivation.printing.printed import Expression
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words

@@ -6,7 +6,7 @@ a spring by its potential V, −∂V/∂q, and a damper by Rayleigh's function D
 take the pull. What acts on a single body needs no law: its components are stated.
 
 To add a force: its class in `mecanique.model.forces` and that module's export in the two
-`__init__` files, its laws here and in `mecanique.reference.engine.forces.loads`, its tag in
+`__init__` files, its laws here and in `mecanique.reference.engine.forces.laws`, its tag in
 `mecanique.urdf.writing.forces` and, if the tag is read back, `mecanique.urdf.reading.extensions`.
 """
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.methods import derive
-from mecanique.derivation.printing.equations import Equation
+from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest
 from mecanique.derivation.symbolic.lagrange import Lagrange

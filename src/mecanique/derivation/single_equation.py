@@ -11,7 +11,7 @@ import numpy as np
 
 from mecanique.derivation.document import Document
 from mecanique.derivation.methods import derive
-from mecanique.derivation.printing.equations import Equation
+from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import to_latex
 from mecanique.derivation.printing.writers import Text
 from mecanique.derivation.scalars.evaluation import Evaluation, relative_rest

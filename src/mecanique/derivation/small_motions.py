@@ -14,7 +14,8 @@ from fractions import Fraction
 from typing import final
 
 from mecanique.derivation.matrix_form import Linear
-from mecanique.derivation.printing.equations import Equation, equations, expression
+from mecanique.derivation.printing.equations import equations, expression
+from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import tidy, without_common_divisor
 from mecanique.derivation.scalars.evaluation import evaluate

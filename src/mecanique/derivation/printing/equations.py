@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from html import escape
 from typing import Any, NamedTuple, cast, final
 
 from mecanique.derivation.printing.divisors import draw_divisor
@@ -26,11 +24,11 @@ from mecanique.derivation.printing.formulas import (
     Sum,
     add,
     multiply,
-    names_in,
     number,
     open_sum,
 )
-from mecanique.derivation.printing.layout import write
+from mecanique.derivation.printing.grouping import Group, accelerates, group
+from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.printing.stretches import draw_stretches
 from mecanique.derivation.printing.trigforms import (
     Form,
@@ -41,35 +39,13 @@ from mecanique.derivation.printing.trigforms import (
     scale,
     shortest,
 )
-from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.monomials import exponents, power
-from mecanique.derivation.scalars.polynomials import Parts
-from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Basis, Kind, Series
 from mecanique.errors import DerivationError
 
-__all__ = [
-    "Equation",
-    "Expression",
-    "distribute",
-    "equations",
-    "expression",
-    "half_square",
-    "join",
-    "root",
-    "shorter",
-]
+__all__ = ["distribute", "equations", "expression", "half_square", "join", "root", "shorter"]
 
-_RANKED = (
-    Kind.ACCELERATION,
-    Kind.VELOCITY,
-    Kind.COORDINATE,
-    Kind.INPUT,
-    Kind.REACTION,
-    Kind.VARIATION,
-)
-_MOVING = (Kind.ACCELERATION, Kind.VELOCITY, Kind.INPUT, Kind.REACTION, Kind.VARIATION)
-_STATE = (Kind.ACCELERATION, Kind.VELOCITY)
 _MEASURED = 10_000
 """Denominators beyond this are those of measured numbers."""
 
@@ -78,85 +54,6 @@ _LONG = 150
 
 _GAIN = 2
 """Products of single angles are preferred to double angles up to this many signs more."""
-
-
-@final
-@dataclass(frozen=True)
-class Expression:
-    """A sum of terms in textbook order.
-
-    Args:
-        terms: what is added.
-        decimals: whether fractions of numbers are written as decimals.
-    """
-
-    terms: tuple[Product, ...]
-    decimals: bool = False
-
-    @property
-    def letters(self) -> frozenset[str]:
-        """Names of the letters in it."""
-        return frozenset().union(*(names_in(term) for term in self.terms))
-
-    def text(self) -> str:
-        """Return it as one line of text."""
-        return self.write(Text())
-
-    def latex(self) -> str:
-        """Return it in LaTeX, without dollar signs."""
-        return self.write(Latex())
-
-    def mathml(self) -> str:
-        """Return it as one MathML element."""
-        return _math_element(self.write(MathML()), self.text())
-
-    def write(self, writer: Writer) -> str:
-        """Return it in the format of a writer."""
-        return write(self.terms, writer, decimals=self.decimals)
-
-    def __str__(self) -> str:
-        return self.text()
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-
-@final
-@dataclass(frozen=True)
-class Equation:
-    """An equation of motion left = right, with inputs and other functions of time on the right.
-
-    Args:
-        left: what holds accelerations, velocities and coordinates.
-        right: what depends on time alone.
-        divisor: monomial of parameters that the derived equation was divided by: derived = (left −
-            right) × divisor.
-    """
-
-    left: Expression
-    right: Expression
-    divisor: Series
-
-    def text(self) -> str:
-        """Return it as one line of text, e.g. q'' + 3 g sin(q)/(2 l) = 0."""
-        return self._write(Text())
-
-    def latex(self) -> str:
-        """Return it in LaTeX, without dollar signs."""
-        return self._write(Latex())
-
-    def mathml(self) -> str:
-        """Return it as one MathML element."""
-        return _math_element(self._write(MathML()), self.text())
-
-    def _write(self, writer: Writer) -> str:
-        return writer.equation(self.left.write(writer), self.right.write(writer))
-
-    def __str__(self) -> str:
-        return self.text()
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
 
 
 def equations(
@@ -218,7 +115,7 @@ def expression(series: Series) -> Expression:
     """Return a series, e.g. a kinetic energy, in textbook order, with the fewest signs."""
     parts = []
     bare, stretches = draw_stretches(series)
-    for (_, key), part in _group(bare, by_side=False):
+    for (_, key), part in group(bare, by_side=False):
         parts += _parts(series.ring, key, shortest(tidy(part), products=True))
     for one in stretches:
         share = factor_out(shortest(tidy(one.share), products=True))
@@ -267,7 +164,7 @@ def _equation(element: Series, own: str, divide: bool) -> Equation:
         )
     ring = element.ring
     bare, stretches = draw_stretches(element)
-    groups = _group(bare, by_side=True)
+    groups = group(bare, by_side=True)
     ordinary = len(groups)
     groups += [((False, 0), one.share) for one in stretches]
     candidates = []
@@ -347,15 +244,10 @@ def _to_series(ring: Basis, whole: Sum) -> Series:
     return ring.sum(terms)
 
 
-def _divisor(ring: Basis, groups: list[_Group], forms: list[Form], divide: bool) -> Series:
+def _divisor(ring: Basis, groups: list[Group], forms: list[Form], divide: bool) -> Series:
     """What the equation is divided by: monomials of parameters and a number."""
     first = forms[0]
-    if (
-        divide
-        and first.keys() == {()}
-        and first[()].is_unit
-        and _accelerates(ring, groups[0][0][1])
-    ):
+    if divide and first.keys() == {()} and first[()].is_unit and accelerates(ring, groups[0][0][1]):
         unit = first[()]
         kinds = {g.kind for g in unit.generators()}
         if kinds <= {Kind.PARAMETER, Kind.CONSTANT, Kind.ATOM}:
@@ -370,62 +262,6 @@ def _divisor(ring: Basis, groups: list[_Group], forms: list[Form], divide: bool)
         ((_, _, number_of),) = shared.terms()
         shared = shared * (common_measure(forces) / number_of)
     return shared
-
-
-_Group = tuple[tuple[bool, int], Series]
-
-
-def _group(series: Series, *, by_side: bool) -> list[_Group]:
-    """The series by monomials of motion and lengths, in order: ((on the right, monomial), rest)."""
-    ring = series.ring
-    kinds = [g.kind for g in ring.generators]
-    depends = {i: _kinds(atom.argument) for i, atom in ring.atoms.items()}
-    turns = [_kinds(angle.argument) for angle in ring.angles]
-    held = {}
-    for monomial in set().union(*series.parts.values()):
-        powers = exponents(monomial)
-        own = {kinds[i] for i, _ in powers}.union(*(depends.get(i, set()) for i, _ in powers))
-        moving = sum(power(i, e) for i, e in powers if kinds[i] in _MOVING)
-        lengths = sum(power(i, e) for i, e in powers if kinds[i] is Kind.COORDINATE and e > 0)
-        held[monomial] = own, moving, lengths
-    parts: dict[tuple[bool, int], Parts] = {}
-    for trig, polynomial in series.parts.items():
-        turning = set().union(*(turns[j] for j, _ in exponents(trig >> 1)))
-        for monomial, c in polynomial.items():
-            own, moving, lengths = held[monomial]
-            involved = turning | own
-            key = moving if moving or Kind.COORDINATE in turning else lengths
-            moves = not involved.isdisjoint(_STATE)
-            alone = not moves and Kind.COORDINATE not in involved
-            forcing = by_side and not moves and Kind.INPUT in involved
-            forcing = forcing or (by_side and alone and Kind.TIME in involved)
-            parts.setdefault((forcing, key), {}).setdefault(trig, {})[monomial - key] = c
-    groups = [(k, canonical(ring, p, series.denominator, series.reach)) for k, p in parts.items()]
-    return sorted(groups, key=lambda group: (group[0][0], _rank(ring, group[0][1])))
-
-
-def _kinds(series: Series) -> set[Kind]:
-    """What a series depends on."""
-    return {generator.kind for generator in series.generators()}
-
-
-def _rank(ring: Basis, key: int) -> tuple[object, ...]:
-    """Accelerations, then velocities, then lengths, then the rest.
-
-    Of motions the higher powers come first, of lengths the lower ones.
-    """
-    powers = dict(exponents(key))
-    degrees: dict[Kind, list[int]] = {kind: [] for kind in _RANKED}
-    for generator in ring.generators:
-        if generator.kind in degrees:
-            degrees[generator.kind].append(-powers.get(generator.index, 0))
-    motion = [sum(degrees[kind]) for kind in _RANKED[:2]]
-    lengths = -sum(degrees[Kind.COORDINATE])
-    return (*motion, lengths or math.inf, *(tuple(degrees[kind]) for kind in _RANKED))
-
-
-def _accelerates(ring: Basis, key: int) -> bool:
-    return any(ring.generators[i].kind is Kind.ACCELERATION for i, _ in exponents(key))
 
 
 def _expression(series: Series, parts: Sequence[_Part]) -> Expression:
@@ -468,9 +304,3 @@ def _in_decimals(series: Series) -> bool:
     if not any(g.kind is Kind.PARAMETER for g in series.ring.generators):
         return True
     return series.denominator > _MEASURED
-
-
-def _math_element(row: str, text: str) -> str:
-    alt = escape(text, quote=True)
-    xmlns = "http://www.w3.org/1998/Math/MathML"
-    return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'

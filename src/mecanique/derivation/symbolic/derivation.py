@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 from html import escape
 from typing import Protocol, TypeAlias, final
 
-from mecanique.derivation.printing.equations import Equation, Expression, expression
+from mecanique.derivation.printing.equations import expression
+from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.printing.writers import MathML, Writer
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Series

@@ -6,13 +6,8 @@ from collections.abc import Sequence
 from functools import partial
 from math import prod
 
-from mecanique.derivation.printing.equations import (
-    Expression,
-    expression,
-    half_square,
-    join,
-    shorter,
-)
+from mecanique.derivation.printing.equations import expression, half_square, join, shorter
+from mecanique.derivation.printing.printed import Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.monomials import exponents
 from mecanique.derivation.scalars.ring import Euler

@@ -18,6 +18,7 @@ from typing import Any, final
 
 from mecanique.derivation.tree.links import Link, links, place_of
 from mecanique.derivation.tree.poses import IDENTITY, Matrix, local, moments, origin, product
+from mecanique.generation.mechanics.bodies import Inertia, Seat, Wrench
 from mecanique.generation.mechanics.chart import Chart, chart_of
 from mecanique.generation.mechanics.letters import Letters
 from mecanique.generation.mechanics.vectors import (
@@ -32,81 +33,13 @@ from mecanique.generation.mechanics.vectors import (
     scale,
 )
 
-__all__ = ["Inertia", "Moving", "Recursion", "Seat", "Wrench"]
+__all__ = ["Moving", "Recursion"]
 
 _AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
 _STILL: Triple = [0.0, 0.0, 0.0]
 
 _ROUNDING = 4e-16
 """Entries of rotations this near to 0, 1 or −1 are these numbers."""
-
-
-@final
-@dataclass(frozen=True)
-class Seat:
-    """Where something is fixed in the tree.
-
-    Args:
-        place: of the moving link, −1 for the ground.
-        pose: in that link's axes.
-    """
-
-    place: int
-    pose: Matrix
-
-
-@final
-@dataclass(frozen=True)
-class Wrench:
-    """A force on a moving link.
-
-    Args:
-        place: of the link.
-        force: in the link's axes.
-        moment: about the link's origin, in its axes.
-    """
-
-    place: int
-    force: Triple
-    moment: Triple
-
-
-@final
-@dataclass(frozen=True)
-class Inertia:
-    """Mass m, first moments h and second moments E of a body about its origin."""
-
-    m: Any
-    h: Triple
-    E: Rows
-
-    def __add__(self, other: Inertia) -> Inertia:
-        E = [add(*rows) for rows in zip(self.E, other.E, strict=True)]
-        return Inertia(self.m + other.m, add(self.h, other.h), E)
-
-    def __sub__(self, other: Inertia) -> Inertia:
-        E = [add(x, scale(-1.0, y)) for x, y in zip(self.E, other.E, strict=True)]
-        return Inertia(self.m - other.m, add(self.h, scale(-1.0, other.h)), E)
-
-    @property
-    def is_number(self) -> bool:
-        """Whether no letter stands in it."""
-        entries = [self.m, *self.h, *self.E[0], *self.E[1], *self.E[2]]
-        return all(isinstance(entry, (int, float)) for entry in entries)
-
-    def seen_from(self, pose: Matrix) -> Inertia:
-        """Return the same in the axes and about the origin of the frame in which the pose is."""
-        p = [row[3] for row in pose]
-        turned = apply(pose, self.h)
-        RE = [apply(self.E, row[:3]) for row in pose]  # E is symmetric
-        E: Rows = [[0.0] * 3 for _ in range(3)]
-        for i in range(3):
-            for k in range(i + 1):
-                turned_E = dot(RE[i], pose[k][:3])
-                E[i][k] = E[k][i] = (
-                    turned_E + turned[i] * p[k] + p[i] * turned[k] + self.m * p[i] * p[k]
-                )
-        return Inertia(self.m, add(turned, scale(self.m, p)), E)
 
 
 @final

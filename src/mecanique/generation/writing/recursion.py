@@ -14,11 +14,12 @@ from typing import Any, final
 
 from mecanique.derivation.equations import Equations
 from mecanique.derivation.printing.formulas import Letter, Product, names_in
+from mecanique.generation.mechanics.bodies import Wrench
 from mecanique.generation.mechanics.constraints.contacts import demands_of
 from mecanique.generation.mechanics.constraints.loops import Loops
 from mecanique.generation.mechanics.dynamics import Dynamics, Tree
 from mecanique.generation.mechanics.letters import Letters
-from mecanique.generation.mechanics.recursion import Recursion, Wrench
+from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import add, apply_transpose, cross, scale
 from mecanique.generation.program.listing import Notation, list_program
 from mecanique.generation.program.traced import trace, values_of

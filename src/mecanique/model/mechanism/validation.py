@@ -9,12 +9,13 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from mecanique.errors import MecaniqueError
-from mecanique.model.constraints.contacts import Rolling
-from mecanique.model.constraints.elements import Gear, Rack
-from mecanique.model.constraints.velocity_constraints import is_integrable
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
 from mecanique.model.forces import JointLoad
-from mecanique.model.joints import Planar, Prismatic, Revolute, Single
+from mecanique.model.joints import Planar, Single
+from mecanique.model.mechanism.constraint_faults import (
+    find_constraint_faults,
+    find_radius_faults,
+)
 from mecanique.model.mechanism.description import Description
 from mecanique.model.mechanism.homogeneity import find_mismatches
 
@@ -29,8 +30,7 @@ def faults(mechanism: Description) -> list[str]:
     """
     found = [*_names(mechanism), *_symbols(mechanism)]
     found += [*_tree(mechanism)]
-    found += [*_joints(mechanism), *_forces(mechanism), *_loops(mechanism)]
-    found += [*_contacts(mechanism), *_velocity_constraints(mechanism), *_elements(mechanism)]
+    found += [*_joints(mechanism), *_forces(mechanism), *find_constraint_faults(mechanism)]
     # values can be judged only when every symbol is known
     return found or [
         *find_mismatches(mechanism),
@@ -240,77 +240,6 @@ def _forces(m: Description) -> Iterator[str]:
                 yield f"{where}: {name!r} is no body"
 
 
-def _loops(m: Description) -> Iterator[str]:
-    bodies = {body.name for body in m.bodies}
-    for loop in m.loops:
-        for name in (loop.body_a, loop.body_b):
-            if name not in bodies:
-                yield f"loop {loop.name!r}: {name!r} is no body"
-        if loop.body_a == loop.body_b:
-            yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
-
-
-def _contacts(m: Description) -> Iterator[str]:
-    bodies = {body.name for body in m.bodies}
-    for contact in m.contacts:
-        where = f"contact {contact.name!r}"
-        for name in (contact.body, contact.on):
-            if name not in bodies:
-                yield f"{where}: {name!r} is no body"
-        if contact.body == contact.on:
-            yield f"{where}: body {contact.body!r} touches itself"
-
-
-def _elements(m: Description) -> Iterator[str]:
-    bodies = {body.name for body in m.bodies}
-    for element in m.elements:
-        for name in element.bodies:
-            if name not in bodies:
-                yield f"element {element.name!r}: {name!r} is no body"
-        if isinstance(element, (Gear, Rack)):
-            yield from _meshes(m, element)
-
-
-def _meshes(m: Description, element: Gear | Rack) -> Iterator[str]:
-    kinds = Revolute, Revolute if isinstance(element, Gear) else Prismatic
-    joints = {joint.name: joint for joint in m.joints}
-    for name, kind in zip(element.joints, kinds, strict=True):
-        if not isinstance(joints.get(name), kind):
-            yield f"element {element.name!r}: expected the name of a {kind.noun}, got {name!r}"
-
-
-def _velocity_constraints(m: Description) -> Iterator[str]:
-    of_quaternions = {name for j in m.joints if j.quaternion for name in j.coordinates}
-    plain_ones = [name for name in m.coordinates.names if name not in of_quaternions]
-    known = {*plain_ones, *(p.symbol for p in m.parameters), "t"}
-    sound = bool(m.velocity_constraints)
-    for constraint in m.velocity_constraints:
-        where = f"velocity constraint {constraint.name!r}"
-        symbols = {symbol for scalar in constraint.scalars for symbol in symbols_in(scalar)}
-        unknown = sorted(({*constraint.terms} - {*m.velocities, *plain_ones}) | (symbols - known))
-        if unknown or not constraint.terms:
-            sound = False
-            fault = (
-                f"depends on {', '.join(map(repr, unknown))}, no coordinate or parameter"
-                if unknown
-                else "is empty"
-            )
-            yield f"{where} {fault}"
-    if not sound:
-        return
-    rates = {f"{name}'" for name in plain_ones}
-    used = {name for c in m.velocity_constraints for name in c.terms}
-    values = {p.symbol: p.value for p in m.parameters}
-    # of quasi-velocities no position is the integral
-    if used <= {*plain_ones, *rates} and is_integrable(m.velocity_constraints, plain_ones, values):
-        names = ", ".join(repr(constraint.name) for constraint in m.velocity_constraints)
-        yield (
-            f"velocity constraint {names} is the rate of a constraint on positions; "
-            "state that one instead, by the coordinate map or a loop, and the number of "
-            "coordinates falls"
-        )
-
-
 def _bodies(m: Description) -> Iterator[str]:
     for body in m.bodies:
         try:
@@ -388,7 +317,7 @@ def _constants(m: Description) -> Iterator[str]:
         length = float(evaluate(loop.length, m.values))
         if loop.kind == "distance" and not (math.isfinite(length) and length > 0):
             yield f"loop {loop.name!r}: expected a length above 0, got {length:g}"
-    yield from _radii(m)
+    yield from find_radius_faults(m)
     for force in m.forces:
         for stated in force.stated:
             values = [float(evaluate(s, m.values)) for s in stated.scalars if stated.positive]
@@ -398,35 +327,3 @@ def _constants(m: Description) -> Iterator[str]:
                         f"force {force.name!r}: expected a {stated.name} of at least 0, "
                         f"got {value:g}"
                     )
-
-
-def _radii(m: Description) -> Iterator[str]:
-    for contact in m.contacts:
-        if not isinstance(contact, Rolling):
-            continue
-        radius, crown = (float(evaluate(s, m.values)) for s in (contact.radius, contact.crown))
-        if not 0 < radius < math.inf:
-            yield f"contact {contact.name!r}: expected a radius above 0, got {radius:g}"
-        elif not 0 <= crown <= radius:
-            yield (
-                f"contact {contact.name!r}: expected a crown radius from 0, a sharp edge, to the "
-                f"radius {radius:g}, a ball, got {crown:g}"
-            )
-        yield from _surface(m, contact, radius)
-
-
-def _surface(m: Description, contact: Rolling, radius: float) -> Iterator[str]:
-    """What an ellipsoid's stretch, a bowl's radius and a coefficient of friction must be."""
-    where = f"contact {contact.name!r}"
-    if contact.friction is not None and not float(evaluate(contact.friction, m.values)) >= 0:
-        friction = float(evaluate(contact.friction, m.values))
-        yield f"{where}: expected a coefficient of friction of at least 0, got {friction:g}"
-    for factor in (float(evaluate(s, m.values)) for s in contact.stretch):
-        if not 0 < factor < math.inf:
-            yield f"{where}: expected a stretch above 0, got {factor:g}"
-    bowl = float(evaluate(contact.bowl, m.values))
-    if contact.curved and not (bowl < 0 or bowl > radius):
-        yield (
-            f"{where}: expected a bowl's radius above the ball's {radius:g}, or minus that of a "
-            f"dome, got {bowl:g}"
-        )

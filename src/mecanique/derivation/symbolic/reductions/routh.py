@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import final
 
-from mecanique.derivation.printing.equations import Equation, Expression, expression, join
+from mecanique.derivation.printing.equations import expression, join
 from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import Product, add, multiply, number
+from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias

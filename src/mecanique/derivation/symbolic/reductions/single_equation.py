@@ -14,9 +14,10 @@ from fractions import Fraction
 from functools import partial
 from typing import final
 
-from mecanique.derivation.printing.equations import Equation, Expression, expression, join
+from mecanique.derivation.printing.equations import expression, join
 from mecanique.derivation.printing.expressions import to_formula, to_power
 from mecanique.derivation.printing.formulas import multiply
+from mecanique.derivation.printing.printed import Equation, Expression
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import (

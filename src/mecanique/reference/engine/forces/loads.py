@@ -1,9 +1,4 @@
-"""Springs, dampers, drives and loads, as forces on the engine's bodies and in its joints.
-
-A spring pulls its ends together with k (l − l₀), a damper with c dl/dt, along the line between
-them; a spring in a joint turns or pushes with −k (r − r₀), a damper with −c r' (Meirovitch,
-Elements of Vibration Analysis, sect. 1-2).
-"""
+"""Springs, dampers, drives and loads, as forces on the engine's bodies and in its joints."""
 
 from __future__ import annotations
 
@@ -19,62 +14,19 @@ from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar, Vector, compile_scalars
 from mecanique.model.forces import (
     BodyLoad,
-    Damper,
-    JointDamper,
-    JointForce,
     JointLoad,
-    JointSpring,
     LineLoad,
-    Spring,
 )
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input
+from mecanique.reference.engine.forces.laws import law_of
 from mecanique.reference.engine.forces.sites import Action, Axes, External, Site, Triple
 from mecanique.reference.engine.load import Engine
 
-__all__ = ["Law", "Loads", "law_of"]
+__all__ = ["Loads"]
 
 _ZERO: Triple = (0.0, 0.0, 0.0)
-
-
-@final
-@dataclass(frozen=True)
-class Law:
-    """What a force does to x, a length or a coordinate: −k (x − x₀) − c x' + F.
-
-    Args:
-        stiffness: k.
-        rest: x₀.
-        damping: c.
-        drive: F, which may depend on the state and time; None if there is none.
-    """
-
-    stiffness: Scalar = 0.0
-    rest: Scalar = 0.0
-    damping: Scalar = 0.0
-    drive: Scalar | None = None
-
-
-def law_of(force: LineLoad | JointLoad) -> Law:
-    """Return the law of a spring, a damper or a drive.
-
-    Args:
-        force: between two points or in a joint.
-
-    Raises:
-        EngineError: if the force has no law here.
-    """
-    match force:
-        case Spring():
-            return Law(stiffness=force.stiffness, rest=force.free_length)
-        case JointSpring():
-            return Law(stiffness=force.stiffness, rest=force.reference)
-        case Damper() | JointDamper():
-            return Law(damping=force.damping)
-        case JointForce():
-            return Law(drive=force.force)
-    raise EngineError(f"no law is known of force {force.name!r}, a {type(force).__name__}")
 
 
 @final

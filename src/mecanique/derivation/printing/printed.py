@@ -1,0 +1,102 @@
+"""Expressions and equations as they are printed: terms in order, written in three formats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+from typing import final
+
+from mecanique.derivation.printing.formulas import (
+    Product,
+    names_in,
+)
+from mecanique.derivation.printing.layout import write
+from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
+from mecanique.derivation.scalars.series import Series
+
+__all__ = ["Equation", "Expression"]
+
+
+@final
+@dataclass(frozen=True)
+class Expression:
+    """A sum of terms in textbook order.
+
+    Args:
+        terms: what is added.
+        decimals: whether fractions of numbers are written as decimals.
+    """
+
+    terms: tuple[Product, ...]
+    decimals: bool = False
+
+    @property
+    def letters(self) -> frozenset[str]:
+        """Names of the letters in it."""
+        return frozenset().union(*(names_in(term) for term in self.terms))
+
+    def text(self) -> str:
+        """Return it as one line of text."""
+        return self.write(Text())
+
+    def latex(self) -> str:
+        """Return it in LaTeX, without dollar signs."""
+        return self.write(Latex())
+
+    def mathml(self) -> str:
+        """Return it as one MathML element."""
+        return _math_element(self.write(MathML()), self.text())
+
+    def write(self, writer: Writer) -> str:
+        """Return it in the format of a writer."""
+        return write(self.terms, writer, decimals=self.decimals)
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+
+@final
+@dataclass(frozen=True)
+class Equation:
+    """An equation of motion left = right, with inputs and other functions of time on the right.
+
+    Args:
+        left: what holds accelerations, velocities and coordinates.
+        right: what depends on time alone.
+        divisor: monomial of parameters that the derived equation was divided by: derived = (left −
+            right) × divisor.
+    """
+
+    left: Expression
+    right: Expression
+    divisor: Series
+
+    def text(self) -> str:
+        """Return it as one line of text, e.g. q'' + 3 g sin(q)/(2 l) = 0."""
+        return self._write(Text())
+
+    def latex(self) -> str:
+        """Return it in LaTeX, without dollar signs."""
+        return self._write(Latex())
+
+    def mathml(self) -> str:
+        """Return it as one MathML element."""
+        return _math_element(self._write(MathML()), self.text())
+
+    def _write(self, writer: Writer) -> str:
+        return writer.equation(self.left.write(writer), self.right.write(writer))
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+
+def _math_element(row: str, text: str) -> str:
+    alt = escape(text, quote=True)
+    xmlns = "http://www.w3.org/1998/Math/MathML"
+    return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'

@@ -1,0 +1,135 @@
+"""Faults of loops, contacts, velocity constraints and elements that guide, a sentence each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from mecanique.model.constraints.contacts import Rolling
+from mecanique.model.constraints.elements import Gear, Rack
+from mecanique.model.constraints.velocity_constraints import is_integrable
+from mecanique.model.expression import evaluate, symbols_in
+from mecanique.model.joints import Prismatic, Revolute
+from mecanique.model.mechanism.description import Description
+
+__all__ = ["find_constraint_faults", "find_radius_faults"]
+
+
+def find_constraint_faults(m: Description) -> Iterator[str]:
+    """Yield what is wrong with the constraints of a mechanism before any value is known.
+
+    Args:
+        m: the mechanism, not yet known to be sound.
+    """
+    yield from _loops(m)
+    yield from _contacts(m)
+    yield from _velocity_constraints(m)
+    yield from _elements(m)
+
+
+def _loops(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    for loop in m.loops:
+        for name in (loop.body_a, loop.body_b):
+            if name not in bodies:
+                yield f"loop {loop.name!r}: {name!r} is no body"
+        if loop.body_a == loop.body_b:
+            yield f"loop {loop.name!r} joins body {loop.body_a!r} to itself"
+
+
+def _contacts(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    for contact in m.contacts:
+        where = f"contact {contact.name!r}"
+        for name in (contact.body, contact.on):
+            if name not in bodies:
+                yield f"{where}: {name!r} is no body"
+        if contact.body == contact.on:
+            yield f"{where}: body {contact.body!r} touches itself"
+
+
+def _elements(m: Description) -> Iterator[str]:
+    bodies = {body.name for body in m.bodies}
+    for element in m.elements:
+        for name in element.bodies:
+            if name not in bodies:
+                yield f"element {element.name!r}: {name!r} is no body"
+        if isinstance(element, (Gear, Rack)):
+            yield from _meshes(m, element)
+
+
+def _meshes(m: Description, element: Gear | Rack) -> Iterator[str]:
+    kinds = Revolute, Revolute if isinstance(element, Gear) else Prismatic
+    joints = {joint.name: joint for joint in m.joints}
+    for name, kind in zip(element.joints, kinds, strict=True):
+        if not isinstance(joints.get(name), kind):
+            yield f"element {element.name!r}: expected the name of a {kind.noun}, got {name!r}"
+
+
+def _velocity_constraints(m: Description) -> Iterator[str]:
+    of_quaternions = {name for j in m.joints if j.quaternion for name in j.coordinates}
+    plain_ones = [name for name in m.coordinates.names if name not in of_quaternions]
+    known = {*plain_ones, *(p.symbol for p in m.parameters), "t"}
+    sound = bool(m.velocity_constraints)
+    for constraint in m.velocity_constraints:
+        where = f"velocity constraint {constraint.name!r}"
+        symbols = {symbol for scalar in constraint.scalars for symbol in symbols_in(scalar)}
+        unknown = sorted(({*constraint.terms} - {*m.velocities, *plain_ones}) | (symbols - known))
+        if unknown or not constraint.terms:
+            sound = False
+            fault = (
+                f"depends on {', '.join(map(repr, unknown))}, no coordinate or parameter"
+                if unknown
+                else "is empty"
+            )
+            yield f"{where} {fault}"
+    if not sound:
+        return
+    rates = {f"{name}'" for name in plain_ones}
+    used = {name for c in m.velocity_constraints for name in c.terms}
+    values = {p.symbol: p.value for p in m.parameters}
+    # of quasi-velocities no position is the integral
+    if used <= {*plain_ones, *rates} and is_integrable(m.velocity_constraints, plain_ones, values):
+        names = ", ".join(repr(constraint.name) for constraint in m.velocity_constraints)
+        yield (
+            f"velocity constraint {names} is the rate of a constraint on positions; "
+            "state that one instead, by the coordinate map or a loop, and the number of "
+            "coordinates falls"
+        )
+
+
+def find_radius_faults(m: Description) -> Iterator[str]:
+    """Yield what is wrong with the sizes of what rolls.
+
+    Args:
+        m: the mechanism, whose symbols are all known.
+    """
+    for contact in m.contacts:
+        if not isinstance(contact, Rolling):
+            continue
+        radius, crown = (float(evaluate(s, m.values)) for s in (contact.radius, contact.crown))
+        if not 0 < radius < math.inf:
+            yield f"contact {contact.name!r}: expected a radius above 0, got {radius:g}"
+        elif not 0 <= crown <= radius:
+            yield (
+                f"contact {contact.name!r}: expected a crown radius from 0, a sharp edge, to the "
+                f"radius {radius:g}, a ball, got {crown:g}"
+            )
+        yield from _surface(m, contact, radius)
+
+
+def _surface(m: Description, contact: Rolling, radius: float) -> Iterator[str]:
+    """What an ellipsoid's stretch, a bowl's radius and a coefficient of friction must be."""
+    where = f"contact {contact.name!r}"
+    if contact.friction is not None and not float(evaluate(contact.friction, m.values)) >= 0:
+        friction = float(evaluate(contact.friction, m.values))
+        yield f"{where}: expected a coefficient of friction of at least 0, got {friction:g}"
+    for factor in (float(evaluate(s, m.values)) for s in contact.stretch):
+        if not 0 < factor < math.inf:
+            yield f"{where}: expected a stretch above 0, got {factor:g}"
+    bowl = float(evaluate(contact.bowl, m.values))
+    if contact.curved and not (bowl < 0 or bowl > radius):
+        yield (
+            f"{where}: expected a bowl's radius above the ball's {radius:g}, or minus that of a "
+            f"dome, got {bowl:g}"
+        )

@@ -1,0 +1,64 @@
+"""The law of each spring, damper and drive, on the engine's side of the wall.
+
+A spring pulls its ends together with k (l − l₀), a damper with c dl/dt, along the line between
+them; a spring in a joint turns or pushes with −k (r − r₀), a damper with −c r' (Meirovitch,
+Elements of Vibration Analysis, sect. 1-2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import final
+
+from mecanique.errors import EngineError
+from mecanique.model.expression import Scalar
+from mecanique.model.forces import (
+    Damper,
+    JointDamper,
+    JointForce,
+    JointLoad,
+    JointSpring,
+    LineLoad,
+    Spring,
+)
+
+__all__ = ["Law", "law_of"]
+
+
+@final
+@dataclass(frozen=True)
+class Law:
+    """What a force does to x, a length or a coordinate: −k (x − x₀) − c x' + F.
+
+    Args:
+        stiffness: k.
+        rest: x₀.
+        damping: c.
+        drive: F, which may depend on the state and time; None if there is none.
+    """
+
+    stiffness: Scalar = 0.0
+    rest: Scalar = 0.0
+    damping: Scalar = 0.0
+    drive: Scalar | None = None
+
+
+def law_of(force: LineLoad | JointLoad) -> Law:
+    """Return the law of a spring, a damper or a drive.
+
+    Args:
+        force: between two points or in a joint.
+
+    Raises:
+        EngineError: if the force has no law here.
+    """
+    match force:
+        case Spring():
+            return Law(stiffness=force.stiffness, rest=force.free_length)
+        case JointSpring():
+            return Law(stiffness=force.stiffness, rest=force.reference)
+        case Damper() | JointDamper():
+            return Law(damping=force.damping)
+        case JointForce():
+            return Law(drive=force.force)
+    raise EngineError(f"no law is known of force {force.name!r}, a {type(force).__name__}")
