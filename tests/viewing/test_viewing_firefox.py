@@ -5,18 +5,19 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 from scipy.special import ellipj, ellipk
+from viewing_engines import engine_of, write_runner
 from viewing_firefox import Firefox, firefox, missing
 from viewing_scenes import about_y, pendulum, swing, write_page
 
 from mecanique.motion import simulate
-from mecanique.textbook import load
+from mecanique.textbook import entry, load
 from mecanique.urdf import read_urdf
 from mecanique.urdf.robots import robot
 from mecanique.viewing.live.live import LiveView
@@ -74,6 +75,24 @@ def test_the_page_moves_a_pendulum_by_the_elliptic_function(fox: Firefox, tmp_pa
     sn = ellipj(ellipk(k * k) + omega * 10.0, k * k)[0]
     found = fox.js("mecanique.clock.table.stateAt(10)[0]")
     assert found == pytest.approx(2 * np.arcsin(k * sn), abs=1e-10)
+    clean(fox)
+
+
+def test_its_motions_end_where_simulate_says(fox: Firefox, tmp_path: Path) -> None:
+    """The engine is plain JavaScript: another browser's functions differ in the last digit."""
+    tasks, ends = [], []
+    for name in ("double_pendulum", "slider_crank", "tennis_racket", "rolling_coin", "crane"):
+        system = entry(name)
+        v = {key.removesuffix("'"): value for key, value in system.start_velocity.items()}
+        motion = simulate(
+            load(name), q=dict(system.start), v=v, duration=2.0, rtol=1e-13, samples=5
+        )
+        ends.append([*motion.q[-1], *motion.v[-1]])
+        tasks.append({"engine": asdict(engine_of(motion)), "rtol": 1e-12, "times": [2.0]})
+    fox.open(write_runner(tasks, tmp_path / "run.html").as_uri())
+    for found, end in zip(fox.js("globalThis.found"), ends, strict=True):
+        assert not found["stopped"]
+        assert found["states"][0][:-1] == pytest.approx(end, rel=1e-9, abs=1e-9)
     clean(fox)
 
 

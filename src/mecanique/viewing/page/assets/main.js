@@ -29,21 +29,21 @@ import { Recording, Stream } from "./clock/sources.js";
 import { Sections } from "./studies/sections.js";
 import { Setup } from "./panels/setup.js";
 import { ForceTable, LedgerTable } from "./panels/tables.js";
-import { wireSave, wireTabs } from "./panels/tabs.js";
-import { bytesOf, gunzip, layoutOf, openParcel, Table } from "./data/unpack.js";
+import { reach, wireSave, wireTabs } from "./panels/tabs.js";
+import { layoutOf, openParcel, Table, unpack } from "./data/unpack.js";
 
-async function loadViewer() {
+// The viewer and the program stand in the page; their hashes in its policy admit them.
+function run(bytes) {
   const script = document.createElement("script");
-  script.textContent = new TextDecoder().decode(await gunzip(bytesOf("viewer")));
+  script.textContent = new TextDecoder().decode(bytes);
   document.head.append(script);
 }
 
-// The program stands in the page like the viewer; its hash in the page's policy admits it.
-async function loadSetup(scene, layout, motion) {
+const UNSEEN = 300; // a page that has no picture after that is in the background [ms]
+
+async function loadSetup(program, scene, layout, motion) {
   if (!scene.engine) return null;
-  const script = document.createElement("script");
-  script.textContent = new TextDecoder().decode(await gunzip(bytesOf("program")));
-  document.head.append(script);
+  run(await program);
   const machine = new Machine(scene.engine, globalThis.mecaniqueProgram);
   return new Setup(new Bench(machine, scene, layout), motion);
 }
@@ -62,6 +62,15 @@ function wireExtras(setup, { picture, layout, plots, clock }) {
     hand.tick(seconds);
     sections.extend();
   };
+}
+
+// When the first picture of the motion is on the screen, or the page is not seen. Until then there is
+// no panel: to set its equations takes longer than all before.
+function firstPicture() {
+  return new Promise((done) => {
+    requestAnimationFrame(() => setTimeout(done));
+    setTimeout(done, UNSEEN);
+  });
 }
 
 // Fewer pictures than this of a motion recorded show chords: the page computes it at once.
@@ -83,6 +92,17 @@ function goLive(setup, { endless }, picture, clock) {
   findPlace(picture.camera);
 }
 
+function sourceOf(live, table, { clock, picture, plots }) {
+  return live ? new Stream(live, picture, plots) : new Recording(table, clock, picture, plots);
+}
+
+const startsByItself = (live) => !live && !matchMedia("(prefers-reduced-motion: reduce)").matches;
+
+function goStreamed(live, picture, transport) {
+  wireLive(live, picture, transport);
+  findPlace(picture.camera);
+}
+
 function wirePicture(picture, forces, transport, bars) {
   const keys = wireCameras(picture.camera, picture.scene);
   wireShow(picture, bars);
@@ -96,8 +116,11 @@ function wirePicture(picture, forces, transport, bars) {
 async function start() {
   wireEmbedding();
   wireTabs(document.querySelector("[role=tablist]"));
-  const { header: scene, parts } = openParcel(await gunzip(bytesOf("parcel")));
-  await loadViewer();
+  const [viewer, parcel] = ["viewer", "parcel"].map(unpack);
+  const { header: scene, parts } = openParcel(await parcel);
+  if (scene.live) document.body.classList.add("moving");
+  const program = scene.engine && unpack("program");
+  run(await viewer);
   const layout = layoutOf(scene);
   const table = new Table(scene.table, parts[0]);
   const live = scene.live && !scene.engine ? new LiveClock(scene.live, layout.end) : null;
@@ -116,29 +139,27 @@ async function start() {
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
   wireCopies(document.getElementById("panel"));
-  wireBreaking(document.getElementById("panel-equations"));
   wireSplitter(document.getElementById("splitter"));
 
-  const source = live
-    ? new Stream(live, picture, plots)
-    : new Recording(table, clock, picture, plots);
+  const source = sourceOf(live, table, { clock, picture, plots });
   const motion = { source, picture, layout, plots, clock, transport, tables, bars };
-  const setup = await loadSetup(scene, layout, new Motion(motion));
+  const setup = await loadSetup(program, scene, layout, new Motion(motion));
   picture.stage.resize();
   picture.camera.look(scene.planar ? "front" : "free");
-  if (live) {
-    wireLive(live, picture, transport);
-    findPlace(picture.camera);
-  }
+  if (live) goStreamed(live, picture, transport);
   plots.refresh();
   const extras = wireExtras(setup, motion);
   if (setup) openSetup(setup, motion);
   window.mecanique = { ...picture, picture, layout, table, clock, plots, setup };
-  document.body.classList.add("ready");
-  if (!live && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
+  if (startsByItself(live)) clock.play();
   const loop = new Loop(source, picture, tables, transport);
   loop.onframe = extras;
   loop.start();
+  await firstPicture();
+  document.body.classList.add("moving");
+  wireBreaking(document.getElementById("panel-equations"));
+  reach();
+  document.body.classList.add("ready");
 }
 
 start().catch((error) => {

@@ -3,8 +3,13 @@
 
 export function bytesOf(id) {
   const text = atob(document.getElementById(id).textContent.trim());
-  return Uint8Array.from(text, (c) => c.charCodeAt(0));
+  const bytes = new Uint8Array(text.length);
+  for (let k = 0; k < bytes.length; k++) bytes[k] = text.charCodeAt(k);
+  return bytes;
 }
+
+// What stands compressed in the page under a name.
+export const unpack = (id) => gunzip(bytesOf(id));
 
 export async function gunzip(bytes) {
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));

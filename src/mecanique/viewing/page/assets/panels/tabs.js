@@ -1,8 +1,9 @@
 // Tabs that the keyboard reaches, and files to save.
 
 // What is wider than its frame is scrolled by the keyboard too, once it has the focus.
-function reach() {
+export function reach() {
   for (const frame of document.querySelectorAll(".equation, .scroll, pre")) {
+    if (!frame.checkVisibility()) continue;
     if (frame.scrollWidth > frame.clientWidth) frame.tabIndex = 0;
     else frame.removeAttribute("tabindex");
   }
@@ -19,19 +20,22 @@ export function wireTabs(list) {
       panel(tab).classList.toggle("off", !on);
     }
     panel(chosen).dispatchEvent(new Event("opened"));
-    chosen.scrollIntoView({ block: "nearest", inline: "nearest" });
+  };
+  const open = (tab) => {
+    choose(tab);
+    tab.scrollIntoView({ block: "nearest", inline: "nearest" });
     reach();
   };
   addEventListener("resize", reach);
   document.getElementById("panel").addEventListener("toggle", reach, true);
   tabs.forEach((tab, i) => {
-    tab.onclick = () => choose(tab);
+    tab.onclick = () => open(tab);
     tab.onkeydown = (event) => {
       const steps = { ArrowLeft: -1, ArrowRight: 1, Home: -i, End: tabs.length - 1 - i };
       if (!Object.hasOwn(steps, event.key)) return;
       event.preventDefault();
       const next = tabs[(i + steps[event.key] + tabs.length) % tabs.length];
-      choose(next);
+      open(next);
       next.focus();
     };
   });

@@ -17,6 +17,7 @@ export class Stage {
     this.scene = scene;
     const viewer = (this.viewer = new MeshCat.Viewer(pane, false));
     viewer.gui.domElement.remove();
+    viewer.renderer.debug.checkShaderErrors = false; // asking for them makes the first picture wait
     viewer.hide_background();
     viewer.set_3d_pane_size = () => this.resize();
     for (const name of ["Grid", "Axes", "Lights"])
