@@ -172,6 +172,33 @@ def test_long_equations_are_broken_where_the_panel_ends_and_copied_whole(
     seen.clean()
 
 
+def test_a_factor_wider_than_the_panel_is_broken_between_its_terms(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    """And matrices within keep their columns: only lines of the equation are indented."""
+    cell = "<mtd><mi>a</mi></mtd>"
+    term = f"<mrow><mi>{'m' * 16}</mi></mrow>"
+    matrix = f"<mtable><mtr>{cell}{cell}</mtr><mtr>{cell}{cell}</mtr></mtable>"
+    factor = f"<mrow><mo>(</mo><mrow>{'<mo>+</mo>'.join([term] * 4)}</mrow><mo>)</mo></mrow>"
+    math = f"<math><mrow>{matrix}<mo>+</mo><mrow>{factor}<mi>x</mi></mrow></mrow></math>"
+    seen = show(pendulum, viewport={"width": 390, "height": 844})
+    seen.js(
+        """math => document.getElementById('panel-equations').insertAdjacentHTML(
+            'beforeend', `<div class="equation" id="wide">${math}</div>`)""",
+        math,
+    )
+    seen.settle()
+    wide = "document.getElementById('wide')"
+    lines = seen.js(f"[...{wide}.querySelectorAll('mtable.broken > mtr')].map(e => e.textContent)")
+    assert lines == ["aaaa", f"+({'m' * 16}", *[f"+{'m' * 16}"] * 2, f"+{'m' * 16})x"]
+    assert seen.js(f"{wide}.scrollWidth <= {wide}.clientWidth")
+    assert seen.js(
+        f"[...{wide}.querySelectorAll('mtable:not(.broken) mtr > :first-child')].map(e =>"
+        " e.getBoundingClientRect().width).reduce((a, b) => Math.abs(a - b))"
+    ) == pytest.approx(0, abs=0.01)
+    seen.clean()
+
+
 def test_a_derivation_unfolds_step_by_step(pendulum: Scene, show: Callable[..., Visit]) -> None:
     seen = show(pendulum)
     seen.page.click(".derivation summary")

@@ -43,6 +43,25 @@ function piecesOf(row) {
   return pieces;
 }
 
+const isApplied = (element) =>
+  [...element.children].some((each) => each.textContent.trim() === "\u2061");
+
+function termsIn(part) {
+  if (part.localName !== "mrow" || isApplied(part)) return [[part]];
+  return isSum(part) ? piecesOf(part) : openUp(part.children);
+}
+
+// The terms in the outermost parentheses of a piece that is wider than a line.
+function openUp(piece) {
+  const pieces = [[]];
+  for (const part of piece) {
+    const [first, ...later] = termsIn(part);
+    pieces.at(-1).push(...first);
+    pieces.push(...later);
+  }
+  return pieces;
+}
+
 // A zero alone would be a poor last line.
 function keepZero(pieces) {
   const text = pieces.at(-1).map((part) => part.textContent.trim());
@@ -63,15 +82,21 @@ function rejoin(math) {
   unbroken.delete(math);
 }
 
-function measureTerms(math) {
+function widthsOf(pieces, math) {
   const edges = ([first]) => first.getBoundingClientRect().left;
-  const pieces = keepZero(piecesOf(math));
   const starts = [...pieces.map(edges), math.getBoundingClientRect().right];
+  return pieces.map((_, i) => starts[i + 1] - starts[i]);
+}
+
+function measureTerms(math) {
   const style = getComputedStyle(math.parentElement);
   const padding = parseFloat(style.paddingLeft) + parseFloat(style.paddingRight);
   const indent = CONTINUATION_INDENT * parseFloat(getComputedStyle(math).fontSize);
-  const widths = pieces.map((_, i) => starts[i + 1] - starts[i]);
-  return { math, pieces, widths, room: math.parentElement.clientWidth - padding, indent };
+  const room = math.parentElement.clientWidth - padding;
+  const whole = keepZero(piecesOf(math));
+  const wide = widthsOf(whole, math);
+  const pieces = whole.flatMap((piece, i) => (wide[i] > room - indent ? openUp(piece) : [piece]));
+  return { math, pieces, widths: widthsOf(pieces, math), room, indent };
 }
 
 const mathElement = (name, ...children) => {
