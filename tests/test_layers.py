@@ -46,7 +46,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "model.constraints": ["contacts loops velocity_constraints", "elements"],
     "model.guides": ["guide", "find"],
-    "model.expression": ["scalars", "functions"],
+    "model.expression": ["letters", "scalars", "functions"],
     "model.free_body": ["attitude", "state"],
     "model.bodies": ["visuals tensor", "shape", "body shapes"],
     "model.mechanism": [

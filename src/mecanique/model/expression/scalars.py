@@ -10,6 +10,7 @@ from typing import Any, NoReturn, TypeAlias, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
+from mecanique.model.expression.letters import letter
 
 __all__ = [
     "FUNCTIONS",
@@ -72,9 +73,7 @@ def coordinate(name: str) -> Scalar:
         >>> mq.coordinate('q') / 2
         q/2
     """
-    from sympy import Symbol
-
-    return Symbol(name)
+    return letter(name)
 
 
 def velocity(name: str) -> Scalar:
@@ -90,9 +89,7 @@ def velocity(name: str) -> Scalar:
         >>> -3.0 * mq.velocity('q')
         -3.0*q'
     """
-    from sympy import Symbol
-
-    return Symbol(f"{name}'")
+    return letter(f"{name}'")
 
 
 @final
@@ -100,9 +97,7 @@ class _Time:
     """Return the symbol of time, t, for use in expressions; to be called: time()."""
 
     def __call__(self) -> Scalar:
-        from sympy import Symbol
-
-        return Symbol("t")
+        return letter("t")
 
     def __repr__(self) -> str:
         return "<function time>"
