@@ -18,7 +18,7 @@ from mecanique.derivation import readable
 from mecanique.derivation.document import to_page
 from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.prose import to_latex
-from mecanique.derivation.printing.writers import Latex
+from mecanique.derivation.printing.writers import Latex, MathML
 
 ROOT = Path(__file__).parents[2]
 FORMULA = re.compile(
@@ -150,6 +150,17 @@ def test_short_formulas_are_aligned_at_the_sign_of_equality() -> None:
 @pytest.mark.parametrize(
     ("sentence", "latex"),
     [
+        (
+            "A bar AB of length 2 l is pinned at A, B lies above; both turn by asin(q / (2 l)).",
+            r"A bar $AB$ of length $2 l$ is pinned at $A$, $B$ lies above; both turn by "
+            r"$\arcsin(q / (2 l))$.",
+        ),
+        ("a rod of length a, sides a and b > a", r"a rod of length $a$, sides $a$ and $b > a$"),
+        ("for |q| < 4 l² and x = ±R only", r"for $|q| < 4 l^{2}$ and $x = \pm R$ only"),
+        ("y = sqrt(l² - x²) at (-l sin(q), 0)", r"$y = \sqrt{l^{2} - x^{2}}$ at ($-l \sin(q)$, 0)"),
+        ("the sun turns by (sun - arm) l/R", r"the sun turns by $(\text{sun} - \text{arm}) l/R$"),
+        ("z = l cos(arm), in the x-z plane", r"$z = l \cos(\text{arm})$, in the $x$-$z$ plane"),
+        ("d'Alembert's axis -y of `two_blocks`", r"d'Alembert's axis $-y$ of \texttt{two\_blocks}"),
         ("R_pin_n and δq", r"$R_{\text{pin},n}$ and $\delta q$"),
         ("the force of a body's spring", "the force of a body's spring"),
         ("resultant is F = -m a and a couple C, minus", None),
@@ -167,8 +178,20 @@ def test_letters_in_sentences_are_mathematics(sentence: str, latex: str | None) 
             r"[kg$\cdot$m\textsuperscript{2}]"
         ),
     }
-    names = {"R_pin_n", "δq", "F", "F0", "W", "t", "m"}
+    names = {"R_pin_n", "δq", "F", "F0", "W", "t", "m", "l", "R", "q", "sun", "arm"}
+    names |= {"a"} if "sides" in sentence else set()
     assert to_latex(sentence, names) == (latex or expected[sentence])
+
+
+def test_letters_that_are_words_do_not_run_together() -> None:
+    rs, sun = (Latex().letter(name, False, "") for name in ("rs", "sun"))
+    assert Latex().term(["2", rs, sun], [], []) == r"2 \text{rs} \, \text{sun}"
+    assert Latex().term(["m", rs], ["k", rs], []) == r"\frac{m \, \text{rs}}{k \, \text{rs}}"
+    assert Latex().term([rs, "(a + b)"], [], []) == r"\text{rs} (a + b)"
+    assert Latex().term(["m", "l"], [], []) == "m l"
+    rs, sun = (MathML().letter(name, False, "") for name in ("rs", "sun"))
+    assert "<mspace" in MathML().term([rs, sun], [], [])
+    assert "<mspace" not in MathML().term(["<mi>m</mi>", "<mi>l</mi>"], [], [])
 
 
 def test_names_with_words_have_upright_subscripts() -> None:

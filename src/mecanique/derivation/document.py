@@ -15,7 +15,7 @@ from mecanique.derivation.printing.equations import equations, expression
 from mecanique.derivation.printing.lines import PAGE, align, display, width
 from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import escape as tex
-from mecanique.derivation.printing.prose import to_latex
+from mecanique.derivation.printing.prose import find_points, to_latex
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.cancel import without_common_divisor
 from mecanique.derivation.symbolic.derivation import Derivation
@@ -260,7 +260,12 @@ class Document:
             yield from ("", *textwrap.wrap(sentence, _WIDTH))
 
     def _prose(self, sentence: str) -> str:
-        return to_latex(sentence, self._names)
+        return to_latex(sentence, self._names, self._points)
+
+    @cached_property
+    def _points(self) -> frozenset[str]:
+        """Letters of points in what is said of the system."""
+        return frozenset().union(*map(find_points, self._about))
 
     @cached_property
     def _names(self) -> frozenset[str]:

@@ -4,29 +4,52 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection
+from typing import NamedTuple, final
 
 from mecanique.derivation.printing.letters import GREEK
 from mecanique.derivation.printing.writers import Latex
 
-__all__ = ["escape", "to_latex"]
+__all__ = ["escape", "find_points", "to_latex"]
 
 _NAMES = {sign: name for name, sign in GREEK.items()}
-_SIGNS = {"+", "-", "=", "×", "−"}
-_WORDS = re.compile(r"(?:[\w']+\([^()\s][^()]*\)\S*|\S+)")
-_CALL = re.compile(r"([\w']+)\(([^()]*)\)")
-_POINT = re.compile(r"[A-Z]'+")
-_NUMBER = re.compile(r"\d+")
-_PARTIAL = re.compile(r"∂([^\W\d]\w*)/∂([^\W\d]\w*'?)")
-_SLOPE = re.compile(r"d(²?)([^\W\d]\w*)/d([^\W\d]\w*?)(²?)")
-_WORD = re.compile(
-    r"(?P<before>[(\[]*)(?P<sign>-?)(?P<core>[\w']+\([^()]*\)|.*?)(?P<after>[,.;:)\]]*)", re.DOTALL
+_TOKEN = re.compile(
+    r"(?P<text>\[[^\]]*\]|(?:[a-z]\.){2,}|[^\W\d_]+(?:'[^\W\d_]+)+)"
+    r"|(?P<code>`[^`]*`)"
+    r"|(?P<slope>∂[^\W\d]\w*/∂[^\W\d]\w*'?|d²?[^\W\d]\w*/d[^\W\d]\w*²?|d/dt)"
+    r"|(?P<number>\d+(?:\.\d+)?|½)"
+    r"|(?P<word>[^\W\d]\w*'*(?:[²³]|\^\d)?)"
+    r"|(?P<sign>\S)"
 )
+_PARTIAL = re.compile(r"∂(\w+)/∂(\w+'?)")
+_SLOPE = re.compile(r"d(²?)(\w+)/d(\w+?)(²?)")
+_CALLED = {
+    "acos": "\\arccos",
+    "asin": "\\arcsin",
+    "atan": "\\arctan",
+    "cos": "\\cos",
+    "exp": "\\exp",
+    "sin": "\\sin",
+    "sqrt": "\\sqrt",
+    "tan": "\\tan",
+}
+_RELATIONS = {"=": "=", "<": "<", ">": ">", "≤": "\\leq", "≥": "\\geq"}
+_JOINTS = {"+": "+", "-": "-", "−": "-", "/": "/", "×": "\\times", "·": "\\cdot", "*": ""}
+_SIGNS = {"+": "+", "-": "-", "−": "-", "±": "\\pm "}
+_POWERS = {"²": "^{2}", "³": "^{3}"}
+
+_AFTER = {"ahead", "along", "and", "are", "from", "in", "is", "of", "on", "or", "to"}
+"""Words that stand after a letter a, never after an article."""
+
+_BEFORE = {"acceleration", "amplitude", "distance", "edges", "length", "radius", "side", "sides"}
+"""Words that a letter a follows."""
+
 _ESCAPED = {sign: f"\\{sign}" for sign in "&%$#_{}"}
 _ESCAPED |= {"²": "\\textsuperscript{2}", "³": "\\textsuperscript{3}", "°": "$^\\circ$"}
 _ESCAPED |= {"·": "$\\cdot$", "−": "$-$", "√": "$\\surd$", "½": "$\\frac{1}{2}$"}
 _ESCAPED |= {"≥": "$\\geq$", "≤": "$\\leq$", "×": "$\\times$", "…": "\\ldots{}", "∂": "$\\partial$"}
 _ESCAPED |= {"^": "\\textasciicircum{}", "~": "\\textasciitilde{}", "\\": "\\textbackslash{}"}
 _ESCAPED |= {"|": "$|$", "<": "$<$", ">": "$>$", "₀": "$_0$", "₁": "$_1$", "₂": "$_2$"}
+_ESCAPED |= {"±": "$\\pm$"}
 _ESCAPED |= {sign: f"$\\{name}$" for sign, name in _NAMES.items() if name != "omicron"}
 
 
@@ -39,103 +62,256 @@ def escape(sentence: str) -> str:
     return "".join(_ESCAPED.get(sign, sign) for sign in sentence)
 
 
-def to_latex(sentence: str, names: Collection[str]) -> str:
+def find_points(sentence: str) -> frozenset[str]:
+    """Return the capital letters that stand alone in a text, as those of points do."""
+    return frozenset(_Sentence(sentence, ()).points)
+
+
+def to_latex(sentence: str, names: Collection[str], points: Collection[str] = ()) -> str:
     """Return a sentence for LaTeX's text mode.
 
     Args:
         sentence: plain text with letters such as R_pin_n, δq and ∂T/∂q' in it.
         names: every symbol of the formulas around it.
+        points: letters of points beside those in the sentence; ABC is a bar between such.
     """
-    words = _WORDS.findall(sentence)
-    out, formula = list[str](), list[str]()
-    for place, word in enumerate(words):
-        found = _WORD.fullmatch(word)
-        assert found is not None
-        core, sign = found["core"], found["sign"]
-        near = {*words[max(place - 1, 0) : place], *words[place + 1 : place + 2]}
-        if not core and sign and _joins(words, place, names):
-            formula.append("-")
-        elif word.startswith("["):  # a unit
-            out += [_close(formula)] if formula else []
-            out.append(escape(word))
-        elif core and _is_formula(core, sign, near, names) and not found["before"]:
-            formula.append(sign + _formula(core, names))
-            if found["after"]:
-                out.append(_close(formula) + found["after"])
-        elif core and _is_formula(core, sign, near, names):
-            out += [_close(formula)] if formula else []
-            out.append(f"{found['before']}${sign}{_formula(core, names)}${found['after']}")
-        else:
-            out += [_close(formula)] if formula else []
-            out.append(escape(word))
-    out += [_close(formula)] if formula else []
-    return " ".join(out)
+    return _Sentence(sentence, names, points).latex()
 
 
-def _close(formula: list[str]) -> str:
-    written = f"${' '.join(formula)}$"
-    formula.clear()
-    return written
+@final
+class _Token(NamedTuple):
+    """A word, number or sign.
+
+    Args:
+        kind: the group of `_TOKEN` that it belongs to.
+        text: itself.
+        apart: whether a space stands before it.
+    """
+
+    kind: str
+    text: str
+    apart: bool
 
 
-def _joins(words: list[str], place: int, names: Collection[str]) -> bool:
-    """Whether a lonely minus stands between letters."""
-    before = words[place - 1] if place else ""
-    return bool(before) and _is_formula(before, "", set(), names)
+@final
+class _Part(NamedTuple):
+    """A part of a formula.
+
+    Args:
+        latex: how it is written.
+        end: index of the token after it.
+        lettered: whether it holds more than numbers.
+        related: whether it holds a sign such as =.
+        joined: whether it is more than one letter, number or function.
+    """
+
+    latex: str
+    end: int
+    lettered: bool
+    related: bool = False
+    joined: bool = False
 
 
-def _is_formula(core: str, sign: str, near: set[str], names: Collection[str]) -> bool:
-    """Whether a word is a letter or part of a formula."""
-    if core in _SIGNS or core == "d/dt" or _PARTIAL.search(core) or core == "Σ":
-        return True
-    if any(letter in _NAMES or letter in "δ∂" for letter in core):
-        return True
-    if core in ("a", "I", "A"):
-        return bool(sign or near & {"=", "+", "-", "acceleration", "length", "-m"})
-    called = _CALL.fullmatch(core)
-    if called is not None:
-        return called[1] in names or called[1] in ("sin", "cos")
-    if core in names and (core in GREEK or not (core.isalpha() and len(core) > 2)):
-        return True
-    slope = _SLOPE.fullmatch(core)
-    if slope is not None:
-        return slope[3] in names
-    bare = core.rstrip("²").rstrip("'")
-    if bare != core and bare in names:
-        return True
-    if core == "dm" or (len(core) == 1 and core.isalpha() and core.isascii()):
-        return True
-    if re.fullmatch(r"[a-zA-Z]'+|[A-Z]_\w+|[A-Za-z]·[A-Za-z]", core):
-        return True
-    return bool(_NUMBER.fullmatch(core)) and "=" in near
+@final
+class _Sentence:
+    """A sentence as tokens, read from left to right; each formula is as long as it can be."""
 
+    def __init__(self, sentence: str, names: Collection[str], points: Collection[str] = ()) -> None:
+        self.names = names
+        self.tokens = []
+        for found in _TOKEN.finditer(sentence):
+            before = sentence[found.start() - 1 : found.start()]
+            self.tokens.append(_Token(str(found.lastgroup), found[0], before.isspace()))
+        words = [token.text.rstrip("'") for token in self.tokens if token.kind == "word"]
+        self.points = {word for word in words if len(word) == 1 and word.isupper()} | {*points}
 
-def _formula(core: str, names: Collection[str]) -> str:
-    """A part of a formula in LaTeX."""
-    writer = Latex()
-    if _POINT.fullmatch(core) and core.rstrip("'") not in names:
-        return core
-    called = _CALL.fullmatch(core)
-    if called is not None:
-        inner = " ".join(_formula(part, names) for part in called[2].split())
-        head = f"\\{called[1]}" if called[1] in ("sin", "cos") else _formula(called[1], names)
-        return f"{head}({inner})"
-    if core in _SIGNS:
-        return {"×": "\\times", "−": "-"}.get(core, core)
-    if core == "Σ":
-        return "\\sum"
-    if core == "d/dt":
-        return "\\frac{d}{dt}"
-    partial = _PARTIAL.fullmatch(core)
-    if partial is not None:
-        above, below = (writer.letter(name, False, "") for name in partial.groups())
-        return f"\\frac{{\\partial {above}}}{{\\partial {below}}}"
-    slope = _SLOPE.fullmatch(core)
-    if slope is not None:
+    def latex(self) -> str:
+        """Return it for text mode."""
+        out, at = "", 0
+        while at < len(self.tokens):
+            token = self.tokens[at]
+            # in x-z the line is no sign of z
+            within = token.text in _SIGNS and at > 0 and not token.apart
+            part = None if within and self._text(at - 1) != "(" else self._formula(at)
+            out += " " if token.apart else ""
+            if part is not None and part.lettered:
+                out += f"${part.latex}$"
+                at = part.end
+            else:
+                code = token.kind == "code"
+                plain = escape(token.text.strip("`"))
+                out += f"\\texttt{{{plain}}}" if code else escape(token.text)
+                at += 1
+        return out
+
+    def _text(self, at: int) -> str:
+        return self.tokens[at].text if 0 <= at < len(self.tokens) else ""
+
+    def _apart(self, at: int) -> bool:
+        return at < len(self.tokens) and self.tokens[at].apart
+
+    def _formula(self, at: int) -> _Part | None:
+        """The longest formula from a token on."""
+        part = self._read_signed(at)
+        while part is not None:
+            longer = self._join_next(part) or self._multiply_next(part)
+            if longer is None:
+                return part
+            part = longer
+        return None
+
+    def _read_signed(self, at: int) -> _Part | None:
+        """A factor with or without a sign."""
+        sign = _SIGNS.get(self._text(at))
+        if sign is None:
+            return self._factor(at)
+        part = None if self._apart(at + 1) else self._factor(at + 1)
+        return None if part is None else part._replace(latex=f"{sign}{part.latex}")
+
+    def _join_next(self, part: _Part) -> _Part | None:
+        """A formula with a sign and what follows it."""
+        text, end = self._text(part.end), part.end
+        related = text in _RELATIONS
+        sign = _RELATIONS.get(text, _JOINTS.get(text))
+        # "x-z" is no difference, "-y" after a letter no sign between them
+        tight = text in ("/", "·", "*") and not self._apart(end)
+        if sign is None or not (tight or self._apart(end)) or self._apart(end + 1) == tight:
+            return None
+        after = self._read_signed(end + 1)
+        if after is None:
+            return None
+        between = sign if tight and sign == "/" else f" {sign} ".replace("  ", " ")
+        return _Part(
+            f"{part.latex}{between}{after.latex}",
+            after.end,
+            part.lettered or after.lettered,
+            part.related or related,
+            joined=True,
+        )
+
+    def _multiply_next(self, part: _Part) -> _Part | None:
+        """A formula with one more factor."""
+        if not self._apart(part.end) or self.tokens[part.end].kind == "number":
+            return None
+        after = self._factor(part.end, within=True)
+        if after is None:
+            return None
+        thin = "\\, " if after.latex.startswith("\\text") else ""
+        return part._replace(
+            latex=f"{part.latex} {thin}{after.latex}", end=after.end, lettered=True, joined=True
+        )
+
+    def _factor(self, at: int, within: bool = False) -> _Part | None:
+        """A number, letter, function, slope, or sum in brackets."""
+        if at >= len(self.tokens):
+            return None
+        kind, text, _ = self.tokens[at]
+        if kind == "number":
+            return _Part("\\frac{1}{2}" if text == "½" else text, at + 1, lettered=False)
+        if kind == "slope" and (slope := self._slope(text)):
+            return _Part(slope, at + 1, lettered=True)
+        if text == "Σ":
+            return _Part("\\sum", at + 1, lettered=True)
+        if text == "|":
+            return self._between(at, "|", sums=False)
+        if text == "(":
+            return self._between(at, ")", sums=True)
+        if kind != "word":
+            return None
+        return self._call(at) or self._letter(at, within)
+
+    def _between(self, at: int, close: str, *, sums: bool) -> _Part | None:
+        """What stands between two brackets; relations and single letters stay in the sentence."""
+        inner = None if self._apart(at + 1) else self._formula(at + 1)
+        if inner is None or self._text(inner.end) != close:
+            return None
+        if sums and (inner.related or not inner.joined or not inner.lettered):
+            return None
+        whole = f"{self._text(at)}{inner.latex}{close}"
+        end = inner.end + 1
+        power = "" if self._apart(end) else _POWERS.get(self._text(end), "")
+        return _Part(whole + power, end + bool(power), inner.lettered, joined=True)
+
+    def _call(self, at: int) -> _Part | None:
+        """A function with what it is taken of."""
+        name = self._text(at)
+        known = name in _CALLED or name in self.names
+        if not known or self._text(at + 1) != "(" or self._apart(at + 1):
+            return None
+        inner = self._formula(at + 2)
+        if inner is None or self._text(inner.end) != ")":
+            return None
+        head = _CALLED.get(name) or Latex().letter(name, False, "")
+        written = f"{{{inner.latex}}}" if name == "sqrt" else f"({inner.latex})"
+        end = inner.end + 1
+        power = "" if self._apart(end) else _POWERS.get(self._text(end), "")
+        return _Part(f"{head}{written}{power}", end + bool(power), lettered=True)
+
+    def _letter(self, at: int, within: bool) -> _Part | None:
+        """A letter, of a symbol, a point or an axis."""
+        text = self._text(at)
+        core, _, power = text.partition("^")
+        if core[-1] in _POWERS:
+            core, power = core[:-1], _POWERS[core[-1]].strip("^{}")
+        if not self._is_letter(core, at, within):
+            return None
+        bare = core.rstrip("'")
+        if bare not in self.names and bare.isascii() and bare.isupper():  # a point, B' is another
+            return _Part(core, at + 1, lettered=True)
+        return _Part(Latex().letter(core, False, power), at + 1, lettered=True)
+
+    def _is_letter(self, core: str, at: int, within: bool) -> bool:
+        bare = core.rstrip("'")
+        if core == "a":
+            return self._is_no_article(at, within)
+        if core == "I" and core not in self.names:
+            return False
+        if core == "A":
+            return at > 0 and self._text(at - 1) not in (".", ":", "?", "(")
+        if bare in GREEK or any(sign in _NAMES or sign in "δ∂" for sign in core):
+            return True
+        if core in self.names or bare in self.names:
+            # words that are letters too, e.g. arm, are meant as such within a formula
+            word = core.isalpha() and len(core) > 2 and core not in GREEK
+            return not word or self._is_joined(at)
+        if len(bare) == 1 and bare.isascii():
+            return True
+        if 1 < len(core) < 6 and core.isupper() and core.isalpha():
+            return set(core) <= self.points
+        return core == "dm" or re.fullmatch(r"[A-Za-z]_\w+", core) is not None
+
+    def _is_joined(self, at: int) -> bool:
+        """Whether a word stands beside a sign, as in sun - arm, or is what a function is of."""
+        if self._text(at - 1) == "(" and self._text(at + 1) == ")" and not self._apart(at - 1):
+            return True
+        for sign, apart in ((at - 1, self._apart(at)), (at + 1, self._apart(at + 1))):
+            text = self._text(sign)
+            if text in _RELATIONS or (text in _JOINTS and (apart or text == "/")):
+                return True
+        return False
+
+    def _is_no_article(self, at: int, within: bool) -> bool:
+        """Whether an a is a letter: beside a sign, before a comma, or after "length"."""
+        before, after = self._text(at - 1), self._text(at + 1)
+        if self._is_joined(at) or (before == "-" and not self._apart(at)):
+            return True
+        if before in _BEFORE and (at + 1 == len(self.tokens) or not self._apart(at + 1)):
+            return True
+        known = within or before in _BEFORE or "a" in self.names
+        follows = not after or after in _AFTER or after in {",", ".", ";", ":", ")"}
+        return known and (follows or before in _BEFORE)
+
+    def _slope(self, text: str) -> str:
+        """A derivative, or nothing where it is none."""
+        writer = Latex()
+        if text == "d/dt":
+            return "\\frac{d}{dt}"
+        if partial := _PARTIAL.fullmatch(text):
+            above, below = (writer.letter(name, False, "") for name in partial.groups())
+            return f"\\frac{{\\partial {above}}}{{\\partial {below}}}"
+        slope = _SLOPE.fullmatch(text)
+        if slope is None or slope[3] not in self.names:
+            return ""
         above, below = (writer.letter(slope[k], False, "") for k in (2, 3))
         power = "^{2}" if slope[1] else ""
         return f"\\frac{{d{power} {above}}}{{d {below}{power}}}"
-    if "·" in core:
-        return core.replace("·", " \\cdot ")
-    power = "2" if core.endswith("²") else ""
-    return writer.letter(core.rstrip("²"), False, power)

@@ -6,6 +6,7 @@ import re
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from html import escape
+from itertools import pairwise
 from typing import final
 
 from mecanique.derivation.printing.letters import GREEK, Letter, is_varied
@@ -15,6 +16,9 @@ __all__ = ["Latex", "MathML", "Text", "Writer"]
 _TIMES = "<mo>&#x2062;</mo>"
 _CALL = re.compile(r"\\(arc)?(sin|cos|tan|exp|log|operatorname)")
 _NUMBERED = re.compile(r"([^\W\d_]+?)(\d+)")
+_WORD = re.compile(r"(?:\\d+ot\{)?\\text\{")
+_WORDY = re.compile(r"(?:<m(?:over|sub|sup|subsup)[^>]*>)*<mi>\w{2,}</mi>")
+_BRACKETS = ("(", "\\left(")
 _THIN = '<mspace width="0.1667em"/>'
 
 
@@ -171,7 +175,7 @@ class Latex(Writer):
         """Write a product."""
         above, rest = (numerator, tail) if numerator or not denominator else (tail, [])
         if denominator:
-            above = [f"\\frac{{{_space(above) or '1'}}}{{{' '.join(denominator)}}}"]
+            above = [f"\\frac{{{_space(above) or '1'}}}{{{_space(denominator)}}}"]
         return _space([*above, *rest]) or "1"
 
     def sum(self, terms: Sequence[tuple[bool, str]]) -> str:
@@ -287,8 +291,12 @@ class MathML(Writer):
         return f"<msub>{product}{component}</msub>"
 
     def _row(self, factors: Sequence[str], moving: Sequence[str]) -> str:
-        """A product; a thin space goes before functions and motions."""
-        product = _TIMES.join(factors)
+        """A product; a thin space goes before functions and motions, and beside words."""
+        product = "".join(factors[:1])
+        for before, factor in pairwise(factors):
+            letters = not before.startswith("<mn>") and not factor.startswith("<mrow>")
+            wordy = letters and any(map(_WORDY.match, (before, factor)))
+            product += f"{_TIMES}{_THIN if wordy else ''}{factor}"
         for k, factor in enumerate(moving):
             product += f"{_TIMES}{_THIN}{factor}" if factors or k else factor
         if len(factors) + len(moving) <= 1:
@@ -313,10 +321,13 @@ class MathML(Writer):
 
 
 def _space(factors: Sequence[str]) -> str:
-    """Factors in LaTeX, with a thin space between a function and a letter after it."""
+    """Factors in LaTeX, with a thin space after functions and beside letters that are words."""
     written = ""
     for before, factor in zip(["", *factors], factors, strict=False):
-        thin = _CALL.match(before) and not _CALL.match(factor)
+        called = _CALL.match(before) is not None and _CALL.match(factor) is None
+        letters = before[:1].isalpha() or before[:1] == "\\"
+        words = _WORD.match(before) is not None or _WORD.match(factor) is not None
+        thin = called or (letters and words and not factor.startswith(_BRACKETS))
         written += (" \\, " if thin else " ") + factor
     return written.strip()
 
