@@ -152,7 +152,7 @@ class _Sentence:
 
     def _formula(self, at: int) -> _Part | None:
         """The longest formula from a token on."""
-        part = self._read_signed(at)
+        part = self._read_sign(at)
         while part is not None:
             longer = self._join_next(part) or self._multiply_next(part)
             if longer is None:
@@ -160,7 +160,7 @@ class _Sentence:
             part = longer
         return None
 
-    def _read_signed(self, at: int) -> _Part | None:
+    def _read_sign(self, at: int) -> _Part | None:
         """A factor with or without a sign."""
         sign = _SIGNS.get(self._text(at))
         if sign is None:
@@ -177,7 +177,7 @@ class _Sentence:
         tight = text in ("/", "·", "*") and not self._apart(end)
         if sign is None or not (tight or self._apart(end)) or self._apart(end + 1) == tight:
             return None
-        after = self._read_signed(end + 1)
+        after = self._read_sign(end + 1)
         if after is None:
             return None
         between = sign if tight and sign == "/" else f" {sign} ".replace("  ", " ")
