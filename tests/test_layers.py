@@ -241,11 +241,11 @@ ORDER: dict[str, list[str]] = {
         "draw",
     ],
     "figure.paper": ["marks", "lettering raster signs svg"],
-    "viewing": ["scene", "engine page", "live", "show", "gallery"],
+    "viewing": ["scene", "engine page", "live", "inspect show", "gallery"],
     "viewing.engine": ["agreement bounds columns", "make", "attach"],
     "viewing.page": [
         "keyframes sanitize window",
-        "bodies equations fields meshes",
+        "bodies equations fields inspecting meshes",
         "panels",
         "page",
     ],

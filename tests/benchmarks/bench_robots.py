@@ -1,30 +1,77 @@
 """Read and verify public robots: what is read, what agrees, which flaws they have, in what time.
 
     python tests/benchmarks/bench_robots.py [FOLDER …] [--engines pinocchio,mujoco] [--samples 10]
+        [--table docs/robots.md]
 
 Without folders it takes the robots of example-robot-data and every URDF file of the installed
-packages among `PACKAGES`. Files from elsewhere (a clone of a public repository, say) are given by
-their folder; their texts are not kept here. Sources and licenses: example-robot-data 6.0.0 (BSD-2
-and the licenses of each robot, stated in its folder), pybullet (zlib), rtb-data (MIT), icub-models
-(CC BY-SA 4.0), airo-models (MIT and those of each robot).
+packages among `PACKAGES`. Files from elsewhere are given by their folder: a clone of a public
+repository, or what `pip install --no-deps --target FOLDER PACKAGE` leaves there; their texts are
+not kept here. Sources and licenses are in `PACKAGES`; each robot of example-robot-data has its own
+in its folder. With --table, a page for the documentation is written.
 """
 
 from __future__ import annotations
 
 import argparse
 import hashlib
-import sys
+import platform
 import time
 from collections import Counter
 from collections.abc import Iterator
-from importlib.metadata import PackageNotFoundError, distribution
+from dataclasses import dataclass
+from importlib.metadata import Distribution, PackageNotFoundError, distribution, version
 from pathlib import Path
 
 import mecanique as mq
 from mecanique.verification.compare import compare
 from mecanique.verification.originals.engines import read_by
 
-PACKAGES = ("pybullet", "rtb-data", "icub-models", "airo-models")
+PACKAGES = {
+    "airo-models": "MIT",
+    "armar": "CC BY-NC 4.0",
+    "dexmate-urdf": "of its own",
+    "hello-robot-stretch-urdf": "of its own",
+    "icub-models": "CC BY-SA 4.0",
+    "jvrc-description": "Apache 2.0",
+    "orca-arm": "not stated",
+    "pybullet": "zlib",
+    "robot-properties-fingers": "BSD-3-Clause",
+    "rtb-data": "MIT",
+    "synriard": "GPL 3.0",
+    "upkie-description": "Apache 2.0",
+    "urdfenvs": "GPL 3.0 or later",
+}
+"""Packages with URDF files, and their licenses."""
+
+OWN = "example-robot-data"
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A file, and what came of it.
+
+    Args:
+        source: the package it is from.
+        name: its path in the package.
+        size: number of velocities.
+        outcome: "agrees", "disagrees", "refused" or "not compared".
+        worst: largest relative difference from the engine.
+        remarks: flaws and what engines make of the file.
+        seconds: processor time of reading and comparing.
+    """
+
+    source: str
+    name: str
+    size: int
+    outcome: str
+    worst: float = 0.0
+    remarks: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    def __str__(self) -> str:
+        worst = f" {self.worst:.0e}" if self.outcome in ("agrees", "disagrees") else ""
+        said = "; ".join((self.outcome + worst, *self.remarks))
+        return f"{self.name[-60:]:60} {self.size:>3}  {self.seconds:7.2f}  {said}"
 
 
 def main() -> None:
@@ -33,76 +80,141 @@ def main() -> None:
     parser.add_argument("folders", nargs="*", type=Path)
     parser.add_argument("--engines", default="pinocchio")
     parser.add_argument("--samples", type=int, default=10)
+    parser.add_argument("--table", type=Path)
     arguments = parser.parse_args()
     engines = arguments.engines.split(",")
-    counts: Counter[str] = Counter()
+    robots: list[Robot] = []
     print(f"{'file':60} {'nv':>3}  {'seconds':>7}  result")
-    for name, file in _files(arguments.folders):
-        start = time.perf_counter()
-        size, result = _judge(file, engines, arguments.samples, counts)
-        if size:
-            print(f"{name[-60:]:60} {size:>3}  {time.perf_counter() - start:7.2f}  {result}")
-            sys.stdout.flush()
+    for source, name, file in _files(arguments.folders):
+        robot = _judge(source, name, file, engines, arguments.samples)
+        if robot is not None:
+            robots.append(robot)
+            print(robot, flush=True)
     print()
-    for what, count in sorted(counts.items()):
+    for what, count in sorted(Counter(robot.outcome for robot in robots).items()):
         print(f"{count:5}  {what}")
+    if arguments.table:
+        arguments.table.write_text(_page(robots, arguments), encoding="utf-8")
 
 
-def _judge(file: Path, engines: list[str], samples: int, counts: Counter[str]) -> tuple[str, str]:
-    """Return the number of velocities, and what comes of a file; nothing if none of it moves."""
+def _judge(source: str, name: str, file: Path, engines: list[str], samples: int) -> Robot | None:
+    """Return what comes of a file; nothing if none of it moves."""
+    start = time.process_time()
     try:
         mechanism = mq.read_urdf(file)
     except mq.MecaniqueError as error:
-        counts["refused"] += 1
-        return "-", f"refused: {str(error).replace(str(file), '')[:70]}"
+        said = str(error).replace(str(file), "line ").replace("line :", "line ").splitlines()
+        reasons = [line.strip() for line in said if not line.endswith("errors:")]
+        more = (f"and {len(reasons) - 2} more",) if len(reasons) > 2 else ()
+        return Robot(source, name, 0, "refused", remarks=(*reasons[:2], *more))
     if not mechanism.nv:
-        return "", ""
-    counts["read"] += 1
-    told = []
+        return None
+    remarks = list[str]()
     flaws = mechanism.origin.flaws if mechanism.origin else ()
-    if flaws:
-        counts["with flaws"] += 1
-        codes = Counter(flaw.code for flaw in flaws)
-        told.append(", ".join(f"{code} ×{count}" for code, count in sorted(codes.items())))
+    for code, count in sorted(Counter(flaw.code for flaw in flaws).items()):
+        remarks.append(f"{code} ×{count}" if count > 1 else code)
+    outcome, worst = "not compared", 0.0
     try:
         verdict = compare(mechanism, samples, 0, quick=True)
-        agrees = "agrees" if verdict.agrees else "DISAGREES"
-        told.insert(0, f"{agrees} {verdict.worst:.0e}")
+        outcome, worst = ("agrees" if verdict.agrees else "disagrees"), verdict.worst
     except mq.MecaniqueError as error:
-        agrees = "not compared"
-        told.insert(0, f"not compared: {str(error)[:60]}")
-    counts[agrees] += 1
+        remarks.append(str(error)[:160])
     for reading in read_by(mechanism, engines, 0):
         title = reading.engine.split()[0]
         if reading.refused:
-            counts[f"{title} refuses the file"] += 1
-            told.append(f"{title} refuses")
+            remarks.append(f"{title} refuses the file")
         elif reading.differs:
-            counts[f"{title} reads it otherwise"] += 1
-            told.append(f"{title} reads it otherwise ({reading.worst:.1g})")
-    return str(mechanism.nv), "; ".join(told)
+            remarks.append(f"{title} reads it otherwise")
+    seconds = time.process_time() - start
+    return Robot(source, name, mechanism.nv, outcome, worst, tuple(remarks), seconds)
 
 
-def _files(folders: list[Path]) -> Iterator[tuple[str, Path]]:
-    """Yield name and path of every file, equal texts once."""
-    found: list[tuple[str, Path]] = []
+def _files(folders: list[Path]) -> Iterator[tuple[str, str, Path]]:
+    """Yield source, name and path of every file, equal texts once."""
+    found: list[tuple[str, str, Path]] = []
     for folder in folders:
-        found += [(str(f.relative_to(folder)), f) for f in sorted(folder.rglob("*.urdf"))]
-    if not folders:
-        found += [(name, mq.robot(name)) for name in mq.robots()]
-        for package in PACKAGES:
-            try:
-                files = distribution(package).files or []
-            except PackageNotFoundError:
-                continue
-            paths = [(str(f), Path(str(f.locate()))) for f in files if f.suffix == ".urdf"]
-            found += [(name, path) for name, path in paths if path.is_file()]
+        source = _name_of(folder)
+        for file in sorted(folder.rglob("*.urdf")):
+            found.append((source, str(file.relative_to(folder)), file))
+    if not folders or OWN in map(str, folders):
+        found += _installed()
     seen: set[str] = set()
-    for name, file in found:
+    for source, name, file in found:
         digest = hashlib.sha256(file.read_bytes()).hexdigest()
         if digest not in seen:
             seen.add(digest)
-            yield name, file
+            yield source, name, file
+
+
+def _installed() -> Iterator[tuple[str, str, Path]]:
+    root = mq.robot("panda").parents[2]
+    for file in sorted(root.rglob("*.urdf")):
+        yield f"{OWN} {version(OWN)}", str(file.relative_to(root)), file
+    for package in PACKAGES:
+        try:
+            files = distribution(package).files or []
+        except PackageNotFoundError:
+            continue
+        for each in files:
+            path = Path(str(each.locate()))
+            if path.suffix == ".urdf" and path.is_file():
+                yield f"{package} {version(package)}", str(each), path
+
+
+def _name_of(folder: Path) -> str:
+    """Name and version of the package that was installed there, or else the folder's name."""
+    for stated in folder.glob("*.dist-info"):
+        found = Distribution.at(stated)
+        return f"{found.metadata['Name'].replace('_', '-')} {found.version}"
+    return folder.name
+
+
+def _page(robots: list[Robot], arguments: argparse.Namespace) -> str:
+    sources: dict[str, list[Robot]] = {}
+    for robot in robots:
+        sources.setdefault(robot.source, []).append(robot)
+    engine = f"Pinocchio {version('pin')}, Python {platform.python_version()}"
+    lines = [
+        "# Robots of the world",
+        "",
+        "Public URDF files with moving joints, equal texts once; each is read, derived and",
+        f"compared with Pinocchio at {arguments.samples} states; it reads the original text, too.",
+        "A flaw is an error in the file that its equations of motion do without; rules are",
+        "explained under [lint](lint.md). Times are processor time for reading, deriving and",
+        f"comparing, beside other work on a virtual machine with 2 cores ({engine}).",
+        "",
+        "Written by `python tests/benchmarks/bench_robots.py FOLDER … --table docs/robots.md`.",
+        "",
+        "| source | license | files | read | agree | with flaws | read otherwise or refused by an"
+        " engine | median time | longest |",
+        "|---|---|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for source, own in sources.items():
+        package = source.split()[0]
+        licence = "BSD-2-Clause, and each robot's" if package == OWN else PACKAGES.get(package, "")
+        lines.append(f"| {source} | {licence} | {_sums(own)} |")
+    lines.append(f"| **all** | | {_sums(robots)} |")
+    for source, own in sources.items():
+        lines += ["", f"## {source}", "", "| file | velocities | verdict | remarks | time |"]
+        lines.append("|---|--:|---|---|--:|")
+        for robot in own:
+            verdict = robot.outcome
+            if verdict in ("agrees", "disagrees"):
+                verdict += f", {robot.worst:.0e}"
+            said = "; ".join(robot.remarks).replace("|", "\\|")
+            cells = (f"`{robot.name}`", robot.size or "", verdict, said, f"{robot.seconds:.2f} s")
+            lines.append("| " + " | ".join(map(str, cells)) + " |")
+    return "\n".join([*lines, ""])
+
+
+def _sums(robots: list[Robot]) -> str:
+    read = [robot for robot in robots if robot.outcome != "refused"]
+    agree = sum(robot.outcome == "agrees" for robot in robots)
+    flawed = sum(any(r.startswith("M") and r[1:4].isdigit() for r in x.remarks) for x in read)
+    engines = sum(any("otherwise" in r or "refuses the" in r for r in x.remarks) for x in read)
+    times = sorted(robot.seconds for robot in read) or [0.0]
+    took = f"{times[len(times) // 2]:.2f} s | {times[-1]:.1f} s"
+    return f"{len(robots)} | {len(read)} | {agree} | {flawed} | {engines} | {took}"
 
 
 if __name__ == "__main__":

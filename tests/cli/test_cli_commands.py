@@ -287,13 +287,31 @@ def test_view_frees_the_root_of_a_robot_or_a_file(
     viewed: list[tuple[mq.Mechanism, dict[str, Any]]],
 ) -> None:
     mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
-    fine("view", "ur5_robot", "--floating")
-    fine("view", "cart.urdf", "--floating")
-    fine("view", "cart.urdf", "-q", "pin=1")
+    fine("view", "ur5_robot", "--floating", "--move")
+    fine("view", "cart.urdf", "--floating", "--duration", "1")
+    fine("view", "cart.urdf", "-q", "pin=1", "--speed", "1")
     robot, loose, held = (mechanism for mechanism, _ in viewed)
     assert "root_joint_z" in robot.coordinates
     assert "root_joint_z" in loose.coordinates
     assert "root_joint_z" not in held.coordinates
+
+
+def test_view_looks_into_a_file_at_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    seen: list[tuple[Any, ...]] = []
+    monkeypatch.setattr(
+        mq,
+        "inspect",
+        lambda mechanism, findings, **options: seen.append((mechanism, findings, options)),
+    )
+    mq.write_urdf(mq.textbook.load("cart_pole"), "cart.urdf")
+    fine("view", "cart.urdf", "-q", "pin=1", "--floating", "--port", "8123", "--no-browser")
+    fine("view", "panda")
+    (cart, plain, options), (panda, findings, _) = seen
+    assert "root_joint_z" in cart.coordinates
+    assert {finding.code for finding in plain} == {f.code for f in mq.lint("cart.urdf")}
+    assert options == {"q": {"pin": 1.0}, "port": 8123, "open_browser": False}
+    assert panda.name == "panda"
+    assert {finding.code for finding in findings} == {f.code for f in mq.lint(mq.robot("panda"))}
 
 
 def test_view_refuses_what_no_view_can_have() -> None:

@@ -28,6 +28,7 @@ from mecanique.cli.words import (
     Tolerance,
     Velocities,
     choose,
+    find_file,
     report_errors,
     simulate_motion,
     start_of,
@@ -113,7 +114,7 @@ def export(
     say(f"Wrote {path}")
 
 
-@app.command(epilog="Example: mecanique view panda --floating")
+@app.command(epilog="Example: mecanique view panda")
 @report_errors
 @reads_files
 def view(
@@ -142,12 +143,31 @@ def view(
             "--browser/--no-browser", help="Open the page in a browser, or only print its address."
         ),
     ] = True,
+    move: Annotated[
+        bool,
+        typer.Option(
+            "--move",
+            help="Simulate a file or robot, too; by default, and without -v, --duration and "
+            "--speed, it is shown at rest with its findings and a slider for each joint.",
+        ),
+    ] = False,
     *,
     reading: Reading,
 ) -> None:
-    """Simulate a system live in a browser, until Ctrl-C."""
+    """Simulate a system live in a browser, or look into a robot at rest, until Ctrl-C."""
     chosen = choose(system, parameters, reading)
     start, velocity = start_of(chosen, q, v)
+    moving = move or v or duration is not None or speed is not None
+    if not moving and system not in mq.textbook.names():
+        findings = mq.lint(
+            find_file(system),
+            package_path=reading.package_path or None,
+            arguments=reading.arguments,
+        )
+        mq.inspect(
+            chosen.mechanism, findings, q=start or None, port=port, open_browser=open_browser
+        )
+        return
     if speed is None:
         speed = 1.0 if chosen.duration > 0.5 else chosen.duration / 10
     mq.view(

@@ -20,6 +20,7 @@ from mecanique.viewing.page.meshes.parcel import mesh_parcel
 from mecanique.viewing.page.panels import badge, panels
 from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.page.window import RecorderWindow, viewer_directory
+from mecanique.viewing.scene.inspection import Inspection
 from mecanique.viewing.scene.scene import Scene
 
 __all__ = ["MODULES", "Stream", "join_scripts", "page", "policy"]
@@ -39,6 +40,7 @@ MODULES = (
     "picture/companion",
     "picture/ghost",
     "picture/exaggeration",
+    "inspection/anatomy",
     "picture/picture",
     "clock/player",
     "panels/drawing",
@@ -46,6 +48,7 @@ MODULES = (
     "panels/plots",
     "panels/balance",
     "panels/tables",
+    "inspection/posture",
     "clock/history",
     "panels/place",
     "equations/breaking",
@@ -113,7 +116,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
     window = RecorderWindow()
     draw_bodies(scene.bodies, window)
     packed = pack(scene)
-    meshes, mesh_bytes = mesh_parcel(scene.bodies)
+    meshes, mesh_bytes = mesh_parcel(scene.bodies, quick=stream is not None)
     live = stream and {"id": stream.identity, "first": float(scene.t[0])}
     engine = scene.engine
     header = _header(scene) | {
@@ -121,6 +124,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "meshes": meshes,
         "live": live,
         "engine": engine and {**asdict(engine), "script": ""},
+        "inspection": scene.inspection and _inspection(scene.inspection),
     }
     viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()
     connect = " ".join(stream.sources) if stream else "'none'"
@@ -211,6 +215,24 @@ def _header(scene: Scene) -> dict[str, Any]:
             "coordinates": list(ledger.coordinates),
             "rows": [row.name for row in ledger.rows],
         },
+    }
+
+
+def _inspection(inspection: Inspection) -> dict[str, Any]:
+    """What the page draws of a description at rest."""
+    notes = [
+        {
+            "severity": note.finding.severity,
+            "bodies": note.bodies,
+            "suspicious": note.suspicious,
+        }
+        for note in inspection.notes
+    ]
+    return {
+        "links": list(map(asdict, inspection.links)),
+        "paths": list(map(asdict, inspection.paths)),
+        "sliders": list(map(asdict, inspection.sliders)),
+        "notes": notes,
     }
 
 

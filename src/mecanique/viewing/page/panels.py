@@ -7,11 +7,16 @@ from html import escape
 
 from mecanique.viewing.page.equations import write_equations
 from mecanique.viewing.page.fields import write_parameters
+from mecanique.viewing.page.inspecting import write_findings, write_joints
 from mecanique.viewing.page.sanitize import safe
 from mecanique.viewing.scene.document import VerdictTable
 from mecanique.viewing.scene.scene import Scene
 
 __all__ = ["badge", "late", "panels"]
+
+
+_OF_MOTION = ("plots", "parameters", "forces")
+"""Panels without a tab where nothing moves."""
 
 
 def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
@@ -22,6 +27,8 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
         live: whether parameters and initial values get sliders.
     """
     makers: list[tuple[str, str, Callable[[], str]]] = [
+        ("findings", "Findings", lambda: write_findings(scene.inspection)),
+        ("joints", "Joints", lambda: write_joints(scene.inspection)),
         ("equations", "Equations", lambda: write_equations(scene.document)),
         ("plots", "Plots", lambda: _plots(scene)),
         ("parameters", "Parameters", lambda: write_parameters(scene, live)),
@@ -37,9 +44,10 @@ def panels(scene: Scene, *, live: bool) -> tuple[str, str]:
         if not inner:
             continue
         first = not tabs
+        hidden = " hidden" if scene.inspection and key in _OF_MOTION else ""
         tabs.append(
             f'<button type="button" role="tab" id="tab-{key}" aria-controls="panel-{key}"'
-            f' aria-selected="{"true" if first else "false"}">{title}</button>'
+            f' aria-selected="{"true" if first else "false"}"{hidden}>{title}</button>'
         )
         bodies.append(
             f'<div role="tabpanel" id="panel-{key}" aria-labelledby="tab-{key}" tabindex="0"'

@@ -6,26 +6,20 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.constraints.elements import Belt, Cord
-from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.teeth import visuals_of
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.motion import Motion
+from mecanique.viewing.scene.appearance import bodies_of, marks_of, quaternions_of
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import (
-    GREY,
     Arrow,
     Floats,
-    JointMark,
     Line,
     Scene,
-    SceneBody,
     Series,
-    Shape,
     Trace,
 )
 from mecanique.viewing.scene.spots import Spot, spans_of, tips_of
@@ -57,21 +51,17 @@ def scene_of(
     mechanism: Mechanism = motion.mechanism
     poses: Floats = motion.poses()
     at = {body.name: k for k, body in enumerate(mechanism.bodies)}
-    visuals = visuals_of(mechanism)
     shown = actions_of(motion) if actions is None else actions
     return Scene(
         title=mechanism.name.replace("_", " ").capitalize(),
         t=motion.t,
-        bodies=tuple(
-            SceneBody(body.name, tuple(_shapes(mechanism, visuals[body.name])))
-            for body in mechanism.bodies
-        ),
+        bodies=bodies_of(mechanism),
         positions=poses[:, :, :3, 3],
-        quaternions=_quaternions(poses[:, :, :3, :3]),
+        quaternions=quaternions_of(poses[:, :, :3, :3]),
         arrows=tuple(_arrows(shown, complete)),
         lines=(*_lines(mechanism, poses, at), *_cords(motion)),
         traces=tuple(_traces(mechanism, poses, at, complete)),
-        joints=tuple(_marks(mechanism)),
+        joints=marks_of(mechanism),
         series=tuple(_series(motion, complete)),
         document=Document() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
@@ -91,32 +81,6 @@ def actions_of(motion: Motion) -> tuple[Action, ...]:
         *acting.inertia(t, q, v, motion.a),
     )
     return tuple(action for action in every if action.body != mechanism.ground)
-
-
-def _shapes(mechanism: Mechanism, visuals: Sequence[Visual]) -> Iterator[Shape]:
-    for visual in visuals:
-        pose = mechanism.matrix(visual.placement)
-        rgba = visual.rgba or GREY
-        match visual.geometry:
-            case Box(size):
-                yield Shape("box", tuple(mechanism.evaluate_all(size)), pose, rgba)
-            case Cylinder(radius, length):
-                yield Shape(
-                    "cylinder", (mechanism.evaluate(radius), mechanism.evaluate(length)), pose, rgba
-                )
-            case Sphere(radius):
-                yield Shape("sphere", (mechanism.evaluate(radius),), pose, rgba)
-            case Mesh(path=path, scale=scale) if path is not None:
-                yield Shape("mesh", scale, pose, visual.rgba, path)
-            case _:
-                pass  # lint reports a mesh that was not found; there is nothing to draw
-
-
-def _quaternions(rotations: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
-
-    flat = Rotation.from_matrix(rotations.reshape(-1, 3, 3)).as_quat()
-    return np.asarray(flat.reshape(*rotations.shape[:2], 4), dtype=np.float64)
 
 
 def _planar(poses: Floats) -> bool:
@@ -177,14 +141,6 @@ def _traces(
         path = _follow(mechanism, poses, at, tip)
         if complete or np.ptp(path, axis=0).max() > 1e-9:
             yield Trace(f"path of {tip.body}", path)
-
-
-def _marks(mechanism: Mechanism) -> Iterator[JointMark]:
-    for joint in mechanism.joints:
-        axis = joint.axis if isinstance(joint, (Single, Planar)) else (0.0, 0.0, 0.0)
-        yield JointMark(
-            joint.name, type(joint).__name__.lower(), joint.child, (0.0, 0.0, 0.0), axis
-        )
 
 
 def _series(motion: Motion, complete: bool) -> Iterator[Series]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mecanique.errors import InputError
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.engine import Engine
+from mecanique.viewing.scene.inspection import Inspection
 
 __all__ = [
     "Arrow",
@@ -238,6 +239,7 @@ class Scene:
         bounds: shape (2, 3), the corners of the box the camera frames [m]; None frames the whole
             motion.
         engine: computes the motion in the page; None if the page shows this one alone.
+        inspection: a description at rest to be looked into, in place of a motion.
     """
 
     title: str
@@ -255,6 +257,7 @@ class Scene:
     ground: float | None = None
     bounds: Floats | None = None
     engine: Engine | None = None
+    inspection: Inspection | None = None
 
     def __post_init__(self) -> None:
         n, nb = np.size(self.t), len(self.bodies)

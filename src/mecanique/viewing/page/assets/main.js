@@ -15,6 +15,7 @@ import {
 import { LiveClock } from "./clock/live.js";
 import { Loop } from "./clock/loop.js";
 import { Hand } from "./picture/hand.js";
+import { Anatomy } from "./inspection/anatomy.js";
 import { Beside, quantitiesBeside } from "./studies/beside.js";
 import { EnergyBars } from "./studies/bars.js";
 import { Exaggerating } from "./studies/exaggerating.js";
@@ -25,6 +26,7 @@ import { wireCopies, wireSplitter } from "./equations/copies.js";
 import { findPlace, wireEmbedding } from "./panels/place.js";
 import { listenToKeys, Player, Transport } from "./clock/player.js";
 import { Plots, quantities } from "./panels/plots.js";
+import { Posture, wireFindings } from "./inspection/posture.js";
 import { Recording, Stream } from "./clock/sources.js";
 import { Sections } from "./studies/sections.js";
 import { Setup } from "./panels/setup.js";
@@ -103,9 +105,18 @@ function goStreamed(live, picture, transport) {
   findPlace(picture.camera);
 }
 
-function wirePicture(picture, forces, transport, bars) {
+// A description at rest is looked into and bent; there is no time to play.
+function wireInspection(picture) {
+  if (!picture.scene.inspection) return null;
+  document.getElementById("transport").hidden = true;
+  const anatomy = new Anatomy(picture);
+  wireFindings(anatomy);
+  return { anatomy, posture: new Posture(picture) };
+}
+
+function wirePicture(picture, forces, transport, bars, inspection) {
   const keys = wireCameras(picture.camera, picture.scene);
-  wireShow(picture, bars);
+  wireShow(picture, bars, inspection?.anatomy.switches ?? []);
   wireForces(picture);
   wireFreeBody(picture, forces);
   wireTooltip(picture.stage, picture.arrows);
@@ -135,7 +146,8 @@ async function start() {
   bars.survey(table);
   const tables = [new LedgerTable(scene, layout), forces, bars];
 
-  wirePicture(picture, forces, transport, bars);
+  const inspection = wireInspection(picture);
+  wirePicture(picture, forces, transport, bars, inspection);
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
   wireCopies(document.getElementById("panel"));
@@ -150,7 +162,7 @@ async function start() {
   plots.refresh();
   const extras = wireExtras(setup, motion);
   if (setup) openSetup(setup, motion);
-  window.mecanique = { ...picture, picture, layout, table, clock, plots, setup };
+  window.mecanique = { ...picture, picture, layout, table, clock, plots, setup, inspection };
   if (startsByItself(live)) clock.play();
   const loop = new Loop(source, picture, tables, transport);
   loop.onframe = extras;

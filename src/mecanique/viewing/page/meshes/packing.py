@@ -54,26 +54,30 @@ class PackedSurface:
     body: bytes
 
 
-def pack_surfaces(surfaces: Sequence[Surface]) -> tuple[PackedSurface, ...]:
+def pack_surfaces(surfaces: Sequence[Surface], *, quick: bool = False) -> tuple[PackedSurface, ...]:
     """Pack the surfaces of one file on one grid, so that they still fit together.
 
     Args:
         surfaces: with at least one triangle each.
+        quick: whether triangles stay in the order of the file, which takes more bytes.
     """
     if not surfaces:
         return ()
     low = np.min([surface.corners.min(axis=(0, 1)) for surface in surfaces], axis=0)
     high = np.max([surface.corners.max(axis=(0, 1)) for surface in surfaces], axis=0)
     step = max(float(np.max(high - low)) / STEPS, 1e-300)
-    packed = (_pack(surface, low, step) for surface in surfaces)
+    packed = (_pack(surface, low, step, quick) for surface in surfaces)
     return tuple(each for each in packed if each.triangles)
 
 
-def _pack(surface: Surface, low: Floats, step: float) -> PackedSurface:
+def _pack(surface: Surface, low: Floats, step: float, quick: bool) -> PackedSurface:
     whole = np.round((surface.corners - low) / step).astype(np.int64).reshape(-1, 3)
     keys = (whole[:, 0] << 2 * _BITS) | (whole[:, 1] << _BITS) | whole[:, 2]
     _, place, numbers = np.unique(keys, return_index=True, return_inverse=True)
-    walked = _side_by_side(numbers.reshape(-1, 3), len(place))
+    a, b, c = (triangles := numbers.reshape(-1, 3)).T
+    walked = triangles[(a != b) & (b != c) & (c != a)]
+    if not quick:
+        walked = _side_by_side(walked, len(place))
     used, first = np.unique(walked, return_index=True)
     order = used[np.argsort(first)]
     rank = np.empty(len(place), dtype=np.int64)
@@ -92,19 +96,17 @@ def _pack(surface: Surface, low: Floats, step: float) -> PackedSurface:
 
 
 def _side_by_side(triangles: NDArray[np.int64], points: int) -> NDArray[np.int64]:
-    """The triangles that have an area, each from the edge over which a walk enters it."""
-    a, b, c = triangles.T
-    sound = triangles[(a != b) & (b != c) & (c != a)]
+    """The triangles in the order of a walk, each from the edge over which the walk enters it."""
     # edge 3 k + i of triangle k runs from its corner i to the next
-    start, end = sound.ravel(), np.roll(sound, -1, axis=1).ravel()
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     edges, owner = np.unique(start * points + end, return_index=True)
     # a neighbor runs along the common edge the other way
     turned = end * points + start
     seat = np.minimum(np.searchsorted(edges, turned), max(len(edges) - 1, 0))
     across = np.where(edges[seat] == turned, owner[seat], -1) if len(edges) else owner
     beyond: list[int] = across.tolist()
-    new, entered = [True] * len(sound), list[int]()
-    for first in range(0, 3 * len(sound), 3):
+    new, entered = [True] * len(triangles), list[int]()
+    for first in range(0, 3 * len(triangles), 3):
         waiting = [first]
         while waiting:
             edge = waiting.pop()
@@ -118,7 +120,7 @@ def _side_by_side(triangles: NDArray[np.int64], points: int) -> NDArray[np.int64
             waiting.append(beyond[3 * k + (i + 2) % 3])
             waiting.append(beyond[3 * k + (i + 1) % 3])
     edges = np.array(entered, dtype=np.int64)[:, None]
-    ordered: NDArray[np.int64] = sound[edges // 3, (edges % 3 + np.arange(3)) % 3]
+    ordered: NDArray[np.int64] = triangles[edges // 3, (edges % 3 + np.arange(3)) % 3]
     return ordered
 
 

@@ -17,11 +17,14 @@ from mecanique.viewing.scene.scene import GREY, SceneBody, Shape
 __all__ = ["mesh_parcel"]
 
 
-def mesh_parcel(bodies: Sequence[SceneBody]) -> tuple[dict[str, Any], bytes]:
+def mesh_parcel(
+    bodies: Sequence[SceneBody], *, quick: bool = False
+) -> tuple[dict[str, Any], bytes]:
     """Return the meshes of a scene's bodies as plain data for the page's header, and as bytes.
 
     Args:
         bodies: whose shapes are drawn; all but meshes are skipped.
+        quick: whether to take less time and more bytes, for a page that is not kept.
 
     Raises:
         InputError: if a mesh file is missing, broken or of an unknown format.
@@ -31,7 +34,7 @@ def mesh_parcel(bodies: Sequence[SceneBody]) -> tuple[dict[str, Any], bytes]:
     drawn = []
     for k, path, shape in _meshes(bodies):
         if path not in places:
-            packed = _pack(path)
+            packed = _pack(path, quick)
             places[path] = range(len(surfaces), len(surfaces) + len(packed))
             surfaces += packed
         matrix = (shape.pose @ np.diag([*map(float, shape.size), 1.0])).ravel().tolist()
@@ -55,14 +58,14 @@ def _meshes(bodies: Sequence[SceneBody]) -> Iterator[tuple[int, Path, Shape]]:
                 yield k, shape.path, shape
 
 
-def _pack(path: Path) -> tuple[PackedSurface, ...]:
+def _pack(path: Path, quick: bool) -> tuple[PackedSurface, ...]:
     """A file's surfaces; a file is packed again only if it has changed."""
     if not path.is_file():
         raise InputError(f"mesh file {path}: there is no such file")
-    return _remember(path, path.stat().st_mtime_ns)
+    return _remember(path, path.stat().st_mtime_ns, quick)
 
 
 @lru_cache(maxsize=64)
-def _remember(path: Path, changed: int) -> tuple[PackedSurface, ...]:
+def _remember(path: Path, changed: int, quick: bool) -> tuple[PackedSurface, ...]:
     del changed  # enough to tell one version of the file from the next
-    return pack_surfaces(read_mesh(path))
+    return pack_surfaces(read_mesh(path), quick=quick)

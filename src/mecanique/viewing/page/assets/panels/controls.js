@@ -28,7 +28,7 @@ export function wireCameras(camera, scene) {
 const FEW_BODIES = 8;
 
 // What can be switched on and off besides forces: words, whether it is on at first, what to do.
-export function wireShow(picture, bars) {
+export function wireShow(picture, bars, more) {
   const { scene, stage, labels, marks, traces } = picture;
   const named = scene.bodies.length > 1 && scene.bodies.length <= FEW_BODIES;
   const switches = [
@@ -41,6 +41,7 @@ export function wireShow(picture, bars) {
     ["Traces", true, (on) => (traces.shown = on)],
     ["Values at the arrows", false, (on) => (labels.shown.values = on)],
     ...(bars.known ? [["Energy bars", false, (on) => bars.turn(on)]] : []),
+    ...more,
   ];
   const menu = document.getElementById("show-menu");
   for (const [text, on, set] of switches) {

@@ -10,7 +10,7 @@ export function reach() {
 }
 
 export function wireTabs(list) {
-  const tabs = [...list.querySelectorAll("[role=tab]")];
+  const tabs = [...list.querySelectorAll("[role=tab]:not([hidden])")];
   const panel = (tab) => document.getElementById(tab.getAttribute("aria-controls"));
   const choose = (chosen) => {
     for (const tab of tabs) {
