@@ -31,6 +31,8 @@ COUNTED = (
     "whipple_bicycle",
 )
 """Systems whose operations are counted."""
+REVISIONS = ("talos_reduced", "talos_full_v2")
+"""Two revisions of a humanoid in example-robot-data."""
 API = {
     "Describing a mechanism": ("mecanique.model",),
     "Equations of motion": ("mecanique.derivation", "mecanique.derivation.equations"),
@@ -56,6 +58,7 @@ def write_all(directory: Path) -> None:
     (directory / "urdf_tags.md").write_text(urdf_tags(), encoding="utf-8")
     (directory / "benchmarks.md").write_text(benchmarks(), encoding="utf-8")
     (directory / "operations.md").write_text(operations(), encoding="utf-8")
+    (directory / "revisions.md").write_text(revisions(), encoding="utf-8")
     for title, text in api_pages():
         (directory / f"api_{slug(title)}.md").write_text(text, encoding="utf-8")
     pages = os.environ.get("MECANIQUE_DOCS_GALLERY", "").split()
@@ -112,6 +115,12 @@ def operations() -> str:
         rows.append(f"| `{name}` | {found.total} | " + " | ".join(map(str, parts)) + " |")
     head = "| system | operations | additions | multiplications | divisions | functions |"
     return table(head, rows)
+
+
+def revisions() -> str:
+    """Return what changed from one revision of a humanoid to the next, as `diff` prints it."""
+    earlier, later = (mq.robot(name) for name in REVISIONS)
+    return f"```text\n{mq.diff(earlier, later)}\n```\n"
 
 
 def lint_rules() -> str:

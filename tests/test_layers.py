@@ -70,7 +70,8 @@ ORDER: dict[str, list[str]] = {
     ],
     "urdf.reading": [
         "fields letters meshes",
-        "constraints pictures xacro",
+        "constraints pictures xacro_places",
+        "xacro",
         "joints",
         "bushings links mimic",
         "extensions structure",

@@ -64,6 +64,38 @@ def test_a_package_that_is_not_found_is_told_with_where(
     assert read_urdf(arm).name == "arm"
 
 
+def test_findings_point_at_the_lines_that_someone_wrote(
+    arm: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The bar's inertia is in the macro, its joint in the file; the expanded text is in neither."""
+    rods = arm.parents[1] / "elsewhere"
+    macro = rods / "rods" / "rod.xacro"
+    macro.write_text(MACRO.replace('izz="0"', 'izz="9"'), encoding="utf-8")
+    arm.write_text(ARM.replace('xyz="0 1 0"/>', 'xyz="0 1 0"/><dynamics friction="1"/>'))
+    found = {finding.code: finding for finding in lint(arm, package_path=rods)}
+    assert (found["M203"].line, Path(found["M203"].file)) == (4, macro)
+    assert (found["M313"].line, Path(found["M313"].file)) == (6, arm)
+    mechanism = read_urdf(arm, package_path=rods)
+    assert mechanism.origin is not None
+    assert [flaw.line for flaw in mechanism.origin.flaws] == [4]
+    assert b"mecanique" not in mechanism.origin.text
+    with pytest.raises(mq.UrdfError, match=r"rod\.xacro:4: .*triangle"):
+        read_urdf(arm, package_path=rods, strict=True)
+    # what is included from beside the file is shown beside it
+    (arm.parent / "rod.xacro").write_text(macro.read_text(encoding="utf-8"), encoding="utf-8")
+    arm.write_text(ARM.replace("$(find rods)/", ""), encoding="utf-8")
+    monkeypatch.chdir(arm.parent)
+    (one,) = [finding for finding in lint("arm.urdf.xacro") if finding.code == "M203"]
+    assert (one.file, one.line) == ("rod.xacro", 4)
+
+
+def test_a_text_in_another_encoding_keeps_its_lines_to_itself(arm: Path) -> None:
+    text = '<?xml version="1.0" encoding="latin-1"?>\n<!-- Länge -->' + ARM
+    arm.write_bytes(text.encode("latin-1"))
+    rods = arm.parents[1] / "elsewhere"
+    assert list(read_urdf(arm, package_path=rods).coordinates) == ["q"]
+
+
 def test_a_folder_is_the_package_that_its_package_xml_names(arm: Path) -> None:
     home = arm.parent
     (home / "package.xml").write_text("<package><name> rods </name></package>", encoding="utf-8")

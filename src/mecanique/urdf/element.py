@@ -21,6 +21,7 @@ class Element:
         text: the characters inside, without the space around them.
         line: where its start tag begins, counted from 1.
         offset: where its start tag begins, in bytes of the text in UTF-8.
+        file: the file whose line it is, if that is not the text it was read from.
     """
 
     tag: str
@@ -29,6 +30,7 @@ class Element:
     text: str
     line: int
     offset: int
+    file: str = ""
 
     def child(self, tag: str) -> Element | None:
         """Return the first child with a tag, or None."""

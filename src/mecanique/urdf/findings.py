@@ -57,11 +57,11 @@ class Report:
             remedy: how to mend it, if better known than by the rule.
         """
         rule = RULES[code] if isinstance(code, str) else code
-        line = at if isinstance(at, int) else at.line
+        line, file = (at, "") if isinstance(at, int) else (at.line, at.file)
         finding = Finding(
             code=rule.code,
             severity=rule.severity,
-            file=self.file or "<text>",
+            file=file or self.file or "<text>",
             line=line,
             where=where,
             message=message,
@@ -122,13 +122,13 @@ class Report:
             return
         sentences = [error.sentence for error in errors]
         if len(errors) == 1:
-            raise UrdfError(
-                f"{sentences[0]}. {errors[0].remedy}", file=self.file, line=errors[0].line
-            )
-        place = f"{self.file}:" if self.file else "line "
-        listed = [
-            f"{place}{e.line}: {sentence}" for e, sentence in zip(errors, sentences, strict=True)
-        ]
+            (only,) = errors
+            file = only.file if self.file else None
+            raise UrdfError(f"{sentences[0]}. {only.remedy}", file=file, line=only.line)
+        listed = []
+        for error, sentence in zip(errors, sentences, strict=True):
+            place = f"{error.file}:" if self.file else "line "
+            listed.append(f"{place}{error.line}: {sentence}")
         if len(listed) > _MOST_LISTED:
             listed[_MOST_LISTED:] = [f"… and {len(errors) - _MOST_LISTED} more"]
         raise UrdfError("\n  ".join([f"{len(errors)} errors:", *listed]), file=self.file)

@@ -85,10 +85,14 @@ def read_document(
     file = None if isinstance(source, str) and "<" in source else Path(source)
     report = Report(None if file is None else str(source))
     search = MeshSearch(file, package_path)
+    places = None
     data = source if file is None and isinstance(source, str) else _bytes(file, report)
     if file is not None and data is not None and file.suffix.lower() == ".xacro":
-        data = expand(file, arguments or {}, search, report, properties)
+        expanded = expand(file, arguments or {}, search, report, properties)
+        data, places = expanded if expanded is not None else (None, None)
     robot = None if data is None else parse(data, report)
+    if robot is not None and places is not None:
+        robot = places.put(robot)
     if data is None or robot is None:
         return None, report
     if robot.tag != "robot":

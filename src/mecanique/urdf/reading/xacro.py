@@ -7,10 +7,14 @@ AMENT_PREFIX_PATH and the packages around the file.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
+from xml.dom import minidom
 
 from mecanique.urdf.findings import Report
 from mecanique.urdf.reading.meshes import MeshSearch
+from mecanique.urdf.reading.xacro_places import Places
 from mecanique.urdf.xml.parse import parse
 
 __all__ = ["Properties", "expand", "find_properties"]
@@ -25,8 +29,8 @@ def expand(
     search: MeshSearch,
     report: Report,
     properties: Properties | None = None,
-) -> bytes | None:
-    """Return the URDF text of a xacro file; None if it cannot be expanded, which is reported.
+) -> tuple[bytes, Places] | None:
+    """Return a xacro file as URDF, and where its elements come from; None if that is impossible.
 
     Args:
         file: the xacro file.
@@ -34,6 +38,8 @@ def expand(
         search: finds packages.
         report: where faults are noted.
         properties: other values of properties that stand in the file itself.
+
+    Why it cannot be expanded is reported.
     """
     try:
         import xacro
@@ -49,8 +55,24 @@ def expand(
             raise LookupError(f"package {package!r} is not found in {search.searched}")
         return str(folder)
 
-    kept = substitution_args._eval_find
-    substitution_args._eval_find = find
+    places = Places()
+
+    def read(inp: Any, filename: str | None = None) -> Any:
+        """Parse what xacro asks for, with a number in each element."""
+        if inp is not None or filename is None:
+            return plainly(inp, filename)
+        path = file.parent / filename
+        try:
+            text = path.read_bytes()
+        except OSError:
+            return plainly(inp, filename)
+        shown = path
+        with suppress(ValueError):
+            shown = file.parent / path.resolve().relative_to(file.parent.resolve())
+        return minidom.parseString(places.mark(text, str(shown)))
+
+    kept, plainly = substitution_args._eval_find, xacro.parse
+    substitution_args._eval_find, xacro.parse = find, read
     try:
         xacro.init_stacks(str(file))
         document = xacro.parse(None, str(file))
@@ -59,7 +81,8 @@ def expand(
                 if element.getAttribute("name") == name:
                     element.setAttribute("value", repr(value))
         xacro.process_doc(document, mappings=dict(arguments))
-        return bytes(document.toprettyxml(indent="  ", encoding="utf-8"))
+        places.take(document)
+        return bytes(document.toprettyxml(indent="  ", encoding="utf-8")), places
     except Exception as error:
         # the library evaluates what stands in the file, and lets any error through
         said = " ".join(str(error).split()) or type(error).__name__
@@ -67,7 +90,7 @@ def expand(
         report.add("M006", 1, "", f"xacro does not expand it: {said}", remedy)
         return None
     finally:
-        substitution_args._eval_find = kept
+        substitution_args._eval_find, xacro.parse = kept, plainly
 
 
 def find_properties(file: Path) -> dict[str, float]:
