@@ -6,6 +6,7 @@ import inspect
 import pickle
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -170,6 +171,24 @@ def test_looking_at_the_names_loads_nothing_heavy() -> None:
     """)
 
 
+def test_a_first_motion_and_its_page_import_only_what_they_need(tmp_path: Path) -> None:
+    run(
+        """
+        import sys
+        import mecanique as mq
+        pendulum = mq.textbook.load("rigid_bar_pendulum")
+        motion = mq.simulate(pendulum, q={"q": 1.0}, duration=0.1)
+        never = {"scipy.integrate", "scipy.linalg", "scipy.optimize", "scipy.spatial"}
+        later = {"mecanique.derivation", "mecanique.generation.targets.c", "numpy.ma"}
+        assert not (never | later) & set(sys.modules), (never | later) & set(sys.modules)
+        mq.export(motion, sys.argv[1])
+        never |= {"meshcat", "tornado", "asyncio", "mecanique.generation.targets.fmu"}
+        assert not never & set(sys.modules), never & set(sys.modules)
+        """,
+        str(tmp_path / "page.html"),
+    )
+
+
 def test_a_motion_shows_itself_in_a_notebook_with_nothing_else_imported() -> None:
     run("""
         import mecanique as mq
@@ -178,10 +197,10 @@ def test_a_motion_shows_itself_in_a_notebook_with_nothing_else_imported() -> Non
     """)
 
 
-def run(script: str) -> None:
+def run(script: str, *arguments: str) -> None:
     """Run a script in a process of its own."""
     done = subprocess.run(
-        [sys.executable, "-c", inspect.cleandoc(script)],
+        [sys.executable, "-c", inspect.cleandoc(script), *arguments],
         capture_output=True,
         text=True,
         check=False,

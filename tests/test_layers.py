@@ -229,7 +229,12 @@ ORDER: dict[str, list[str]] = {
         "integrate",
         "simulate",
     ],
-    "motion.simulation.integrators": ["headway taylor", "methods", "refinement", "compiled"],
+    "motion.simulation.integrators": [
+        "headway scipy_ode taylor",
+        "methods",
+        "refinement",
+        "compiled",
+    ],
     "figure": [
         "paper posture",
         "camera",

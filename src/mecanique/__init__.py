@@ -403,7 +403,7 @@ _HOMES = {
     "time": "mecanique.model",
     "velocity": "mecanique.model",
     "verify": "mecanique.verification",
-    "view": "mecanique.viewing.show",
+    "view": "mecanique.viewing.live.view",
     "write_recursion": "mecanique.generation",
     "write_urdf": "mecanique.urdf",
 }

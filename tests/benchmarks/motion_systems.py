@@ -104,8 +104,8 @@ def exact(case: Case) -> np.ndarray:
     if find_spec("heyoka") and case.mechanism.nv <= 5:
         import heyoka
 
+        from mecanique.motion.compile.derive import program_of
         from mecanique.motion.compile.heyoka import system
-        from mecanique.motion.compile.program import program_of
 
         machine = heyoka.taylor_adaptive(
             system(program_of(case.mechanism), heyoka),

@@ -9,7 +9,7 @@ import mecanique as mq
 from mecanique.generation.program.tape import Tape
 from mecanique.model.states import States
 from mecanique.motion.compile.admission import require_agreement
-from mecanique.motion.compile.program import program_of
+from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.python import overwriting, owning, scalar, vectorize
 from mecanique.reference import Reference
 from mecanique.verification.states.random import random_states

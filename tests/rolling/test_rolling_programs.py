@@ -18,7 +18,7 @@ from mecanique import (
     textbook,
 )
 from mecanique.generation.program.counts import count
-from mecanique.motion.compile.program import program_of
+from mecanique.motion.compile.derive import program_of
 
 SAMPLES = {
     "crowned_wheel_on_a_slope": wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1))),

@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from http.client import HTTPConnection
@@ -424,11 +425,12 @@ async def opened(view: LiveView) -> bool:
 
 
 def test_things_of_ones_own_can_be_drawn(view: LiveView, visit: Callable[..., Visit]) -> None:
-    from mecanique.viewing.page.window import meshcat
-
-    module = meshcat()
-    mine = module.Visualizer(window=view.window)["mine"]
-    mine.set_object(module.geometry.Box([1, 1, 1]))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # those of meshcat's own imports
+        import meshcat
+        import meshcat.geometry
+    mine = meshcat.Visualizer(window=view.window)["mine"]
+    mine.set_object(meshcat.geometry.Box([1, 1, 1]))
     seen = visit(view.url)
     names = "() => Object.keys(mecanique.stage.viewer.scene_tree.find(['meshcat']).children)"
     until(lambda: "mine" in seen.js(names))

@@ -11,7 +11,7 @@ from mecanique.cli.commands import app
 
 __all__ = ["app", "main", "prepare"]
 
-_YOUNG = 10_000
+_YOUNG = 200_000
 """So many new objects before garbage is collected; nearly all of a command live as long as it."""
 
 

@@ -62,7 +62,7 @@ def textbook_facts(system: str, parameters: Sequence[str] | None, seed: int) -> 
         parameters: words like "l=2".
         seed: of the random states.
     """
-    if system not in mq.textbook.names():
+    if not mq.textbook.catalogue.is_known(system):
         return ()
     from mecanique.verification.facts import check
 

@@ -116,7 +116,7 @@ def choose(system: str, parameters: Sequence[str] | None, reading: Reading = _PL
         reading: how a file is read.
     """
     values = numbers(parameters, "-p")
-    if system in mq.textbook.names():
+    if mq.textbook.catalogue.is_known(system):
         if reading.root == "floating":
             raise mq.InputError(
                 f"expected a URDF file or a robot for --root floating, got the system {system!r}"
@@ -164,7 +164,9 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
     if path.suffix.lower() in (".csv", ".fmu", ".so", ".dylib", ".dll"):
         return path
     if path.suffix != ".py":
-        return choose(word, None, _PLAINLY if word in mq.textbook.names() else reading).mechanism
+        return choose(
+            word, None, _PLAINLY if mq.textbook.catalogue.is_known(word) else reading
+        ).mechanism
     if not path.is_file():
         raise mq.InputError(f"expected a Python file, but there is no file {word!r}")
     try:

@@ -19,6 +19,7 @@ from mecanique.figure.paper.marks import Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, arc, arrow, label, unit
 from mecanique.figure.setting import Setting
 from mecanique.figure.solids import unit3
+from mecanique.model import quaternions
 from mecanique.model.joints import Prismatic, Revolute
 
 __all__ = ["coordinates"]
@@ -140,15 +141,18 @@ def _moved_body(setting: Setting, name: str, before: Floats) -> int | None:
 
 def _draw_angle(setting: Setting, angle: _Angle, level: int) -> Iterator[Mark]:
     """An arc from the body's direction at zero to its present one, outside arcs already drawn."""
-    from scipy.spatial.transform import Rotation
-
     camera, middle = setting.camera, setting.poses[angle.body, :3, 3]
-    vector = Rotation.from_matrix(angle.turn).as_rotvec()
-    arm = _arm(setting, angle, vector / float(np.linalg.norm(vector)))
+    whole = quaternions.from_matrices(angle.turn)
+    if whole[3] < 0:
+        whole = -whole  # the shorter way round
+    axis = unit3(whole[:3])
+    half_angle = math.atan2(float(np.linalg.norm(whole[:3])), float(whole[3]))
+    arm = _arm(setting, angle, axis)
     long = float(np.linalg.norm(arm)) * camera.scale
     radius = min(RADIUS, max(0.55 * long, LEAST_RADIUS)) + level * RADIUS_STEP
     start = unit3(arm) * radius / camera.scale
-    around = Rotation.from_rotvec(np.linspace(0.0, 1.0, 49)[:, None] * vector).apply(start)
+    halves = np.linspace(0.0, half_angle, 49)[:, None]
+    around = quaternions.turn(np.hstack([np.sin(halves) * axis, np.cos(halves)]), start)
     points = camera.at(middle + around)
     yield Stroke(camera.at(np.array([middle, middle + 1.35 * start])), "axis")
     if not camera.flat:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-__all__ = ["conjugate", "multiply", "pure", "turn"]
+__all__ = ["conjugate", "from_matrices", "multiply", "pure", "to_matrices", "turn"]
 
 
 def multiply(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -30,3 +30,30 @@ def turn(q: np.ndarray, vector: np.ndarray) -> np.ndarray:
     r, w = q[..., :3], q[..., 3:]
     cross = 2 * np.cross(r, vector)
     return np.asarray(vector + w * cross + np.cross(r, cross))
+
+
+def to_matrices(q: np.ndarray) -> np.ndarray:
+    """Return the rotation matrices of quaternions, shape (…, 3, 3); columns are turned axes."""
+    return np.swapaxes(turn(q[..., None, :], np.eye(3)), -1, -2)
+
+
+def from_matrices(R: np.ndarray) -> np.ndarray:
+    """Return the quaternions of rotation matrices, shape (…, 3, 3), as shape (…, 4).
+
+    The products 4 q qᵀ of a quaternion's entries are sums of those of the matrix; the row that is
+    divided by the largest entry is the most accurate (S. W. Shepperd, J. Guidance and Control 1
+    (1978) 223).
+    """
+    (a, b, c), (d, e, f), (g, h, i) = np.moveaxis(R, (-2, -1), (0, 1))
+    products = np.array(
+        [
+            [1 + a - e - i, b + d, c + g, h - f],
+            [b + d, 1 - a + e - i, f + h, c - g],
+            [c + g, f + h, 1 - a - e + i, d - b],
+            [h - f, c - g, d - b, 1 + a + e + i],
+        ]
+    )
+    largest = np.diagonal(products).argmax(axis=-1)
+    row = np.take_along_axis(np.moveaxis(products, (0, 1), (-2, -1)), largest[..., None, None], -2)
+    q = row[..., 0, :]
+    return np.asarray(q / np.linalg.norm(q, axis=-1, keepdims=True))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
-from statistics import median
 
 import numpy as np
 
+from mecanique.arrays import median
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.dimensions import PURE, Dimension, say_unit
 from mecanique.model.expression import Scalar

@@ -15,13 +15,18 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.plugins import list_plugins, load_plugin
 from mecanique.textbook.system import System
 
-__all__ = ["entry", "load", "names"]
+__all__ = ["entry", "is_known", "load", "names"]
 
 
 @cache
 def names() -> tuple[str, ...]:
     """Return the names of all systems, in alphabetical order."""
     return tuple(sorted({*_own(), *list_plugins("systems")}))
+
+
+def is_known(name: str) -> bool:
+    """Return whether there is a system of a name; what other packages add takes long to list."""
+    return name in _own() or name in names()
 
 
 @cache
@@ -32,9 +37,9 @@ def entry(name: str) -> System:
         UnknownNameError: if there is no such system; it carries the near matches.
         InputError: if another package adds it, and it cannot be loaded.
     """
-    if name not in names():
-        raise UnknownNameError("system", name, names())
     if name not in _own():
+        if not is_known(name):
+            raise UnknownNameError("system", name, names())
         return load_plugin("systems", name, System)
     system: System = import_module(f"mecanique.textbook.systems.{name}").SYSTEM
     return system

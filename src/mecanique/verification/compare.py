@@ -6,6 +6,7 @@ import math
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from mecanique.arrays import Array
 from mecanique.errors import InputError
@@ -14,16 +15,19 @@ from mecanique.model.states import States
 from mecanique.reference import Reference
 from mecanique.threads import one_thread_for_loops
 from mecanique.verification import derivations
-from mecanique.verification.against import Other, compare_with
 from mecanique.verification.answers import Answers, ask
-from mecanique.verification.causes.search import causes_of
 from mecanique.verification.difference import QUANTITIES
-from mecanique.verification.originals.engines import read_by
 from mecanique.verification.rows import TOLERANCE
 from mecanique.verification.states.random import random_states, usual_samples
 from mecanique.verification.verdict import Verdict, versions
 
+if TYPE_CHECKING:
+    from mecanique.verification.against import Other
+
 __all__ = ["compare", "judge", "verify"]
+
+_USUAL = ("pinocchio",)
+"""Engines that read a mechanism's file themselves, unless others are asked for."""
 
 _EXPLAINED = 12
 """The most states at which a disagreement is explained."""
@@ -38,7 +42,7 @@ def verify(
     against: Other | None = None,
     header: str | os.PathLike[str] | None = None,
     tolerance: float | None = None,
-    engines: Sequence[str] = ("pinocchio",),
+    engines: Sequence[str] = _USUAL,
     progress: Callable[[str, float], None] | None = None,
 ) -> Verdict:
     """Compare the equations of motion derived in-house with another source at random states.
@@ -93,9 +97,15 @@ def verify(
     if samples is None:
         samples = usual_samples(mechanism)
     if against is not None:
+        from mecanique.verification.against import compare_with
+
         return compare_with(mechanism, against, samples, seed, tolerance or TOLERANCE, header)
     verdict = compare(mechanism, samples, seed, tolerance=tolerance, progress=progress)
     found = verdict if verdict.agrees else _explain(verdict, mechanism)
+    if mechanism.origin is None and tuple(engines) == _USUAL:
+        return found  # nothing was read from a file
+    from mecanique.verification.originals.engines import read_by
+
     return replace(found, readings=read_by(mechanism, engines, seed))
 
 
@@ -161,6 +171,8 @@ def judge(
 def _explain(verdict: Verdict, mechanism: Mechanism) -> Verdict:
     """Add the likely causes of a disagreement with the engine."""
     states = random_states(mechanism, min(verdict.samples, _EXPLAINED), verdict.seed)
+    from mecanique.verification.causes.search import causes_of
+
     return verdict.with_causes(causes_of(mechanism, states, _dynamics(mechanism, states)))
 
 

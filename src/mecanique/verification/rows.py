@@ -7,7 +7,7 @@ from typing import Any, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, median
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.difference import (
@@ -164,7 +164,7 @@ def rows_of(
                 excused = relative_rounding(bound, x, y, least)[:, None]
         if quantity == "potential energy" and difference.max() > usual:
             # a potential is known up to a constant only; differences decide
-            offset, middle = float(np.median(x - y)), float(np.median(y))
+            offset, middle = median(x - y), median(y)
             shifted = relative_difference(x - offset - middle, y - middle, least)
             if shifted.max() <= usual:
                 difference = shifted[:, None]

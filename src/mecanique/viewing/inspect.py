@@ -9,9 +9,10 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
+from mecanique.model.quaternions import from_matrices
 from mecanique.urdf.lint import lint
 from mecanique.viewing.live.live import LiveView
-from mecanique.viewing.scene.appearance import bodies_of, marks_of, quaternions_of
+from mecanique.viewing.scene.appearance import bodies_of, marks_of
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.inspection import Inspection
 from mecanique.viewing.scene.inspection import inspect as look_into
@@ -81,7 +82,7 @@ def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
         t=np.zeros(1),
         bodies=bodies_of(mechanism),
         positions=poses[None, :, :3, 3],
-        quaternions=quaternions_of(poses[None, :, :3, :3]),
+        quaternions=from_matrices(poses[None, :, :3, :3]),
         joints=marks_of(mechanism),
         document=Document(
             subtitle=f"{counted}, {say_count(mechanism.nv, 'velocity', 'velocities')}, at rest",

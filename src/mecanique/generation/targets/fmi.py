@@ -9,12 +9,12 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import final
-from xml.sax.saxutils import quoteattr
 
 from mecanique.errors import DerivationError
 from mecanique.generation.program.program import Answer, Program
 from mecanique.model.dimensions import read_unit
 from mecanique.model.units import per_second
+from mecanique.urdf.xml.markup import quote
 
 __all__ = ["TOLERANCE", "Variable", "describe_model", "results_of", "token_of", "variables_of"]
 
@@ -110,13 +110,13 @@ def describe_model(program: Program, generator: str) -> str:
     first = places["rate"][0] - places["state"][0] if places["state"] else 0
     held = 'needsCompletedIntegratorStep="true" ' if program.landing is not None else ""
     same = (
-        f'modelIdentifier={quoteattr(program.name)} canGetAndSetFMUState="true" '
+        f'modelIdentifier={quote(program.name)} canGetAndSetFMUState="true" '
         'canSerializeFMUState="true"'
     )
     lines = [
         '<?xml version="1.0" encoding="UTF-8"?>',
-        f'<fmiModelDescription fmiVersion="3.0" modelName={quoteattr(program.mechanism.name)}',
-        f'  instantiationToken="{token_of(program)}" generationTool={quoteattr(generator)}',
+        f'<fmiModelDescription fmiVersion="3.0" modelName={quote(program.mechanism.name)}',
+        f'  instantiationToken="{token_of(program)}" generationTool={quote(generator)}',
         '  variableNamingConvention="flat">',
         f"  <ModelExchange {held}{same}/>",
         f'  <CoSimulation {same} canHandleVariableCommunicationStepSize="true"/>',
@@ -147,13 +147,13 @@ def _variable(place: int, variable: Variable, before: int) -> str:
         "input": 'causality="input" variability="continuous"',
         "output": 'causality="output" variability="continuous" initial="calculated"',
     }[variable.kind]
-    words = [f"<Float64 name={quoteattr(variable.name)}", f'valueReference="{place}"', how]
+    words = [f"<Float64 name={quote(variable.name)}", f'valueReference="{place}"', how]
     if variable.start is not None:
         words.append(f'start="{variable.start!r}"')
     if variable.unit:
-        words.append(f"unit={quoteattr(variable.unit)}")
+        words.append(f"unit={quote(variable.unit)}")
     if variable.meaning:
-        words.append(f"description={quoteattr(variable.meaning)}")
+        words.append(f"description={quote(variable.meaning)}")
     return f"    {' '.join(words)}/>"
 
 
@@ -165,7 +165,7 @@ def _units(variables: tuple[Variable, ...]) -> Iterator[str]:
         exponents["rad"] = int(unit in ("rad", "rad/s", "rad/s²"))
         stated = [f'{base}="{power}"' for base, power in exponents.items() if power]
         base = " ".join(["<BaseUnit", *stated])
-        yield f"    <Unit name={quoteattr(unit)}>{base}/></Unit>"
+        yield f"    <Unit name={quote(unit)}>{base}/></Unit>"
     yield "  </UnitDefinitions>"
 
 

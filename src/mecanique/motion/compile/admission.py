@@ -10,6 +10,9 @@ import numpy as np
 from mecanique.errors import DerivationError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
+from mecanique.motion.compile.derive import program_of
+from mecanique.motion.compile.program import SAMPLES, Program
+from mecanique.motion.compile.python import scalar
 from mecanique.verification.rounding.conditioning import rounding
 from mecanique.verification.rows import TOLERANCE, rows_of
 from mecanique.verification.states.random import random_states
@@ -17,10 +20,7 @@ from mecanique.verification.states.random import random_states
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["SAMPLES", "require_agreement"]
-
-SAMPLES = 10
-"""Number of random states at which accelerations are compared."""
+__all__ = ["admit", "require_agreement"]
 
 
 def require_agreement(
@@ -59,3 +59,28 @@ def require_agreement(
             f"differ by {row.worst:.1e} at q = {list(row.q)}; "
             "verify(mechanism) shows what else does"
         )
+
+
+def admit(mechanism: Mechanism, reference: Reference) -> Program:
+    """Derive a mechanism's equations and return them as a program, if the reference agrees.
+
+    Raises:
+        DerivationError: if there is no program, or it does not agree.
+    """
+    many = SAMPLES if mechanism.constrained else 0
+    states = random_states(mechanism, many, 0, lot=many) if many else None
+    program = program_of(mechanism, states=states)
+    rhs = scalar(program)
+
+    def accelerations(states: States) -> np.ndarray:
+        rows = zip(states.q, states.v, states.t.tolist(), strict=True)
+        try:
+            return np.array([rhs(t, np.concatenate([q, v]))[mechanism.nq :] for q, v, t in rows])
+        except (ArithmeticError, ValueError) as error:
+            raise DerivationError(
+                f"the closed form of {mechanism.name!r} is not defined everywhere: {error}"
+            ) from error
+
+    source = "closed form" if program.landing is None else "program"
+    require_agreement(mechanism, reference, accelerations, source, states)
+    return program

@@ -6,21 +6,15 @@ import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, final
 
-import numpy as np
-
 from mecanique.errors import DerivationError
-from mecanique.generation.targets.c import LONG
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.states import States
-from mecanique.motion.compile.admission import SAMPLES, require_agreement
 from mecanique.motion.compile.closed import ClosedProgram
 from mecanique.motion.compile.heyoka import building, integrator
-from mecanique.motion.compile.program import Program, program_of
-from mecanique.motion.compile.python import Batched, overwriting, scalar, vectorize
+from mecanique.motion.compile.program import SAMPLES, Program
+from mecanique.motion.compile.python import Batched, overwriting, vectorize
 from mecanique.motion.compile.stepper import Stepper
 from mecanique.motion.record.rates import Rates
 from mecanique.motion.record.steps import RightHandSide
-from mecanique.verification.states.random import random_states
 
 if TYPE_CHECKING:
     from mecanique.reference import Reference
@@ -80,7 +74,9 @@ class Compiled:
             mechanism = self._mechanism()
             assert mechanism is not None, "who asks holds the mechanism"
             try:
-                self._program = _compare(mechanism, reference)
+                from mecanique.motion.compile.admission import admit
+
+                self._program = admit(mechanism, reference)
             except DerivationError as error:
                 self._program = error
             except Exception as error:
@@ -189,6 +185,8 @@ class Compiled:
         """
         if operations is None:
             return _COMPILING * self._size
+        from mecanique.generation.targets.c import LONG
+
         kind = "plain" if operations > OPERATIONS_OF_LINE * LONG else "optimized"
         return _COMPILING_OPERATIONS[kind] * operations
 
@@ -213,23 +211,3 @@ def compile_once(mechanism: Mechanism) -> Compiled:
 
         found = _known[key] = weakref.ref(mechanism, forget), Compiled(mechanism)
     return found[1]
-
-
-def _compare(mechanism: Mechanism, reference: Reference) -> Program:
-    many = SAMPLES if mechanism.constrained else 0
-    states = random_states(mechanism, many, 0, lot=many) if many else None
-    program = program_of(mechanism, states=states)
-    rhs = scalar(program)
-
-    def accelerations(states: States) -> np.ndarray:
-        rows = zip(states.q, states.v, states.t.tolist(), strict=True)
-        try:
-            return np.array([rhs(t, np.concatenate([q, v]))[mechanism.nq :] for q, v, t in rows])
-        except (ArithmeticError, ValueError) as error:
-            raise DerivationError(
-                f"the closed form of {mechanism.name!r} is not defined everywhere: {error}"
-            ) from error
-
-    source = "closed form" if program.landing is None else "program"
-    require_agreement(mechanism, reference, accelerations, source, states)
-    return program

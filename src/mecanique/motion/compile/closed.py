@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
-from mecanique.generation.program.program import Landing
 from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import list_values, overwriting
 from mecanique.motion.record.rates import Rates
 
 if TYPE_CHECKING:
+    from mecanique.generation.program.program import Landing
     from mecanique.reference import Reference
 
 __all__ = ["ClosedProgram"]

@@ -9,11 +9,13 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.util import find_spec
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mecanique.errors import DerivationError, InputError
-from mecanique.generation.program.tape import Value
 from mecanique.motion.compile.program import Program
+
+if TYPE_CHECKING:
+    from mecanique.generation.program.tape import Value
 
 __all__ = ["build_seconds", "building", "integrator", "is_installed", "lanes", "system"]
 

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from mecanique.generation.program.half_angles import by_tangents
-from mecanique.generation.program.tape import Tape, Value
 from mecanique.model.expression import FUNCTIONS, numpy_function
 from mecanique.motion.compile.program import Program
 from mecanique.motion.record.steps import RightHandSide
+
+if TYPE_CHECKING:
+    from mecanique.generation.program.tape import Tape, Value
 
 __all__ = ["Batched", "list_values", "overwriting", "owning", "scalar", "vectorize"]
 
@@ -100,6 +101,8 @@ def vectorize(program: Program, values: Sequence[np.ndarray] = ()) -> Batched:
         program: the program.
         values: value of each open parameter, shape () or (n,).
     """
+    from mecanique.generation.program.half_angles import by_tangents
+
     lines, rates = _write(*by_tangents(program.tape, program.rates), program)
     fixed, moving = _split(program, lines)
     text = "\n".join(

@@ -12,9 +12,6 @@ import numpy.typing as npt
 
 from mecanique.arrays import Array
 from mecanique.errors import DerivationError, InputError
-from mecanique.generation.compiled import build_library
-from mecanique.generation.targets.c import compiler
-from mecanique.generation.targets.steps import Moving, write_steps
 from mecanique.motion.compile.program import Program
 
 __all__ = [
@@ -103,6 +100,8 @@ class _Runs(ctypes.Structure):
 @cache
 def has_compiler() -> bool:
     """Return whether there is a C compiler."""
+    from mecanique.generation.targets.c import compiler
+
     try:
         compiler()
     except InputError:
@@ -215,6 +214,8 @@ class Stepper:
     def __init__(self, program: Program) -> None:
         refuse_signals(program)
         self._size = len(program.rates)
+        from mecanique.generation.compiled import build_library
+
         self._library = build_library({"steps.c": _source(program)}, _OPTIONS)
         self._library.mecanique_advance.restype = ctypes.c_int
         self._library.mecanique_distance.restype = ctypes.c_double
@@ -308,6 +309,8 @@ def _at(array: npt.NDArray[Any]) -> ctypes.c_void_p:
 
 def _source(program: Program) -> str:
     """The whole text: sizes, coefficients, the program, the steps."""
+    from mecanique.generation.targets.steps import Moving, write_steps
+
     symbols = {state: f"y{k}" for k, state in enumerate(program.states)}
     symbols |= {symbol: f"p{k}" for k, symbol in enumerate(program.open)} | {"t": "t"}
     mechanism, tape = program.mechanism, program.tape

@@ -16,8 +16,9 @@ import numpy as np
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.mechanism import Mechanism
+from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.heyoka import integrator, lanes
-from mecanique.motion.compile.program import Program, program_of
+from mecanique.motion.compile.program import Program
 from mecanique.motion.compile.python import Batched, vectorize
 from mecanique.motion.compile.stepper import ENDED, Stepper, Tolerances
 from mecanique.motion.ensemble.dop853 import Block, integrate

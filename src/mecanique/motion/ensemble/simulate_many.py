@@ -23,9 +23,10 @@ from mecanique.errors import (
 from mecanique.generation.targets.c import compiler
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States, list_left_out
-from mecanique.motion.compile.admission import SAMPLES, require_agreement
+from mecanique.motion.compile.admission import require_agreement
+from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.heyoka import build_seconds, is_installed
-from mecanique.motion.compile.program import Program, program_of
+from mecanique.motion.compile.program import SAMPLES, Program
 from mecanique.motion.compile.python import vectorize
 from mecanique.motion.compile.stepper import can_compile, refuse_signals
 from mecanique.motion.ensemble.chunks import Part, run_part, threads_here

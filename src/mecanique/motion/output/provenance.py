@@ -78,7 +78,7 @@ def _from_catalogue(mechanism: Mechanism) -> dict[str, Any] | None:
     """The system and the values that build this very mechanism, if the catalogue has it."""
     from mecanique import textbook
 
-    if mechanism.name not in textbook.names():
+    if not textbook.catalogue.is_known(mechanism.name):
         return None
     system = textbook.entry(mechanism.name)
     known = {parameter.symbol for parameter in system.parameters}

@@ -259,7 +259,7 @@ def _newton(
     coefficients = np.zeros((pieces, size, width))
     points = np.zeros((pieces, size))
     error = np.zeros(pieces)
-    for number in np.unique(used):
+    for number in sorted(set(used.ravel().tolist())):
         rows = np.flatnonzero(used == number)
         index = np.repeat(nodes[rows, :number], repeat, axis=1)
         z = t[index]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 
+from mecanique.arrays import median
 from mecanique.model.expression import symbols_in
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.record.curve import Curve
@@ -135,7 +136,7 @@ def _work(
         return work
 
     lengths = curve.t[curve.intervals + 1] - curve.t[curve.intervals]
-    h = TIME_STEP * float(np.median(lengths)) if len(lengths) else 1.0
+    h = TIME_STEP * median(lengths) if len(lengths) else 1.0
 
     def minus_slope(t: np.ndarray, q: np.ndarray, v: np.ndarray) -> np.ndarray:
         """−∂L/∂t."""

@@ -6,6 +6,8 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
+from mecanique.lazy import uncollected
+
 __all__ = ["MISSING", "STAND_IN", "engine_name", "engine_package", "has_pinocchio"]
 
 STAND_IN = "stand-in"
@@ -33,7 +35,8 @@ def engine_name() -> str:
 def engine_package() -> Any:
     """Return the package pinocchio, or what stands in for it."""
     if has_pinocchio():
-        import pinocchio
+        with uncollected():
+            import pinocchio
 
         return pinocchio
     from mecanique.reference import standin

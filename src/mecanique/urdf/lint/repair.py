@@ -7,7 +7,6 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import final
-from xml.sax.saxutils import quoteattr
 
 from mecanique.urdf.dialect import DRAKE_NAMESPACE
 from mecanique.urdf.element import Element
@@ -17,6 +16,7 @@ from mecanique.urdf.lint.blanks import blanks, start_tag
 from mecanique.urdf.reading.fields import numbers
 from mecanique.urdf.reading.joints import SINGLE
 from mecanique.urdf.reading.links import ENTRIES
+from mecanique.urdf.xml.markup import quote
 from mecanique.urdf.xml.parse import parse
 
 __all__ = ["find_balances", "mend"]
@@ -84,7 +84,7 @@ def _balance(robot: Element, raw: bytes) -> Iterator[_Edit]:
 def _edits(robot: Element, raw: bytes, name: str) -> Iterator[_Edit]:
     new = ""
     if "name" not in robot.attributes:
-        new += f" name={quoteattr(name)}"
+        new += f" name={quote(name)}"
     used = (element.tag.startswith("drake:") or _has_drake(element) for element in robot.walk())
     if "xmlns:drake" not in robot.attributes and any(used):
         new += f' xmlns:drake="{DRAKE_NAMESPACE}"'

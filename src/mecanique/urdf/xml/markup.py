@@ -6,11 +6,10 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias, final
-from xml.sax.saxutils import quoteattr
 
 from mecanique.errors import UrdfError
 
-__all__ = ["Comment", "Node", "Tag", "number", "numbers", "text"]
+__all__ = ["Comment", "Node", "Tag", "number", "numbers", "quote", "text"]
 
 
 @final
@@ -88,6 +87,19 @@ def numbers(values: Iterable[float], what: str) -> str:
     return " ".join(number(value, what) for value in values)
 
 
+def quote(value: str) -> str:
+    """Return an attribute's value in quotes, as `xml.sax.saxutils.quoteattr` does.
+
+    That module takes longer to import than a description takes to write, as it reads from networks.
+    """
+    value = value.replace("&", "&amp;").replace(">", "&gt;").replace("<", "&lt;")
+    for letter in "\n\r\t":
+        value = value.replace(letter, f"&#{ord(letter)};")
+    if '"' not in value:
+        return f'"{value}"'
+    return f"'{value}'" if "'" not in value else '"' + value.replace('"', "&quot;") + '"'
+
+
 def _lines(node: Node, indent: str) -> Iterable[str]:
     if isinstance(node, Comment):
         first, *rest = [_harmless(line) for line in node.lines] or [""]
@@ -97,7 +109,7 @@ def _lines(node: Node, indent: str) -> Iterable[str]:
         if rest:
             yield f"{indent}-->"
         return
-    attributes = "".join(f" {name}={quoteattr(value)}" for name, value in node.attributes.items())
+    attributes = "".join(f" {name}={quote(value)}" for name, value in node.attributes.items())
     head = f"{indent}<{node.tag}{attributes}"
     if node.content:
         yield f"{head}>{node.content}</{node.tag}>"

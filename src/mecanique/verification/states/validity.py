@@ -11,13 +11,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from statistics import median
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, median
 from mecanique.derivation.numeric.recursion import Recursion
 from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.lines_of_action import Assumption
@@ -112,5 +111,5 @@ def _span(mechanism: Mechanism, force: LineLoad, values: dict[str, Any], n: int)
 def _has_length(span: Array) -> Flags:
     length = np.linalg.norm(span, axis=1)
     known = length[np.isfinite(length)]
-    long_enough: Flags = length > _NEAR * (np.median(known) if len(known) else 0.0)
+    long_enough: Flags = length > _NEAR * (median(known) if len(known) else 0.0)
     return long_enough

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from mecanique.errors import DerivationError
+from mecanique.model.quaternions import to_matrices
 from mecanique.viewing.scene.scene import Floats, Scene
 
 __all__ = ["TOLERANCE", "find_unknown"]
@@ -52,14 +53,12 @@ def find_unknown(
 
 def _groups(scene: Scene) -> Iterator[tuple[str, Floats, float]]:
     """Columns that belong together, and how large such numbers are."""
-    from scipy.spatial.transform import Rotation
-
     n = len(scene.t)
     points = [scene.positions, *(line.points for line in scene.lines)]
     points += [trace.points for trace in scene.traces]
     extent = max(1e-9, *(float(np.abs(each).max(initial=0.0)) for each in points))
     for k, body in enumerate(scene.bodies):
-        turn = Rotation.from_quat(scene.quaternions[:, k]).as_matrix().reshape(n, 9)
+        turn = to_matrices(scene.quaternions[:, k]).reshape(n, 9)
         yield f"pose of {body.name}", scene.positions[:, k], extent
         yield f"turn of {body.name}", turn, 1.0
     force = max((float(np.abs(a.vector).max()) for a in scene.arrows), default=0.0)

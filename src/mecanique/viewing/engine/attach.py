@@ -11,13 +11,15 @@ import numpy as np
 from mecanique.derivation import derive
 from mecanique.derivation.equations import Equations
 from mecanique.errors import MecaniqueError
-from mecanique.generation.languages import TARGETS
+from mecanique.generation.targets.javascript import JavaScript
+from mecanique.generation.targets.python import Python
 from mecanique.generation.verdict.cases import cases_of
 from mecanique.generation.verdict.verdict import CodeVerdict, judge
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.analysis.forces import Action
 from mecanique.motion.record.motion import Motion
-from mecanique.textbook import load, names
+from mecanique.textbook import load
+from mecanique.textbook.catalogue import is_known
 from mecanique.viewing.engine.make import Maker
 from mecanique.viewing.scene.document import Document, VerdictTable
 from mecanique.viewing.scene.from_motion import scene_of
@@ -83,7 +85,7 @@ def judge_page(maker: Maker) -> CodeVerdict:
         MecaniqueError: if they disagree, or Pinocchio cannot treat the mechanism.
     """
     program = maker.proof()
-    target = TARGETS["javascript" if shutil.which("node") else "python"]
+    target = JavaScript() if shutil.which("node") else Python()
     return judge(program, target, cases_of(program, SAMPLES, _SEED), _SEED)
 
 
@@ -115,7 +117,7 @@ def write_python(mechanism: Mechanism) -> str:
     Args:
         mechanism: what moves.
     """
-    if mechanism.name in names():
+    if is_known(mechanism.name):
         known = load(mechanism.name)
         if tuple(known.coordinates) == tuple(mechanism.coordinates):
             values = {

@@ -1,17 +1,17 @@
-"""Shapes as meshcat's objects, under node names that are safe whatever the bodies' names.
+"""Shapes as objects of meshcat's viewer, under node names that are safe for any bodies' names.
 
-Meshes are not sent as meshcat's objects: `mecanique.viewing.page.meshes` packs them, and the page
-attaches them to the bodies' nodes.
+They are written as the plain data that meshcat's own classes become, because to import these takes
+a tenth of a second. Meshes are not among them: `mecanique.viewing.page.meshes` packs them, and the
+page attaches them to the bodies' nodes.
 """
 
 from __future__ import annotations
 
-import uuid
-from typing import Any, final
+from typing import Any
 
 import numpy as np
 
-from mecanique.viewing.page.window import RecorderWindow, meshcat, visualizer
+from mecanique.viewing.page.window import RecorderWindow
 from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
 __all__ = ["draw_bodies"]
@@ -19,53 +19,73 @@ __all__ = ["draw_bodies"]
 # cylinders of three.js point along y, those of a mechanism along z
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
+_ROUND = 50
+"""Facets around a cylinder."""
+
 
 def draw_bodies(bodies: tuple[SceneBody, ...], window: RecorderWindow) -> None:
     """Send all shapes except meshes to a window; body k becomes node `n<k>`."""
-    root = visualizer(window)
     for k, body in enumerate(bodies):
-        root[f"n{k}"].set_transform(np.eye(4))
+        _move(window, f"/meshcat/n{k}", np.eye(4))
         solids = [shape for shape in body.shapes if shape.kind != "mesh"]
         for j, shape in enumerate(solids):
-            node = root[f"n{k}/s{j}"]
-            node.set_object(_geometry(shape), _material(shape.rgba or GREY))
-            node.set_transform(shape.pose @ _UPRIGHT if shape.kind == "cylinder" else shape.pose)
+            path = f"/meshcat/n{k}/s{j}"
+            window.put({"type": "set_object", "path": path, "object": _object(shape, f"{k}.{j}")})
+            upright = shape.pose @ _UPRIGHT if shape.kind == "cylinder" else shape.pose
+            _move(window, path, upright)
 
 
-def _geometry(shape: Shape) -> Any:
-    """One of meshcat's geometries."""
-    geometry, size = meshcat().geometry, tuple(map(float, shape.size))
+def _move(window: RecorderWindow, path: str, pose: Floats) -> None:
+    window.put({"type": "set_transform", "path": path, "matrix": pose.T.ravel()})
+
+
+def _object(shape: Shape, identity: str) -> dict[str, Any]:
+    """A solid as three.js reads it."""
+    geometry, material = f"geometry {identity}", f"material {identity}"
+    return {
+        "metadata": {"version": 4.5, "type": "Object"},
+        "geometries": [{"uuid": geometry, **_geometry(shape)}],
+        "materials": [{"uuid": material, **_material(shape.rgba or GREY)}],
+        "object": {
+            "uuid": f"solid {identity}",
+            "type": "Mesh",
+            "geometry": geometry,
+            "material": material,
+            "matrix": np.eye(4).ravel(),
+        },
+    }
+
+
+def _geometry(shape: Shape) -> dict[str, Any]:
+    size = tuple(map(float, shape.size))
     match shape.kind:
         case "box":
-            return geometry.Box(size)
+            width, height, depth = size
+            return {"type": "BoxGeometry", "width": width, "height": height, "depth": depth}
         case "sphere":
-            return _Ball(*size)
+            (radius,) = size  # meshcat's own 20 segments do not look round
+            facets = {
+                "widthSegments": 40,
+                "heightSegments": 28,
+            }
+            return {"type": "SphereGeometry", "radius": radius, **facets}
         case "cylinder":
             radius, length = size
-            return geometry.Cylinder(length, radius)
+            radii = {"radiusTop": radius, "radiusBottom": radius}
+            measures = {**radii, "height": length, "radialSegments": _ROUND}
+            return {"type": "CylinderGeometry", **measures}
     raise ValueError(f"no geometry of kind {shape.kind!r}")
 
 
-def _material(rgba: Rgba) -> Any:
+def _material(rgba: Rgba) -> dict[str, Any]:
     red, green, blue, opacity = (min(max(float(c), 0.0), 1.0) for c in rgba)
-    color = (round(red * 255) << 16) | (round(green * 255) << 8) | round(blue * 255)
-    return meshcat().geometry.MeshPhongMaterial(
-        color=color, opacity=opacity, shininess=18, specular=0x222222
-    )
-
-
-@final
-class _Ball:
-    """A sphere with enough facets to look round; meshcat's own has 20."""
-
-    def __init__(self, radius: float) -> None:
-        self.uuid = str(uuid.uuid4())
-        facets = {"widthSegments": 40, "heightSegments": 28}
-        self._data = {"uuid": self.uuid, "type": "SphereGeometry", "radius": radius, **facets}
-
-    def intrinsic_transform(self) -> Floats:
-        return np.eye(4)
-
-    def lower_in_object(self, data: dict[str, Any]) -> str:
-        data["geometries"].append(self._data)
-        return self.uuid
+    return {
+        "type": "MeshPhongMaterial",
+        "color": (round(red * 255) << 16) | (round(green * 255) << 8) | round(blue * 255),
+        "specular": 0x222222,
+        "shininess": 18,
+        "reflectivity": 0.5,
+        "opacity": opacity,
+        "transparent": opacity < 1,
+        "side": 2,
+    }

@@ -1,9 +1,8 @@
-"""A window for `meshcat.Visualizer(window=…)` without a socket that remembers the latest state."""
+"""What meshcat's viewer is to show, latest state only; a window for `meshcat.Visualizer` too."""
 
 from __future__ import annotations
 
 import threading
-import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, ClassVar, Protocol, TypeAlias, final
@@ -12,7 +11,7 @@ import numpy as np
 
 from mecanique.errors import EngineError, InputError
 
-__all__ = ["Latest", "RecorderWindow", "viewer_directory", "visualizer"]
+__all__ = ["Latest", "RecorderWindow", "viewer_directory"]
 
 
 class Command(Protocol):
@@ -84,14 +83,18 @@ class RecorderWindow:
         self._changed = Latest()
 
     def send(self, command: Command) -> None:
-        """Take a command from meshcat's visualizer.
+        """Take a command from meshcat's visualizer, as `put` does."""
+        self.put(command.lower())
+
+    def put(self, command: dict[str, Any]) -> None:
+        """Take a command to meshcat's viewer as plain data.
 
         Raises:
             InputError: if the command holds a number that is not finite, or is of another type.
         """
         import umsgpack
 
-        data = _plain(command.lower())
+        data = _plain(command)
         kind, path = data["type"], data["path"].rstrip("/")
         if kind not in ("set_object", "set_transform", "set_property", "delete"):
             raise InputError(
@@ -130,20 +133,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not np.isfinite(value):
         raise InputError(f"a command for the viewer: expected finite numbers, got {value}")
     return value
-
-
-def visualizer(window: RecorderWindow) -> Any:
-    """Return meshcat's visualizer drawing into a window."""
-    return meshcat().Visualizer(window=window)
-
-
-def meshcat() -> Any:
-    """Import meshcat, without the warnings of its own imports."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        import meshcat as module
-        import meshcat.geometry
-    return module
 
 
 def viewer_directory() -> Path:

@@ -8,10 +8,11 @@ import numpy as np
 
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.quaternions import from_matrices
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
 from mecanique.motion.record.motion import Motion
-from mecanique.viewing.scene.appearance import bodies_of, marks_of, quaternions_of
+from mecanique.viewing.scene.appearance import bodies_of, marks_of
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import (
@@ -57,7 +58,7 @@ def scene_of(
         t=motion.t,
         bodies=bodies_of(mechanism),
         positions=poses[:, :, :3, 3],
-        quaternions=quaternions_of(poses[:, :, :3, :3]),
+        quaternions=from_matrices(poses[:, :, :3, :3]),
         arrows=tuple(_arrows(shown, complete)),
         lines=(*_lines(mechanism, poses, at), *_cords(motion)),
         traces=tuple(_traces(mechanism, poses, at, complete)),

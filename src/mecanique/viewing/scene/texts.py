@@ -15,7 +15,8 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units
 from mecanique.motion.analysis.forces import TOGETHER, Action
 from mecanique.motion.record.motion import Motion
-from mecanique.textbook import entry, names
+from mecanique.textbook import entry
+from mecanique.textbook.catalogue import is_known
 from mecanique.urdf.write import write_urdf
 from mecanique.verification.verdict import Verdict
 from mecanique.viewing.scene.document import (
@@ -62,7 +63,7 @@ def document_of(
     symbolic = [each.document for each in equations if each.symbolic]
     lists = [each.symbols() for each in symbolic]
     own = mechanism.about.splitlines()
-    known = entry(mechanism.name) if mechanism.name in names() else None
+    known = entry(mechanism.name) if is_known(mechanism.name) else None
     method = f"{motion.t[-1] - motion.t[0]:g} s by {motion.method}"
     return Document(
         subtitle=known.title if known else method,

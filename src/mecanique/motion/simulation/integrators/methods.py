@@ -12,6 +12,7 @@ import numpy as np
 
 from mecanique.motion.record.steps import RightHandSide, Steps
 from mecanique.motion.simulation.integrators.headway import Stability
+from mecanique.motion.simulation.integrators.scipy_ode import import_ode
 from mecanique.motion.simulation.outcome import Kind, Outcome
 
 __all__ = [
@@ -162,9 +163,7 @@ def _radau_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) 
 
 
 def _dop853_step(guard: _Guard, task: Task, t: float, y: np.ndarray, end: float) -> np.ndarray:
-    from scipy.integrate import ode
-
-    solver = ode(guard.rates).set_integrator(
+    solver = import_ode()(guard.rates).set_integrator(
         "dop853", rtol=task.rtol, atol=task.atol, nsteps=task.max_steps, first_step=end - t
     )
     with warnings.catch_warnings():
@@ -228,8 +227,6 @@ def _lend(rhs: RightHandSide) -> Iterator[_Guard]:
 @contextmanager
 def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
     """Integrate by SciPy's compiled dop853: one integrator, restarted for each stretch."""
-    from scipy.integrate import ode
-
     stability = Stability()
     rhs, reused = task.quick or task.rhs, task.quick is not None
     add, times = steps.add, steps.t
@@ -262,7 +259,7 @@ def _dop853(task: Task, steps: Steps, look: Look) -> Iterator[Run]:
         return Outcome(_DOP853_CODES[solver.get_return_code()])
 
     with _lend(stability.noting(rhs) if task.restarts else rhs) as guard:
-        solver = ode(guard.rates).set_integrator(
+        solver = import_ode()(guard.rates).set_integrator(
             "dop853",
             rtol=task.rtol,
             atol=task.atol,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from mecanique.arrays import median
 from mecanique.errors import IntegrationError
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.loops import ClosedLoops
@@ -67,7 +68,7 @@ def refine(problem: Problem, task: Task, steps: Steps, *, smooth: bool) -> Curve
 
     excess = np.maximum(position / allow(curve.q, first), velocity / allow(curve.v, curve.a))
     length = curve.t[left + 1] - curve.t[left]
-    coarse = left[(excess > 1) & (length > MIN_LENGTH * float(np.median(length)))]
+    coarse = left[(excess > 1) & (length > MIN_LENGTH * median(length))]
     t = (curve.t[coarse] + curve.t[coarse + 1]) / 2
     states = []
     try:

@@ -172,10 +172,10 @@ class Watcher:
 
     def occurrences(self, curve: Curve) -> tuple[Occurrence, ...]:
         """Return the events that took place, in the order of time."""
-        from scipy.optimize import brentq
-
         last = float(curve.t[-1])
         for crossing in self._to_record:
+            from scipy.optimize import brentq  # takes longer to import than most motions
+
             if crossing.low >= last:
                 continue  # the curve was cut before
             quantity = self._quantities[crossing.which]

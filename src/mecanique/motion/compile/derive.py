@@ -1,0 +1,72 @@
+"""Derive the program of a mechanism's motion.
+
+It comes from the closed form. Those of mechanisms with loops come from the recursion along
+the tree, with the multipliers of the loops solved for in the program; another part of it brings a
+state back onto the loops.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from math import inf
+
+from mecanique.derivation import derive
+from mecanique.generation.mechanics.closed_form import ClosedForm
+from mecanique.generation.mechanics.constraints.constrained import Constrained
+from mecanique.generation.mechanics.constraints.landing import landing_of
+from mecanique.generation.mechanics.constraints.loops import loops_of
+from mecanique.generation.mechanics.dynamics import Tree
+from mecanique.generation.mechanics.letters import Letters
+from mecanique.generation.program.program import Landing
+from mecanique.generation.program.solving import factorize
+from mecanique.generation.program.tape import Value
+from mecanique.generation.program.traced import values_of
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.states import States
+from mecanique.motion.compile.program import Program
+
+__all__ = ["program_of"]
+
+MOST = 100_000
+"""Operations of a closed mechanism's program; a longer one is no faster than the reference."""
+
+
+def program_of(
+    mechanism: Mechanism, swept: Collection[str] = (), states: States | None = None
+) -> Program:
+    """Derive the equations of a mechanism and return them as a program.
+
+    Args:
+        mechanism: a tree of few joints, or a closed mechanism.
+        swept: symbols of the parameters that stay inputs; all others are the numbers they stand
+            for.
+        states: of a closed mechanism, where to see which equations of its loops are redundant;
+            random ones by default.
+
+    Raises:
+        DerivationError: if there is no closed form, none that holds at every state, or it takes too
+            many operations.
+    """
+    kept = {p.symbol for p in mechanism.parameters if p.symbol in swept}
+    letters = Letters(mechanism, kept, MOST if mechanism.constrained else inf)
+    landing = None
+    if mechanism.constrained:
+        rates, landing = _solve_loops(letters, states)
+    else:
+        form = ClosedForm(letters, derive(mechanism))
+        rest = [Q - h for Q, h in zip(form.forces(), form.bias(), strict=True)]
+        accelerations = factorize(letters.tape, form.mass_matrix()).solve(rest)
+        rates = values_of([*form.rates(), *accelerations])
+    open_ = tuple(symbol for symbol in letters.open if symbol in kept)
+    signals = tuple(letters.signals)
+    return Program(mechanism, letters.tape, tuple(rates), open_, signals, landing)
+
+
+def _solve_loops(letters: Letters, states: States | None) -> tuple[list[Value], Landing]:
+    """The rates of a closed mechanism's state, and what keeps it on its loops."""
+    tree = Tree(letters)
+    loops = loops_of(letters, tree.recursion)
+    constrained = Constrained(letters, tree.mass_matrix(), loops, states)
+    drive = [Q - h for Q, h in zip(tree.forces(), tree.bias(), strict=True)]
+    rates = [*letters.rates, *constrained.solve(drive).acceleration]
+    return values_of(rates), landing_of(letters, loops, constrained)
