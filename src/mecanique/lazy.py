@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-__all__ = ["import_name", "uncollected"]
+__all__ = ["import_name", "keep_garbage"]
 
 
 def import_name(package: str, name: str, homes: Mapping[str, str]) -> Any:
@@ -31,7 +31,7 @@ def import_name(package: str, name: str, homes: Mapping[str, str]) -> Any:
 
 
 @contextmanager
-def uncollected() -> Iterator[None]:
+def keep_garbage() -> Iterator[None]:
     """Put off the collection of garbage while large packages are imported.
 
     What an import makes stays, and to look through it again and again takes a fifth of its time.

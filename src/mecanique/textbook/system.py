@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import final
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.lazy import uncollected
+from mecanique.lazy import keep_garbage
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Parameter
 from mecanique.textbook.facts import Fact
@@ -82,7 +82,7 @@ class System:
                     f"expected a whole number of at least 1 for {name}, got {number!r}"
                 )
             arguments[name] = int(number)
-        with uncollected():  # it may be the first to import SymPy
+        with keep_garbage():  # it may be the first to import SymPy
             return replace(self.build(**arguments), about=self.about)
 
     @property

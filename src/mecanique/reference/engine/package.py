@@ -6,7 +6,7 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
-from mecanique.lazy import uncollected
+from mecanique.lazy import keep_garbage
 
 __all__ = ["MISSING", "STAND_IN", "engine_name", "engine_package", "has_pinocchio"]
 
@@ -35,7 +35,7 @@ def engine_name() -> str:
 def engine_package() -> Any:
     """Return the package pinocchio, or what stands in for it."""
     if has_pinocchio():
-        with uncollected():
+        with keep_garbage():
             import pinocchio
 
         return pinocchio
