@@ -112,6 +112,8 @@ def has_compiler() -> bool:
 @cache
 def can_compile() -> bool:
     """Return whether there is a C compiler, and Python can load what it makes; this builds once."""
+    from mecanique.generation.compiled import build_library
+
     try:
         build_library({"empty.c": "int mecanique_empty(void) { return 0; }\n"})
     except InputError:
