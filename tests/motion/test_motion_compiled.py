@@ -23,7 +23,7 @@ from mecanique.model import (
     coordinate,
 )
 from mecanique.motion import Event, Motion
-from mecanique.motion.compile import cache, program
+from mecanique.motion.compile import cache, derive
 from mecanique.motion.compile.cache import compile_once
 from mecanique.motion.compile.stepper import has_compiler
 from mecanique.motion.simulation.choice import STEPS
@@ -133,7 +133,7 @@ def test_long_motions_of_loops_are_compiled_by_themselves(linkage: Mechanism) ->
 def test_what_takes_too_many_operations_stays_on_the_reference(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(program, "MOST", 200)
+    monkeypatch.setattr(derive, "MOST", 200)
     linkage = textbook.load("four_bar_linkage")
     motion = simulate(linkage, q=START, duration=20.0, rtol=1e-8, samples=2)
     assert motion.method.startswith("dop853")

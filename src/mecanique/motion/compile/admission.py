@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.motion.compile.derive import program_of
 from mecanique.motion.compile.program import SAMPLES, Program
-from mecanique.motion.compile.python import scalar
+from mecanique.motion.compile.python import overwriting, owning
+from mecanique.motion.record.steps import RightHandSide
 from mecanique.verification.rounding.conditioning import rounding
 from mecanique.verification.rows import TOLERANCE, rows_of
 from mecanique.verification.states.random import random_states
@@ -20,7 +21,23 @@ from mecanique.verification.states.random import random_states
 if TYPE_CHECKING:
     from mecanique.reference import Reference
 
-__all__ = ["admit", "require_agreement"]
+__all__ = ["Admitted", "admit", "require_agreement"]
+
+_FEW = 4
+"""Loops of mechanisms with more velocities are closed from random positions one by one for longer
+than all their equations take to derive."""
+
+
+class Admitted(NamedTuple):
+    """A program that may be used.
+
+    Args:
+        program: the equations, which agree with the reference.
+        make: makes functions of it, each of which overwrites its last answer.
+    """
+
+    program: Program
+    make: Callable[[], RightHandSide]
 
 
 def require_agreement(
@@ -61,16 +78,18 @@ def require_agreement(
         )
 
 
-def admit(mechanism: Mechanism, reference: Reference) -> Program:
-    """Derive a mechanism's equations and return them as a program, if the reference agrees.
+def admit(mechanism: Mechanism, reference: Reference) -> Admitted:
+    """Derive a mechanism's equations as a program, and return it if the reference agrees.
 
     Raises:
         DerivationError: if there is no program, or it does not agree.
     """
     many = SAMPLES if mechanism.constrained else 0
-    states = random_states(mechanism, many, 0, lot=many) if many else None
+    far = mechanism.nv > _FEW
+    states = random_states(mechanism, many, 0, lot=many, walk=far) if many else None
     program = program_of(mechanism, states=states)
-    rhs = scalar(program)
+    make = overwriting(program)
+    rhs = owning(make())
 
     def accelerations(states: States) -> np.ndarray:
         rows = zip(states.q, states.v, states.t.tolist(), strict=True)
@@ -83,4 +102,4 @@ def admit(mechanism: Mechanism, reference: Reference) -> Program:
 
     source = "closed form" if program.landing is None else "program"
     require_agreement(mechanism, reference, accelerations, source, states)
-    return program
+    return Admitted(program, make)

@@ -76,7 +76,7 @@ class Compiled:
             try:
                 from mecanique.motion.compile.admission import admit
 
-                self._program = admit(mechanism, reference)
+                self._program, self._make = admit(mechanism, reference)
             except DerivationError as error:
                 self._program = error
             except Exception as error:
@@ -100,10 +100,10 @@ class Compiled:
             DerivationError: if there is no closed form, or it does not agree.
         """
         program = self.program(reference)
-        if program.landing is not None:
-            return ClosedProgram(program, program.landing, reference)
         if self._make is None:
             self._make = overwriting(program)
+        if program.landing is not None:
+            return ClosedProgram(program, program.landing, reference, self._make())
         return self._make()
 
     def stepper(self, reference: Reference) -> Stepper:

@@ -8,8 +8,9 @@ import numpy as np
 
 from mecanique.model.units import velocity_scales
 from mecanique.motion.compile.program import Program
-from mecanique.motion.compile.python import list_values, overwriting
+from mecanique.motion.compile.python import list_values
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.steps import RightHandSide
 
 if TYPE_CHECKING:
     from mecanique.generation.program.program import Landing
@@ -46,18 +47,22 @@ class ClosedProgram:
         program: the equations, which agree with the reference.
         landing: how the program's mechanism stays on its loops.
         reference: the mechanism's, with the rank of its constraints.
+        quick: the program as a function, which overwrites its last answer.
     """
 
-    def __init__(self, program: Program, landing: Landing, reference: Reference) -> None:
+    def __init__(
+        self, program: Program, landing: Landing, reference: Reference, quick: RightHandSide
+    ) -> None:
         assert reference.closed is not None, "the mechanism has loops"
-        self._quick = overwriting(program)()
+        self._quick = quick
         self._slow = reference.rhs()
         self._changes = list_values(program, landing.changes)
         self._firmness = list_values(program, (landing.firmness,))
         self._plain = velocity_scales(program.mechanism)
-        self._unit = min(1.0, reference.closed.closures.length)
         self._rates = Rates.of(program.mechanism)
-        self._nq = program.mechanism.nq
+        self._nq = nq = program.mechanism.nq
+        least = min(1.0, reference.closed.closures.length)
+        self._per_unit = 1 / self._plain if len(self._plain) == nq else np.full(nq, 1 / least)
         self._regular: np.ndarray = np.full(self._nq, np.inf)
         self._radius = 0.0
 
@@ -92,7 +97,7 @@ class ClosedProgram:
 
     def _is_regular(self, t: float, y: np.ndarray) -> bool:
         """Whether no singular position is near; it is remembered where none is."""
-        off = y[: self._nq] - self._regular
+        off = (y[: self._nq] - self._regular) * self._per_unit
         if max(off.max(), -off.min()) < self._radius:
             return True
         try:
@@ -100,7 +105,7 @@ class ClosedProgram:
         except (ArithmeticError, ValueError):
             return False
         self._regular = y[: self._nq].copy()
-        self._radius = min(distance - _NEAR, _NEAR) / 2 * self._unit
+        self._radius = min(distance - _NEAR, _NEAR) / 2
         return bool(self._radius > 0)
 
     def _distance(self, t: float, y: np.ndarray) -> float:

@@ -115,7 +115,13 @@ def refuse_locked(mechanism: Mechanism) -> None:
             refuse(closed, 0.0)
 
 
-def wander(mechanism: Mechanism, t: Array, random: np.random.Generator) -> Array:
+def wander(
+    mechanism: Mechanism,
+    t: Array,
+    random: np.random.Generator,
+    start: Array | None = None,
+    strides: int = _STRIDES,
+) -> Array:
     """Return positions met on a random walk along the loops, shape (n, nq).
 
     It finds states of long chains of loops, which close from no random position.
@@ -124,6 +130,8 @@ def wander(mechanism: Mechanism, t: Array, random: np.random.Generator) -> Array
         mechanism: a mechanism with loops.
         t: time of each, shape (n,) [s].
         random: makes the steps.
+        start: a position with closed loops, shape (nq,); one near zero by default.
+        strides: how many steps lead from one position to the next.
 
     Raises:
         ClosureError: if no position is found at which all loops are closed.
@@ -137,10 +145,12 @@ def wander(mechanism: Mechanism, t: Array, random: np.random.Generator) -> Array
     if closed is None:
         return np.tile(q, (len(t), 1))
     still = np.zeros(mechanism.nv)
-    q, met = position_near(closed, None, q, float(t[0]), still.astype(bool)), []
+    met = []
+    free = still.astype(bool)
+    q = position_near(closed, None, q, float(t[0]), free) if start is None else start
     for time in t.tolist():
         heading = random.normal(size=len(still))
-        for _ in range(_STRIDES):
+        for _ in range(strides):
             J = closed.closures.scale(q, still, time).jacobian[closed.closures.positional]
             along = heading - np.linalg.pinv(J, rcond=_RANK) @ (J @ heading)
             step = along * (_STRIDE / max(float(np.abs(along).max(initial=0.0)), _STRIDE))
