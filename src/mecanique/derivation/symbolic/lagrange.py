@@ -16,6 +16,7 @@ from mecanique.derivation.symbolic.derivation import Derivation, mass_and_bias
 from mecanique.derivation.symbolic.forces import works_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
+from mecanique.derivation.symbolic.redundancy import redundancy_stages
 from mecanique.derivation.symbolic.steps import (
     coordinate_stages,
     energy_integral,
@@ -98,6 +99,7 @@ class Lagrange:
                 ),
                 *work_stages(algebra, self.works, self.D),
                 *loop_stages(self.ties),
+                *redundancy_stages(algebra.mechanism),
                 *coordinate_stages(
                     names,
                     operated,

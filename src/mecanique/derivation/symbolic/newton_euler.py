@@ -30,6 +30,7 @@ from mecanique.derivation.symbolic.free_bodies.sentences import (
 )
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
+from mecanique.derivation.symbolic.redundancy import redundancy_stages
 from mecanique.derivation.symbolic.steps import loop_stages, multiplier_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
@@ -130,6 +131,7 @@ class NewtonEuler:
                 *loop_stages(loops, of_forces=True),
                 *(stage for cut in self.cuts.bodies for stage in self._free_body(cut)),
                 *self._elimination(),
+                *redundancy_stages(algebra.mechanism),
                 *multiplier_stages(algebra, M, rest, ties),
             ),
             assumptions=tuple(self.cuts.assumptions),

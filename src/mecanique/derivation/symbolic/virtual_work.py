@@ -21,6 +21,7 @@ from mecanique.derivation.symbolic.free_bodies.distribution import Distribution,
 from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
 from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.newton_euler import NewtonEuler
+from mecanique.derivation.symbolic.redundancy import redundancy_stages
 from mecanique.derivation.symbolic.steps import coordinate_of, loop_stages, quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.quasi import independent_displacements
@@ -137,6 +138,7 @@ class VirtualWork:
         if not ties:
             return
         yield from loop_stages(ties, of_work=bool(S))
+        yield from redundancy_stages(self.algebra.mechanism, of_work=bool(S))
         if not S:
             return
         one = self.algebra.ring.number(1)

@@ -197,11 +197,19 @@ class Elements:
         if abs(work[worst]) > _WORK:
             name = self._mechanism.velocities[worst[0]]
             element = self._element_of(int(worst[1]))
+            law = ""
+            if isinstance(element, Cord):
+                joint = name.removesuffix("'")
+                law = (
+                    ". A cord with a stretch that turns adds no law to the map: give it, "
+                    f"Coordinates(…, {{{joint!r}: …}})"
+                )
             raise EngineError(
                 f"mechanism {self._mechanism.name!r}: {type(element).__name__.lower()} "
                 f"{element.name!r} does not fit the coordinate map, which lets "
                 f"{self.names[worst[1]]} do the work {work[worst]:.3g} per unit of {name} "
                 "where it must do none; correct its bodies, points, radii or senses, or the map"
+                + law
             )
 
     def _element_of(self, force: int) -> Any:

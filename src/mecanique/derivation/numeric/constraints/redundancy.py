@@ -1,0 +1,104 @@
+"""Equations of constraints that follow from the others wherever the constraints hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple, final
+
+import numpy as np
+
+from mecanique.derivation.numeric.constraints.multipliers import Held
+from mecanique.model.mechanism import Mechanism
+from mecanique.model.random_positions import draw_positions
+from mecanique.model.states import States
+from mecanique.model.units import characteristic_length, velocity_scales
+
+__all__ = ["Redundancy", "find_redundancy"]
+
+_POSITIONS, _STEPS = 8, 50
+"""Random positions to start from, and steps of Newton's method from each to the constraints."""
+
+_CLOSED = 1e-11
+"""Constraints met to this part of their units hold."""
+
+_RANK = 1e-7
+"""Singular values below this part of the largest count as zero."""
+
+
+@final
+class Redundancy(NamedTuple):
+    """What is redundant among the equations of constraints.
+
+    Args:
+        rows: names of those that follow from the ones before them.
+        shared: names of those whose multipliers are undetermined by themselves.
+    """
+
+    rows: tuple[str, ...]
+    shared: tuple[str, ...]
+
+
+def find_redundancy(mechanism: Mechanism) -> Redundancy:
+    """Return what is redundant in each of some positions; nothing if none are found.
+
+    Args:
+        mechanism: a mechanism with loops, contacts or velocity constraints.
+    """
+    held = Held(mechanism)
+    rows, shared = set(range(len(held.names))), set(range(len(held.names)))
+    found = False
+    for q in _positions(mechanism, held):
+        found = True
+        J = _rows(mechanism, held, q)
+        rank = [_rank(J[:k]) for k in range(len(J) + 1)]
+        rows &= {k for k in range(len(J)) if rank[k + 1] == rank[k]}
+        if not rows:
+            break
+        left = np.linalg.svd(J)[0][:, rank[-1] :]
+        shared &= set(np.flatnonzero((np.abs(left) > _RANK).any(axis=1)).tolist())
+    if not found or not rows:
+        return Redundancy((), ())
+    return Redundancy(*(tuple(held.names[k] for k in sorted(each)) for each in (rows, shared)))
+
+
+def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
+    """Positions that the constraints allow, near random ones; unit quaternions stay as they are."""
+    random = np.random.default_rng(0)
+    plain = [k for k, name in enumerate(mechanism.coordinates) if name not in _turned(mechanism)]
+    columns = [mechanism.velocities.index(f"{mechanism.coordinates[k]}'") for k in plain]
+    units = velocity_scales(mechanism)[columns]
+    far = 3 * characteristic_length(mechanism)
+    for q in draw_positions(mechanism, _POSITIONS, random, far):
+        for _ in range(_STEPS):
+            at = held.at(_still(mechanism, q))
+            gap = at.residual[0] / held.row_units.units
+            if not (np.isfinite(gap).all() and np.isfinite(at.jacobian).all()):
+                break
+            if np.abs(gap).max(initial=0.0) < _CLOSED:
+                yield q
+                break
+            J = at.jacobian[0][:, columns] * units / held.row_units.units[:, None]
+            holonomic = gap != 0.0
+            q[plain] -= units * np.linalg.lstsq(J[holonomic], gap[holonomic], rcond=1e-6)[0]
+
+
+def _turned(mechanism: Mechanism) -> set[str]:
+    """The coordinates of quaternions."""
+    return {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
+
+
+def _rows(mechanism: Mechanism, held: Held, q: np.ndarray) -> np.ndarray:
+    """The rows, each of length one in plain units, shape (m, nv)."""
+    J = held.at(_still(mechanism, q)).jacobian[0] * velocity_scales(mechanism)
+    size = np.linalg.norm(J, axis=1, keepdims=True)
+    return np.asarray(J / np.where(size > 0, size, 1.0))
+
+
+def _still(mechanism: Mechanism, q: np.ndarray) -> States:
+    """At rest in a position, which may be beyond limits on the way."""
+    rest = np.zeros((1, mechanism.nv))
+    return States(mechanism, q[None], rest, np.zeros(1), rest)
+
+
+def _rank(J: np.ndarray) -> int:
+    return int(np.linalg.matrix_rank(J, tol=_RANK)) if len(J) else 0

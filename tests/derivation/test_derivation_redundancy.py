@@ -1,0 +1,50 @@
+"""Redundant constraints are named in the steps of a derivation, without the reference's help."""
+
+from __future__ import annotations
+
+import pytest
+from systems import derive_system
+
+import mecanique as mq
+from mecanique.derivation.numeric.constraints.redundancy import find_redundancy
+
+START = {name: mq.textbook.entry(name).start for name in ("governor", "bricard_linkage")}
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["bricard_linkage", "four_bar_linkage", "governor", "rolling_disk", "two_wheeled_cart"],
+)
+def test_the_same_rows_are_redundant_as_by_the_reference(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    known = mq.degrees_of_freedom(mechanism, q=START.get(name)).redundant
+    assert find_redundancy(mechanism).rows == known
+
+
+def test_both_wheels_of_a_cart_keep_the_axle_from_sliding() -> None:
+    """Friction along the axle has parts along x and y of the plane, so that four are open."""
+    shared = tuple(f"{side}_contact: {axis}" for side in ("left", "right") for axis in "xy")
+    assert find_redundancy(mq.textbook.load("two_wheeled_cart")).shared == shared
+
+
+def test_a_folded_governor_is_no_reason_to_call_a_link_redundant() -> None:
+    """Where the sleeve meets the pivot, both links ask for the same; elsewhere they do not."""
+    governor = mq.textbook.load("governor")
+    assert mq.degrees_of_freedom(governor, q={"s": 0.0}).redundant == ("link2: length",)
+    assert find_redundancy(governor) == ((), ())
+
+
+def test_the_steps_name_them() -> None:
+    by_multipliers = " ".join(derive_system("rolling_disk").text(steps=True).split())
+    assert (
+        "Redundant constraints In every position that the constraints allow, contact: y follows "
+        "from the others and from how the joints lead the bodies: it restrains nothing more. The "
+        "force of contact: y is undetermined."
+    ) in by_multipliers
+    by_bodies = derive_system("two_wheeled_cart", method="newton_euler").text(steps=True)
+    assert "right_contact: x and right_contact: y are undetermined one by one" in " ".join(
+        by_bodies.split()
+    )
+    work = derive_system("rolling_disk", method="virtual_work").text(steps=True)
+    assert "restrains nothing more.\n" in work  # no force appears in it
+    assert "Redundant" not in derive_system("four_bar_linkage").text(steps=True)
