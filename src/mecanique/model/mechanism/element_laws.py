@@ -101,7 +101,9 @@ def _solve(row: Row, found: dict[str, Scalar], chosen: tuple[str, ...]) -> None:
         if name in found or name in chosen:
             continue
         others = plain(sum([term for other, term in terms.items() if other != name]))
-        law = plain((-others / row[name]).subs(laws).expand())
+        law = plain(-others / row[name])
+        if not isinstance(law, int | float):
+            law = plain(law.subs(laws).expand())
         if name in symbols_in(law):
             continue
         found[name] = law
@@ -168,7 +170,8 @@ def _of_cord(here: _Still, cord: Cord | Belt) -> Iterator[Row]:
         for name in {**(start or {}), **(end or {})}:
             factor = plain((end or {}).get(name, 0) - (start or {}).get(name, 0))
             slides = name in here.sliding
-            if slides and min(abs(float(factor) - whole) for whole in (-1, 0, 1)) > _NEAR:
+            moves_both = name in (start or {}) and name in (end or {})
+            if slides and abs(abs(float(factor)) - (not moves_both)) > _NEAR:
                 return  # the stretch turns as the slide moves
             rows[part][name] = rows[part].get(name, 0) + (
                 round(float(factor)) if slides else factor
