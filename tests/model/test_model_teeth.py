@@ -89,3 +89,40 @@ def test_without_gears_nothing_has_teeth_and_odd_radii_have_whole_numbers() -> N
     )
     counts = [each.count for each in teeth_of(pair) if isinstance(each, WheelTeeth)]
     assert counts[1] / counts[0] == pytest.approx(1.234, rel=2e-3)
+
+
+@pytest.mark.parametrize(("slant", "place"), [(90, 0.0), (90, 0.7), (60, -1.9), (120, 0.4)])
+def test_bevel_wheels_mesh_on_their_pitch_cones(slant: float, place: float) -> None:
+    """Their teeth point at each other across the ray from the apex, one between two."""
+    big, small, angle = 0.2, 0.1, np.deg2rad(slant)
+    c, s = np.cos(angle), np.sin(angle)
+    a, b = (small + c * big) / s, (big + c * small) / s
+    line = np.array([s, 0.0, c])
+    machine = Mechanism(
+        "bevel",
+        (Body("ground"), Body("a", disk(3.0, big)), Body("b", disk(1.0, small))),
+        (
+            Revolute("A", "ground", "a", axis=(0, 0, 1), origin=Placement((0, 0, a))),
+            Revolute("B", "ground", "b", axis=(0, 0, 1), origin=Placement(b * line, (0, angle, 0))),
+        ),
+        elements=(Gear("mesh", "A", "B", big, other_radius=small),),
+    )
+    wheels = {each.body: each for each in teeth_of(machine) if isinstance(each, WheelTeeth)}
+    poses = dict(zip(("ground", "a", "b"), Reference(machine).poses([place]), strict=True))
+    touch = np.array([big, 0, a])
+    beside, pointing = [], []
+    for name, radius in (("a", big), ("b", small)):
+        wheel, pose = wheels[name], poses[name]
+        outline = wheel.outline(radius) @ pose[:3, :3].T + pose[:3, 3]
+        teeth = outline.reshape(wheel.count, 4, 3)
+        nearest = teeth[np.linalg.norm(teeth.mean(axis=1) - touch, axis=1).argmin()]
+        pitch = 2 * np.pi * radius / wheel.count
+        tooth = nearest.mean(axis=0) - pose[:3, 3]
+        toward = (touch - pose[:3, 3]) / radius
+        beside.append(float(radius * np.arctan2(tooth[1], tooth @ toward) / pitch))
+        root, tip = nearest[[0, 3]].mean(axis=0), nearest[[1, 2]].mean(axis=0)
+        pointing.append((tip - root) / np.linalg.norm(tip - root))
+        assert abs(pointing[-1] @ touch) / np.linalg.norm(touch) < 0.12  # half a tooth off at most
+        assert len(visuals_of(machine)[name]) == wheel.count + 1
+    assert apart(*beside) == pytest.approx(0.5, abs=1e-9)
+    assert pointing[0] @ pointing[1] < -0.95

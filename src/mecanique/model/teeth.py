@@ -20,6 +20,7 @@ from mecanique.model.constraints.elements import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.pitch_points import find_pitch_point
 from mecanique.model.placement import Placement, angles_of
 
 __all__ = ["RackTeeth", "Toothed", "WheelTeeth", "teeth_of", "visuals_of"]
@@ -37,6 +38,10 @@ _NARROW, _WIDE = 0.28, 0.72
 """Width of a tooth at its tip and at its root, as a part of the pitch."""
 
 
+_FACE = 0.3
+"""Width of the teeth of bevel wheels, as a part of the way to the apex."""
+
+
 @final
 @dataclass(frozen=True)
 class WheelTeeth:
@@ -49,7 +54,9 @@ class WheelTeeth:
         count: of teeth.
         phase: angle of one of them from the first column [rad].
         internal: whether they point inwards.
-        width: along the axis [m].
+        width: along the axis, or from the pitch circle towards the apex of bevel wheels [m].
+        rise: angle by which a tooth points out of the wheel's plane, towards the axis; 0 for spur
+            wheels, ± the pitch cone's for bevel wheels [rad].
     """
 
     body: str
@@ -59,6 +66,7 @@ class WheelTeeth:
     phase: float
     internal: bool
     width: Scalar
+    rise: float = 0.0
 
     @property
     def module(self) -> Scalar:
@@ -75,9 +83,10 @@ class WheelTeeth:
         heights = sign * module * np.array([-_ROOT, _TIP, _TIP, -_ROOT])
         places = np.array([-_WIDE, -_NARROW, _NARROW, _WIDE]) / 2
         turn = self.phase + (np.arange(self.count)[:, None] + places) * (2 * pi / self.count)
-        r = radius + np.broadcast_to(heights, turn.shape)
-        flat = np.stack([r * np.cos(turn), r * np.sin(turn)], axis=-1).reshape(-1, 2)
-        found: Array = flat @ self.axes[:, :2].T
+        high = np.broadcast_to(heights, turn.shape)
+        r = radius + high * cos(self.rise)
+        places = np.stack([r * np.cos(turn), r * np.sin(turn), high * sin(self.rise)], axis=-1)
+        found: Array = places.reshape(-1, 3) @ self.axes.T
         return found
 
     def visuals(self) -> Iterator[Visual]:
@@ -88,9 +97,15 @@ class WheelTeeth:
         for k in range(self.count):
             angle = self.phase + 2 * pi * k / self.count
             out = self.axes[:, 0] * cos(angle) + self.axes[:, 1] * sin(angle)
-            turn = np.stack([out, np.cross(self.axes[:, 2], out), self.axes[:, 2]], axis=1)
-            far = self.radius + middle * self.module
-            x, y, z = (far * float(c) for c in out)
+            axis, across = self.axes[:, 2], np.cross(self.axes[:, 2], out)
+            high = out * cos(self.rise) + axis * sin(self.rise)
+            turn = np.stack([high, across, np.cross(high, across)], axis=1)
+            # the teeth of spur wheels lie on both sides of the wheel's plane
+            inward = np.sign(self.rise) * turn[:, 2] / 2
+            place = zip(out.tolist(), high.tolist(), inward.tolist(), strict=True)
+            x, y, z = (
+                self.radius * o + middle * self.module * h + self.width * i for o, h, i in place
+            )
             yield Visual(Box(size), Placement((x, y, z), angles_of(turn)))
 
 
@@ -173,7 +188,7 @@ def visuals_of(mechanism: Mechanism) -> dict[str, tuple[Visual, ...]]:
 
 
 def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
-    """Return the teeth of all spur wheels and racks of a mechanism; at its zero position they mesh.
+    """Return the teeth of all wheels and racks of a mechanism; at its zero position they mesh.
 
     Args:
         mechanism: whose elements.
@@ -183,7 +198,7 @@ def teeth_of(mechanism: Mechanism) -> tuple[Toothed, ...]:
         return ()
     poses = _poses(mechanism)
     found: dict[tuple[str, bool], Toothed] = {}
-    waiting = [mesh for mesh in meshes if _is_flat(mechanism, mesh, poses)]
+    waiting = [mesh for mesh in meshes if _has_axes(mechanism, mesh)]
     counts = _count(mechanism, waiting)
     while waiting:
         # what meshes with wheels that have teeth comes first
@@ -212,57 +227,57 @@ def _mesh(
     wheel, other = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(wheel, Revolute)
     A, B = poses[wheel.child], poses[other.child]
-    n = A[:3, :3] @ np.array(wheel.axis)
-    point = mesh.point if isinstance(mesh, Rack) else (0.0, 0.0, 0.0)
-    d = B[:3, :3] @ mechanism.evaluate_all(point) + B[:3, 3] - A[:3, 3]
-    if isinstance(other, Prismatic):
-        line = B[:3, :3] @ np.array(other.axis)
-        d = d - (d @ line) * line
-    d = d - (d @ n) * n
-    u = d / np.linalg.norm(d)
-    t = np.cross(n, u)
+    touch = find_pitch_point(mechanism, mesh, A, B)
+    n, u, t = touch.axis, touch.toward, np.cross(touch.axis, touch.toward)
     radius = mechanism.evaluate(mesh.radius)
     pitch = 2 * pi * radius / counts[0]
     internal = isinstance(mesh, Gear) and mesh.internal
     width = _width(mechanism, wheel.child, mesh.radius) or pitch
     if isinstance(mesh, Gear):
         width = _width(mechanism, other.child, mesh.other_radius) or width
-    side = 1 if internal else -1  # of the other's center, where they touch
+    if touch.rises != (0.0, 0.0):
+        width = _FACE * touch.ray
     known, partner = found.get((wheel.child, internal)), found.get((other.child, False))
+    along = np.cross(touch.other_axis, touch.other_toward)
+    sign = 1 if along @ t > 0 else -1
     apart = 0.0  # along t, of a tooth of the wheel from where the pitch circles touch [m]
     if isinstance(known, WheelTeeth):
         apart = radius * _turn_of(known, A, n, u)
     elif isinstance(partner, WheelTeeth) and isinstance(mesh, Gear):
-        apart = side * mechanism.evaluate(mesh.other_radius) * _turn_of(partner, B, n, side * u)
-        apart += pitch / 2
-    yield _wheel(wheel.child, A, (u, t, n), mesh.radius, counts[0], apart / radius, internal, width)
+        turn = _turn_of(partner, B, touch.other_axis, touch.other_toward)
+        apart = sign * mechanism.evaluate(mesh.other_radius) * turn + pitch / 2
+    first, second = touch.rises
+    yield WheelTeeth(
+        wheel.child,
+        A[:3, :3].T @ np.stack([u, t, n], axis=1),
+        mesh.radius,
+        counts[0],
+        apart / radius,
+        internal,
+        width,
+        first,
+    )
     between = apart + pitch / 2
     if isinstance(mesh, Gear):
         size = mechanism.evaluate(mesh.other_radius)
-        frame = side * u, side * t, n
-        turn = side * between / size
-        yield _wheel(other.child, B, frame, mesh.other_radius, counts[1], turn, False, width)
+        frame = np.stack([touch.other_toward, along, touch.other_axis], axis=1)
+        yield WheelTeeth(
+            other.child,
+            B[:3, :3].T @ frame,
+            mesh.other_radius,
+            counts[1],
+            sign * between / size,
+            False,
+            width,
+            second,
+        )
         return
-    turn = B[:3, :3].T
-    start = turn @ (A[:3, 3] + radius * u + between * t - B[:3, 3])
-    axes = turn @ np.stack([t, -u, np.cross(t, -u)], axis=1)
+    back = B[:3, :3].T
+    start = back @ (A[:3, 3] + radius * u + between * t - B[:3, 3])
+    axes = back @ np.stack([t, -u, np.cross(t, -u)], axis=1)
     module = 2 * mesh.radius / counts[0]
     reach = _reach(mechanism, other.child, start, axes[:, 0]) or (-4 * pitch, 4 * pitch)
     yield RackTeeth(other.child, axes, start, module, reach, width)
-
-
-def _wheel(
-    body: str,
-    pose: Array,
-    frame: tuple[Array, Array, Array],
-    radius: Scalar,
-    count: int,
-    phase: float,
-    internal: bool,
-    width: Scalar,
-) -> WheelTeeth:
-    axes = pose[:3, :3].T @ np.stack(frame, axis=1)
-    return WheelTeeth(body, axes, radius, count, phase, internal, width)
 
 
 def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[int, int]]:
@@ -295,13 +310,10 @@ def _poses(mechanism: Mechanism) -> dict[str, Array]:
     return poses
 
 
-def _is_flat(mechanism: Mechanism, mesh: Gear | Rack, poses: dict[str, Array]) -> bool:
-    """Whether a mesh is one of spur wheels, whose axes are parallel, or of a rack."""
+def _has_axes(mechanism: Mechanism, mesh: Gear | Rack) -> bool:
+    """Whether a mesh is one of wheels on hinges, or of a wheel and a rack on a slide."""
     a, b = (mechanism.joint(name) for name in mesh.joints)
-    if not isinstance(a, Revolute) or not isinstance(b, Revolute | Prismatic):
-        return False
-    n, line = (poses[joint.child][:3, :3] @ np.array(joint.axis) for joint in (a, b))
-    return isinstance(mesh, Rack) or bool(np.linalg.norm(np.cross(n, line)) < 1e-6)
+    return isinstance(a, Revolute) and isinstance(b, Revolute | Prismatic)
 
 
 def _is_pitch(mechanism: Mechanism, visual: Visual, radius: Scalar) -> bool:

@@ -58,7 +58,11 @@ def find_redundancy(mechanism: Mechanism) -> Redundancy:
         shared &= set(np.flatnonzero((np.abs(left) > _RANK).any(axis=1)).tolist())
     if not found or not rows:
         return Redundancy((), ())
-    return Redundancy(*(tuple(held.names[k] for k in sorted(each)) for each in (rows, shared)))
+    return Redundancy(_names(held, rows), _names(held, shared))
+
+
+def _names(held: Held, rows: set[int]) -> tuple[str, ...]:
+    return tuple(held.names[k] for k in sorted(rows))
 
 
 def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
