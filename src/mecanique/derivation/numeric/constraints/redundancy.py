@@ -66,10 +66,11 @@ def _names(held: Held, rows: set[int]) -> tuple[str, ...]:
 
 
 def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
-    """Positions that the constraints allow, near random ones; unit quaternions stay as they are."""
+    """Positions that the constraints allow, near random ones; quaternions stay as they are."""
     random = np.random.default_rng(0)
-    plain = [k for k, name in enumerate(mechanism.coordinates) if name not in _turned(mechanism)]
-    columns = [mechanism.velocities.index(f"{mechanism.coordinates[k]}'") for k in plain]
+    velocities = mechanism.velocities
+    plain = [k for k, name in enumerate(mechanism.coordinates) if f"{name}'" in velocities]
+    columns = [velocities.index(f"{mechanism.coordinates[k]}'") for k in plain]
     units = velocity_scales(mechanism)[columns]
     far = 3 * characteristic_length(mechanism)
     for q in draw_positions(mechanism, _POSITIONS, random, far):
@@ -84,11 +85,6 @@ def _positions(mechanism: Mechanism, held: Held) -> Iterator[np.ndarray]:
             J = at.jacobian[0][:, columns] * units / held.row_units.units[:, None]
             holonomic = gap != 0.0
             q[plain] -= units * np.linalg.lstsq(J[holonomic], gap[holonomic], rcond=1e-6)[0]
-
-
-def _turned(mechanism: Mechanism) -> set[str]:
-    """The coordinates of quaternions."""
-    return {name for joint in mechanism.joints if joint.quaternion for name in joint.coordinates}
 
 
 def _rows(mechanism: Mechanism, held: Held, q: np.ndarray) -> np.ndarray:
