@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -124,6 +125,32 @@ def test_a_reaction_on_the_parent_is_drawn_against_that_on_the_child() -> None:
         assert has(second, way)
     assert has(first, [-1.0, 0.0])  # R_pin2 on rod1
     assert not has(second, [-1.0, 0.0])
+
+
+@pytest.mark.parametrize(
+    ("name", "body", "letters"),
+    [
+        ("cart_pole", "cart", {"F", "Ddamping", "Rpin,x", "Rpin,z", "M\u2009ax"}),
+        ("double_pendulum", "rod1", {"Rpin1,x", "Rpin1,z", "Rpin2,x", "Rpin2,z", "m1\u2009ax"}),
+        ("slider_crank", "rod", {"RA,x", "RA,z", "λB,x", "λB,z"}),
+        ("two_blocks", "block2", {"F", "Fspring2", "Rslide2,z"}),
+    ],
+)
+def test_what_is_zero_at_rest_has_its_letter(name: str, body: str, letters: set[str]) -> None:
+    where = seen(name)
+    upright = where if name == "slider_crank" else replace(where, q=np.zeros(where.q.shape))
+    drawn = texts(cut_free(upright, body))
+    assert letters <= set(drawn)
+    numbered = texts(cut_free(upright, body, numbers=True))
+    assert not any(text.startswith("Ddamping") for text in numbered)
+    moving = texts(cut_free(seen(name, 0.7), body)) if name != "slider_crank" else drawn
+    assert set(moving) - set(drawn) <= {"q1", "q"}  # and no letter of a force that cannot act
+
+
+def test_what_cannot_act_is_not_drawn() -> None:
+    """A rod without mass carries forces at its ends, none of its own."""
+    assert not any("a" in text for text in texts(cut_free(seen("slider_crank"), "rod")))
+    assert "RB,x" not in texts(cut_free(seen("two_blocks"), "block1"))
 
 
 def test_the_force_of_a_loop_has_the_letter_of_the_equations() -> None:

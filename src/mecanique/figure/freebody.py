@@ -16,6 +16,7 @@ from typing import final
 import numpy as np
 
 from mecanique.derivation.symbolic.free_bodies.axes import find_swing
+from mecanique.errors import MecaniqueError
 from mecanique.figure.camera import Floats
 from mecanique.figure.coordinates import coordinates
 from mecanique.figure.measures import lengths
@@ -28,6 +29,8 @@ from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.forces import BodyLoad, JointLoad
 from mecanique.model.joints import Revolute
 from mecanique.motion.analysis.forces import TOGETHER, Action, Actions
+from mecanique.motion.record.loops import begin_on_loops
+from mecanique.reference import Reference
 
 __all__ = ["acting", "cut_free"]
 
@@ -39,6 +42,12 @@ _UNKNOWN = "S, C: reactions and guides together; each by itself is undetermined"
 
 NEGLIGIBLE = 1e-6
 """Forces smaller than this fraction of the largest are not drawn."""
+
+STIR = 1e-3
+"""How far a mechanism is moved, and time goes on, to see which forces can act [rad, m, s]."""
+
+POSSIBLE = 1e-5
+"""Forces smaller than this fraction of the largest in a general motion are none."""
 
 BESIDE, SAME = 11.0, 4.0
 """Distance between arrows along one line, and of tails that count as one place [pt]."""
@@ -86,20 +95,30 @@ def cut_free(
         numbers: whether the values stand beside the letters.
     """
     actions = [action for action in acting(setting) if action.body == body]
+    possible = actions if numbers else _stir(setting, actions)
     force = max((float(np.linalg.norm(each.force)) for each in actions), default=0.0)
     moment = max((float(np.linalg.norm(each.moment)) for each in actions), default=0.0)
     axes = [] if resultants or not setting.camera.flat else _axes(setting, body)
     marks: list[Mark] = [*_arms(setting, body, actions), *solid_marks(setting, body)]
     arrows: list[_Arrow] = []
-    for each in actions:
-        if np.linalg.norm(each.force) > NEGLIGIBLE * force:
-            parts = [one for one in _resolve(setting, each, axes) if abs(one.size) > 1e-6 * force]
-            arrows += [_step_aside(one, arrows) for one in parts]
+    # without numbers a letter stands for every value, zero too: what can act is drawn
+    strongest = max((float(np.linalg.norm(each.force)) for each in possible), default=0.0)
+    for each, other in zip(actions, possible, strict=True):
+        parts = [one for one in _resolve(setting, each, axes) if abs(one.size) > NEGLIGIBLE * force]
+        drawn = {one.symbol for one in parts}
+        for one in _resolve(setting, other, axes):
+            if one.symbol not in drawn and abs(one.size) > POSSIBLE * strongest:
+                parts.append(one)
+        for one in parts:
+            arrows.append(_step_aside(one, arrows))
     for one in arrows:
         marks += _draw(one, force, numbers)
-    for each in actions:
+    turning = max((float(np.linalg.norm(each.moment)) for each in possible), default=0.0)
+    for each, other in zip(actions, possible, strict=True):
         if np.linalg.norm(each.moment) > max(NEGLIGIBLE * moment, 1e-9 * force):
             marks += _moment(setting, each, numbers, counted=bool(axes))
+        elif np.linalg.norm(other.moment) > max(POSSIBLE * turning, 1e-9 * strongest):
+            marks += _moment(setting, other, numbers, counted=bool(axes))
     spots = {tuple(np.round(setting.camera.at(each.origin[0]), 1)) for each in actions}
     marks += [Circle(np.array(spot), 2.4, "tip") for spot in sorted(spots)]
     if not marks:
@@ -142,6 +161,34 @@ def acting(setting: Setting) -> Iterator[Action]:
     yield from found.inertia(t, q, v, np.asarray(setting.reference.acceleration(q, v, t)))
 
 
+def _stir(setting: Setting, actions: Sequence[Action]) -> list[Action]:
+    """The same forces a little later, in a general motion: what is zero by chance is not there."""
+    mechanism, state = setting.mechanism, np.random.default_rng(0)
+    reference = setting.reference
+    idle = {each: replace(each, signal=1.0) for each in mechanism.inputs if each.signal == 0.0}
+    if idle:  # such a drive is there to be given a value
+        given = tuple(idle.get(each, each) for each in mechanism.inputs)
+        mechanism = replace(mechanism, inputs=given)
+        reference = Reference(mechanism)
+    q, v, t = setting.q, setting.v + state.uniform(0.5, 1.0, mechanism.nv), setting.t + STIR
+    if mechanism.nq == mechanism.nv:
+        q = q + STIR * state.uniform(0.5, 1.0, mechanism.nq)
+    try:
+        if mechanism.constrained:
+            closed = begin_on_loops(reference, q.tolist(), v.tolist(), t).state
+            q, v = closed[: mechanism.nq], closed[mechanism.nq :]
+        moved = replace(setting, mechanism=mechanism, reference=reference, q=q, v=v, t=t)
+        stirred = [*acting(moved)]
+    except MecaniqueError:  # there is no motion near, as in a singular position
+        return [*actions]
+    found = {(each.kind, each.name, each.body, each.other): each for each in stirred}
+    kept = []
+    for each in actions:
+        other = found.get((each.kind, each.name, each.body, each.other), each)
+        kept.append(replace(other, origin=each.origin))
+    return kept
+
+
 def _axes(setting: Setting, body: str) -> list[_Axis]:
     """The axes of the body's equations that lie in the picture: n and t of a pendulum, or x, z."""
     swing = find_swing(setting.mechanism, body)
@@ -162,6 +209,8 @@ def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterato
     if not axes or action.kind not in ("reaction", "inertia") or action.name == TOGETHER:
         paper = setting.camera.at(force) / setting.camera.scale
         size = float(np.linalg.norm(force))
+        if not size:
+            return
         seen = float(np.hypot(*paper)) / size
         if seen > 0.05:
             yield _Arrow(at, unit(paper), size, symbol, style, seen)
