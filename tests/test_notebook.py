@@ -10,6 +10,7 @@ import pytest
 
 import mecanique as mq
 from mecanique import notebook
+from mecanique.figure.draw import figure_text
 
 JOINTS = (
     mq.Fixed,
@@ -52,6 +53,21 @@ def test_steps_are_written_out() -> None:
     assert shown.count("<h4>") == len(steps)
     assert shown.count("<math ") == sum(len(step.results) for step in steps)
     assert steps[0]._repr_html_() in shown
+
+
+def test_single_equations_are_shown_without_a_script() -> None:
+    equations = mq.derive(mq.textbook.load("rigid_bar_pendulum"))
+    shown = equations.equations[0]
+    assert shown._repr_html_() == shown.mathml()
+    assert shown.left._repr_html_().startswith("<math ")
+
+
+def test_a_linkage_is_drawn_where_its_motion_starts() -> None:
+    """At zero crank and rod lie in one line, and there would be no angles to see."""
+    linkage = mq.textbook.load("slider_crank")
+    shown = linkage._repr_html_()
+    start = figure_text(linkage, mq.textbook.entry("slider_crank").start)
+    assert shown == start != figure_text(linkage, {})
 
 
 def test_a_mechanism_is_shown_by_its_figure(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from derivation_reading import residual
+from systems import derive_system
 
 from mecanique import derive, textbook
 from mecanique.derivation.equations import Equations
@@ -195,3 +196,30 @@ def test_inertias_are_collected_by_their_letters() -> None:
     assert row.startswith(
         "(Ja rp^2 + 4 Jr (rs + rp)^2 rp^2/(rs + 2 rp)^2 + m (rs + rp)^2 rp^2 + Jp (rs + rp)^2) arm'"
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [
+        ("foucault_pendulum", "newton_euler"),
+        ("two_wheeled_cart", "newton_euler"),
+        ("governor", "virtual_work"),
+    ],
+)
+def test_no_step_writes_one_less_a_square(name: str, method: str) -> None:
+    """1 - cos(x)^2 is sin(x)^2, also where a product shares the cosine."""
+    text = derive_system(name, method).text(steps=True)
+    assert not re.search(r"\(1 - (?:sin|cos)\(\w+\)\^2\)|\((?:sin|cos)\(\w+\)\^2 - 1\)", text)
+
+
+def test_a_reaction_has_the_form_of_an_expert() -> None:
+    """The moment in Foucault's Cardan joint; no double angles where single ones are as short."""
+    text = derive_system("foucault_pendulum", "newton_euler").text(steps=True)
+    row = next(line for line in text.splitlines() if line.strip().startswith("M_cardan_x = "))
+    expert = (
+        "m l^2 sin(beta)^2 cos(beta) alpha'' - 2 m l^2 sin(beta)^3 alpha' beta'"
+        " - 2 m l^2 W sin(beta)^2 cos(alpha) cos(beta) beta'"
+        " + m l (g - l W^2 cos(alpha) cos(beta)) sin(alpha) sin(beta)^2"
+    )
+    assert count_signs(row.partition(" = ")[2]) <= count_signs(expert)
+    assert "2 beta" not in row

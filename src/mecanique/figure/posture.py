@@ -33,12 +33,14 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
     Args:
         mechanism: what is drawn.
         start: values of coordinates; lengths and moderate angles are kept, and all values if there
-            are loops to close and wheels touch.
+            are loops to close and wheels touch. By default those of the catalogue for a system of
+            it with loops, which may be stretched where all are zero.
     """
     if mechanism.constrained:
         from mecanique.reference import assemble
 
-        given = dict(start or {})
+        start = _usual_start(mechanism) if start is None else start
+        given = dict(start)
         for _ in range(_HALVINGS):
             with suppress(MecaniqueError):
                 q = np.asarray(assemble(mechanism, given), dtype=np.float64)
@@ -46,7 +48,7 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
                     return q
             given = {name: value / 2 for name, value in given.items()}
         with suppress(MecaniqueError):
-            return np.asarray(assemble(mechanism, dict(start or {})), dtype=np.float64)
+            return np.asarray(assemble(mechanism, dict(start)), dtype=np.float64)
     q = mechanism.position(dict(start or {}))
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     unit_of = units(mechanism)
@@ -57,6 +59,16 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
                 q[k] = math.copysign(ANGLES[count % len(ANGLES)], q[k])
             count += 1
     return q
+
+
+def _usual_start(mechanism: Mechanism) -> Mapping[str, float]:
+    """Where the motion of a system of the catalogue starts; nothing for any other."""
+    from mecanique.textbook.catalogue import entry, names
+
+    if mechanism.name not in names():
+        return {}
+    start = entry(mechanism.name).start
+    return start if start.keys() <= set(mechanism.coordinates) else {}
 
 
 def _crushes(mechanism: Mechanism, q: NDArray[np.float64]) -> bool:

@@ -57,6 +57,10 @@ class Expression:
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
 
+    def _repr_html_(self) -> str:
+        """It in a notebook, also where no script sets LaTeX."""
+        return self.mathml()
+
 
 @final
 @dataclass(frozen=True)
@@ -94,6 +98,10 @@ class Equation:
 
     def _repr_latex_(self) -> str:
         return f"$\\displaystyle {self.latex()}$"
+
+    def _repr_html_(self) -> str:
+        """It in a notebook, also where no script sets LaTeX."""
+        return self.mathml()
 
 
 def _math_element(row: str, text: str) -> str:

@@ -59,7 +59,13 @@ def shortest(series: Series, *, products: bool) -> Form:
     """
     forms = _forms(series, products)
     first, *others = chain(forms, _by_single_angles(series)) if products else forms
-    return min(first, *others, key=cost) if others else first
+    return min(first, *others, key=_rank) if others else first
+
+
+def _rank(form: Form) -> tuple[int, int]:
+    """A form's cost, and how many multiples of angles are in it, of which a book has few."""
+    multiples = [abs(k) > 1 for trig in form for angle, _, _ in trig for _, k in exponents(angle)]
+    return cost(form), sum(multiples)
 
 
 def has_double_angles(series: Series) -> bool:
@@ -174,15 +180,15 @@ def cost(form: Form) -> int:
     if not form:
         return 1
     common = common_monomial(form.values())
-    functions = []
-    for trig in form:
-        functions.append({(angle, sine) for angle, sine, _ in trig})
-    shared = set.intersection(*functions)
-    total = _letters(common) + sum(_angle_cost(angle) for angle, _ in shared)
+    shared = _shared_powers(form)
+    total = _letters(common)
+    for (angle, _), e in shared.items():
+        total += _angle_cost(angle) + (e > 1)
     seen: set[frozenset[tuple[int, int]]] = set()
     for trig, polynomial in form.items():
         for angle, sine, e in trig:
-            total += (e > 1) + (0 if (angle, sine) in shared else _angle_cost(angle))
+            left = e - shared.get((angle, sine), 0)
+            total += _angle_cost(angle) + (left > 1) if left else 0
         own = common_monomial([polynomial])
         total += _letters(own - common) + 1
         primitive = frozenset((m - own, abs(c)) for m, c in polynomial.parts[0].items())
@@ -192,6 +198,16 @@ def cost(form: Form) -> int:
             if len(primitive) > 1:
                 total += sum(_letters(m) + (c != divisor) + 1 for m, c in primitive)
     return total + len({common_number([p]) for p in form.values()}) - 1
+
+
+def _shared_powers(form: Form) -> dict[tuple[int, int], int]:
+    """The sines and cosines that all products hold, each in its lowest power."""
+    first, *others = form
+    shared = {(angle, sine): e for angle, sine, e in first}
+    for trig in others:
+        powers = {(angle, sine): e for angle, sine, e in trig}
+        shared = {key: min(e, powers[key]) for key, e in shared.items() if key in powers}
+    return shared
 
 
 def _letters(monomial: int) -> int:
