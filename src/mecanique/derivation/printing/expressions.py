@@ -6,6 +6,7 @@ the first polynomial is factored.
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from functools import lru_cache
 from typing import Any, TypeAlias, cast
@@ -307,7 +308,10 @@ def _gather(ring: Basis, rows: list[tuple[dict[int, int], Fraction]]) -> list[Pr
             inside.append(({i: k for i, k in d.items() if i != index}, c))
         else:
             outside.append((d, c))
-    drawn = multiply(_power(ring, index, e), add(_gather(ring, inside)))
+    above, below = [c.numerator for _, c in inside], [c.denominator for _, c in inside]
+    shared_number = Fraction(math.gcd(*above), math.lcm(*below))
+    inner = add(_gather(ring, [(d, c / shared_number) for d, c in inside]))
+    drawn = multiply(number(shared_number), _power(ring, index, e), inner)
     return [drawn, *_gather(ring, outside)]
 
 
