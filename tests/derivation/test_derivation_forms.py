@@ -53,7 +53,7 @@ SIGNS = {
     "rolling_coin": 192,  # the forces λ stand with their bare levers
     "rolling_disk": 37,  # the forces λ stand with their bare levers
     "rotating_plate": 14,
-    "screw_press": 26,
+    "screw_press": 25,
     "shear_building": 109,
     "simple_pendulum": 8,
     "slider_crank": 77,
