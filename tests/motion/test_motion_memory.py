@@ -20,7 +20,7 @@ def tasks() -> int:
 def test_motion_after_motion_keeps_no_integrator_alive(method: str) -> None:
     mechanism = mq.textbook.load("double_pendulum")
     before = tasks()
-    for _ in range(5):
+    for _ in range(3):
         mq.simulate(
             mechanism, q=dict.fromkeys(mechanism.coordinates, 1.0), duration=0.2, method=method
         )

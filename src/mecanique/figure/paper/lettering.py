@@ -100,22 +100,31 @@ def _best(
     radii: Sequence[float],
 ) -> Point:
     """The cheapest move."""
+    cost: float = _cost(box[None], others, lines, weights)[0]
+    radii = [radius for radius in radii if _MOVE * radius < cost]  # any farther costs more
+    if not radii:
+        return np.zeros(2)
     angles = np.arange(_WAYS) * 2 * np.pi / _WAYS
     ring = np.stack([np.cos(angles), np.sin(angles)], axis=1)
     rings = [radius * ring for radius in radii]
     moves = np.concatenate([np.zeros((1, 2)), *rings])
-    boxes = box + np.tile(moves, 2)
     # lines that no box can reach cost nothing
     low, high = box[:2] - radii[-1], box[2:] + radii[-1]
     after = (lines.max(axis=1) >= low).all(axis=1)
     before = (lines.min(axis=1) <= high).all(axis=1)
     near = after & before
-    cost = _MOVE * np.hypot(*moves.T)
-    cost += _measure_crossings(boxes, lines[near], weights[near])
-    if len(others):
-        cost += _WORD * overlap(boxes, others)
-    best: Point = moves[int(np.argmin(np.round(cost, 6)))]
+    costs = _MOVE * np.hypot(*moves.T)
+    costs += _cost(box + np.tile(moves, 2), others, lines[near], weights[near])
+    best: Point = moves[int(np.argmin(np.round(costs, 6)))]
     return best
+
+
+def _cost(
+    boxes: Boxes, others: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """What it costs that boxes lie over others and over lines, shape (n,)."""
+    crossed = _measure_crossings(boxes, lines, weights)
+    return crossed + _WORD * overlap(boxes, others) if len(others) else crossed
 
 
 def measure_lines_under(marks: Sequence[Mark]) -> NDArray[np.float64]:
@@ -129,14 +138,16 @@ def _measure_crossings(
     boxes: Boxes, lines: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """The weighted length of the lines inside each box, shape (n,)."""
-    start = lines[:, 0]
-    step = lines[:, 1] - start
+    step = lines[:, 1] - lines[:, 0]
     # a line start + s step is between a box's two sides for s from one to two, on either axis
-    safe = np.where(np.abs(step) > _TINY, step, _TINY)
-    one = (boxes[:, None, :2] - start) / safe
-    two = (boxes[:, None, 2:] - start) / safe
-    enter = np.minimum(one, two).max(axis=2)
-    leave = np.maximum(one, two).min(axis=2)
+    spans = []
+    for axis in (0, 1):
+        start, safe = lines[:, 0, axis], np.where(abs(step) > _TINY, step, _TINY)[:, axis]
+        one = (boxes[:, axis, None] - start) / safe
+        two = (boxes[:, axis + 2, None] - start) / safe
+        spans.append((np.minimum(one, two), np.maximum(one, two)))
+    (enter_x, leave_x), (enter_y, leave_y) = spans
+    enter, leave = np.maximum(enter_x, enter_y), np.minimum(leave_x, leave_y)
     inside = np.minimum(leave, 1.0) - np.maximum(enter, 0.0)
     lengths = np.maximum(inside, 0.0) * np.hypot(*step.T)
     total: NDArray[np.float64] = (lengths * weights).sum(axis=1)
