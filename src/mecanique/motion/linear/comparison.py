@@ -11,7 +11,7 @@ import numpy as np
 
 from mecanique.errors import InputError, IntegrationError
 from mecanique.model.expression import finite
-from mecanique.motion.linear.about import drop_disturbances
+from mecanique.motion.linear.differences import drop_disturbances
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.linear.modes import chosen_mode, linear_solution, slowest, usual_amplitude
 from mecanique.motion.record.events import Event

@@ -14,7 +14,7 @@ from mecanique.model.expression import finite
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 from mecanique.model.units import units
-from mecanique.motion.linear.about import linearize_about
+from mecanique.motion.linear.differences import linearize_about
 from mecanique.motion.linear.equilibrium import equilibrium_near
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.simulation.arguments import Values

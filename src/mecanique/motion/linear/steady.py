@@ -20,7 +20,7 @@ import numpy as np
 from mecanique.errors import InputError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import Given
-from mecanique.motion.linear.about import slopes
+from mecanique.motion.linear.differences import slopes
 from mecanique.motion.linear.hinges import put_hinges
 from mecanique.motion.record.loops import begin_on_loops
 from mecanique.threads import one_thread_for_loops
