@@ -101,6 +101,31 @@ def test_coordinates_that_are_no_multiple_of_pi_stay_letters() -> None:
     ]
 
 
+def test_a_letter_that_is_taken_gets_another_zero() -> None:
+    names = (("m", 1.0), ("k", 30.0), ("r_0", 1.0))
+    m, k, free = (mq.Parameter(symbol, value) for symbol, value in names)
+    bodies = (mq.Body("ground"), mq.Body("guide"), mq.Body("bob", mq.particle(m)))
+    pin = mq.Revolute("pin", "ground", "guide", axis=(0, -1, 0), coordinate="theta")
+    slide = mq.Prismatic("slide", "guide", "bob", axis=(0, 0, -1), coordinate="r")
+    spring = mq.JointSpring("spring", "slide", k, free)
+    swinging = mq.Mechanism(
+        "swinging", bodies, (pin, slide), forces=(spring,), parameters=(m, k, free)
+    )
+    small = linearize(swinging, at={"r": 1.0 + 9.81 / 30, "theta": 0.0})
+    assert "r = r_00, r_00 = 1.327" in small.text()
+
+
+def test_an_equilibrium_of_no_consequence_is_not_called_zero() -> None:
+    bodies = (mq.Body("ground"), mq.Body("bob", mq.particle(2.0)))
+    slide = mq.Prismatic("slide", "ground", "bob", axis=(0, 0, -1), coordinate="z")
+    spring = mq.JointSpring("spring", "slide", 100.0, 0.3)
+    small = linearize(mq.Mechanism("hanging", bodies, (slide,), forces=(spring,)))
+    first, *_ = small.text().splitlines()
+    assert first == (
+        "Small motions about the equilibrium; the coordinates below are deviations from it:"
+    )
+
+
 def test_a_rotating_hoop_lifts_the_bead_where_its_letter_says() -> None:
     mechanism = mq.textbook.load("bead_on_hoop")
     lifted = [e for e in equilibria(mechanism) if 0.1 < abs(e.q[0]) < 3]

@@ -51,6 +51,7 @@ class Linearized:
             there are more, or if the equilibrium is not stable.
         ratio: the damping ratio of a single degree of freedom as its numerator C and what stands
             below, 2 √(K M); None if it is undamped.
+        zero: whether all coordinates are zero at the equilibrium.
     """
 
     matrices: Linear
@@ -59,6 +60,7 @@ class Linearized:
     letters: Mapping[str, float]
     square: Series | None
     ratio: tuple[Series, Series] | None
+    zero: bool
 
     def text(self) -> str:
         """Return the equations; of several the matrices, of one the natural frequency."""
@@ -85,11 +87,12 @@ class Linearized:
         listed = ", ".join(
             f"{name} = {expression(value).text()}" for name, value in self.place.items() if value
         )
-        if not listed:
+        if self.zero:
             return "Small motions about the equilibrium with all coordinates zero:"
         numbers = "".join(f", {letter} = {value:.9g}" for letter, value in self.letters.items())
+        where = f" {listed}{numbers}" if listed else ""
         return (
-            f"Small motions about the equilibrium {listed}{numbers}; the coordinates below are "
+            f"Small motions about the equilibrium{where}; the coordinates below are "
             "deviations from it:"
         )
 
@@ -164,7 +167,9 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
         for name in mechanism.coordinates
         if place[name].is_number or _letters(place[name], used)
     }
-    return Linearized(Linear(names, M, C, K, f), equations(rows), at, used, square, ratio)
+    zero = not any(place[name] for name in mechanism.coordinates)
+    matrices = Linear(names, M, C, K, f)
+    return Linearized(matrices, equations(rows), at, used, square, ratio, zero)
 
 
 def _letters(value: Series, used: Mapping[str, float]) -> bool:
