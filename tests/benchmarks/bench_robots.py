@@ -103,10 +103,9 @@ def _judge(source: str, name: str, file: Path, engines: list[str], samples: int)
     try:
         mechanism = mq.read_urdf(file)
     except mq.MecaniqueError as error:
-        said = str(error).replace(str(file), "line ").replace("line :", "line ").splitlines()
-        reasons = [line.strip() for line in said if not line.endswith("errors:")]
-        more = (f"and {len(reasons) - 2} more",) if len(reasons) > 2 else ()
-        return Robot(source, name, 0, "refused", remarks=(*reasons[:2], *more))
+        why = [f"line {f.line}: {f.sentence}" for f in mq.lint(file) if f.stops] or [str(error)]
+        more = (f"and {len(why) - 2} more",) if len(why) > 2 else ()
+        return Robot(source, name, 0, "refused", remarks=(*why[:2], *more))
     if not mechanism.nv:
         return None
     remarks = list[str]()

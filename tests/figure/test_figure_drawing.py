@@ -373,3 +373,10 @@ def test_a_small_figure_has_letters_of_the_same_size() -> None:
     assert width[1] < 0.7 * width[0]
     sizes = [set(re.findall(r'font-size="([\d.]+)"', text)) for text in (large, small)]
     assert sizes[0] == sizes[1] != set()
+
+
+def test_a_robot_of_many_joints_is_drawn_as_its_file_has_it() -> None:
+    """Turned by half a radian in each joint, a humanoid is a tangle."""
+    arm, humanoid = (mq.read_urdf(mq.robot(name)) for name in ("ur5_robot", "talos_full_v2"))
+    assert (posture(arm) != 0).all()
+    assert posture(humanoid) == pytest.approx(humanoid.neutral())

@@ -82,3 +82,12 @@ def test_a_family_of_equilibria_is_one() -> None:
     mechanism = mq.Mechanism("turntable", bodies, joints, loops=(coupler,), gravity=gravity)
     start = [{"psi": psi, "p": 0.1, "r": 0.1} for psi in (0.0, 1.0, 2.0)]
     assert len(mq.equilibria(mechanism, start)) == 1
+
+
+def test_equilibria_of_a_family_are_called_so() -> None:
+    cart = mq.linearize(mq.textbook.load("cart_pole"))
+    assert cart.chosen.endswith("; it is one of a family, with any value of x")
+    alone = mq.linearize(mq.textbook.load("rigid_bar_pendulum"))
+    assert "family" not in alone.chosen
+    weightless = mq.linearize(mq.textbook.load("n_link_pendulum", n=6, g=0.0))
+    assert weightless.chosen.endswith("with any value of q1, q2, q3, q4 and 2 more")

@@ -23,6 +23,9 @@ SLIGHT, GREAT = 0.25, 1.3
 """Range of moderate angles [rad]."""
 
 
+MOST_TURNED = 12
+"""Of a robot with more coordinates each joint is drawn as its file has it: else it is a tangle."""
+
 _HALVINGS = 3
 """How often a start is halved in search of one that crushes no spring."""
 
@@ -50,6 +53,8 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
         with suppress(MecaniqueError):
             return np.asarray(assemble(mechanism, dict(start)), dtype=np.float64)
     q = mechanism.position(dict(start or {}))
+    if mechanism.origin is not None and len(q) > MOST_TURNED:
+        return q
     inside = {name for j in mechanism.joints if j.quaternion for name in j.coordinates}
     unit_of = units(mechanism)
     count = 0

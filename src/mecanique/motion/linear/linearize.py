@@ -11,6 +11,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.motion.linear.differences import drop_disturbances, linearize_about, refuse_rolling
 from mecanique.motion.linear.equilibria import Found, random_starts
 from mecanique.motion.linear.equilibrium import equilibrium_near
+from mecanique.motion.linear.family import find_family, say_family
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import State
 from mecanique.motion.simulation.arguments import Values
@@ -101,6 +102,7 @@ def linearize(
         raise InputError(_no_equilibrium(mechanism, place))
     if q is not None:
         chosen = f"the equilibrium that Newton's method reaches from {place}"
+        chosen += say_family(find_family(reference, q, t))
         try:
             return linearize_about(reference, q, v, t, described=described, chosen=chosen)
         except (EngineError, InputError):
@@ -142,6 +144,7 @@ def _search(reference: Reference, t: float, described: Mechanism) -> Linearizati
         kind = "the stable one" if best.stable else "of which none is stable, the one"
         chosen = f"of {count} equilibria that {STARTS} random starts lead to, {kind} with the least"
         chosen += " potential energy"
+    chosen += say_family(find_family(reference, best.q, t))
     return replace(best.linearization, mechanism=described, chosen=chosen)
 
 
