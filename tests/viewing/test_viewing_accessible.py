@@ -102,6 +102,25 @@ def test_studies_are_reached_and_said(pendulum: Scene, show: Callable[..., Visit
     seen.clean()
 
 
+def test_a_menu_closes_by_escape_and_by_what_is_pressed_outside(
+    pendulum: Scene, show: Callable[..., Visit]
+) -> None:
+    seen = show(pendulum)
+    menu = "document.querySelector('#tools details.menu')"
+    seen.page.focus("#tools summary")
+    seen.page.keyboard.press("Enter")
+    seen.page.keyboard.press("Tab")
+    assert seen.js(f"{menu}.open && {menu}.contains(document.activeElement)")
+    seen.page.keyboard.press("Escape")
+    assert seen.js(f"!{menu}.open && document.activeElement.localName === 'summary'")
+    seen.page.keyboard.press("Enter")
+    seen.page.click("#tools label:has-text('Grid')")
+    assert seen.js(f"{menu}.open")
+    seen.page.click("h1")
+    assert not seen.js(f"{menu}.open")
+    seen.clean()
+
+
 def test_the_panel_widens_by_keyboard(pendulum: Scene, show: Callable[..., Visit]) -> None:
     seen = show(pendulum, viewport={"width": 1280, "height": 700})
     wide = "document.getElementById('panel').clientWidth"

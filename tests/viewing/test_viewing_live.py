@@ -15,6 +15,7 @@ import time
 import warnings
 from collections.abc import Awaitable, Callable, Coroutine, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from http.client import HTTPConnection
 from pathlib import Path
 from typing import Any, TypeVar
@@ -108,6 +109,31 @@ def test_motion_arrives_and_a_reload_restores_it(
     assert seen.messages == []
     assert seen.errors == []
     assert all(urlsplit(address).netloc == urlsplit(view.url).netloc for address in seen.requests)
+
+
+def test_a_turned_camera_and_the_open_tab_outlive_another_scene(
+    view: LiveView, visit: Callable[..., Visit]
+) -> None:
+    seen = visit(view.url)
+    until(lambda: view.viewers == 1)
+    seen.page.select_option("#follow", "")
+    seen.js(
+        """() => {
+            const { camera, stage: { three: { Vector3 } } } = mecanique;
+            camera.chosen(null);
+            camera.place(new Vector3(0.5, 0.25, -1), new Vector3(4, 5, 6));
+        }"""
+    )
+    seen.page.click("#tab-plots")
+    view.show(replace(pendulum(), title="Another pendulum"))
+    seen.page.wait_for_selector("h1:has-text('Another pendulum')")
+    seen.page.wait_for_selector("body.ready")
+    camera = "[...mecanique.camera.center().toArray(), ...mecanique.camera.eye().toArray()]"
+    assert seen.js(camera) == pytest.approx([0.5, 0.25, -1, 4, 5, 6], abs=1e-9)
+    assert seen.page.get_attribute("#tab-plots", "aria-selected") == "true"
+    assert seen.js("document.querySelectorAll('[data-camera][aria-pressed=true]').length") == 0
+    assert seen.page.input_value("#follow") == ""
+    assert seen.errors == []
 
 
 def test_two_pages_see_the_same_and_steer_it(view: LiveView, visit: Callable[..., Visit]) -> None:

@@ -53,20 +53,20 @@ _SETUP = (
 
 
 _BESIDE = (
-    "<h3>Second motion</h3>"
+    '<section class="study"><h3>Second motion</h3>'
     '<p class="note">From a start next to this one; its bodies are drawn transparent.</p>'
     '<div class="bar"><select id="beside-name" aria-label="What starts otherwise"></select> by '
     '<input type="number" step="any" id="beside-by" value="0.01" aria-label="By how much">'
     '<button type="button" id="beside-on">Show beside</button>'
     '<button type="button" id="beside-off" disabled>Remove</button></div>'
-    '<p id="beside-told" class="note" role="status"></p>'
+    '<p id="beside-told" class="note" role="status"></p></section>'
 )
 
 _MODES = (
-    "<h3>Small motions</h3>"
+    '<section class="study"><h3>Small motions</h3>'
     '<div class="bar"><button type="button" id="modes-find">Find rest and modes</button></div>'
     '<p id="modes-told" class="note" role="status"></p>'
-    '<div class="scroll"><table id="modes" hidden></table></div>'
+    '<div class="scroll"><table id="modes" hidden></table></div></section>'
 )
 
 

@@ -7,6 +7,7 @@ import { wireComputing, wireLive } from "./clock/connection.js";
 import {
   wireCameras,
   wireForces,
+  wireMenus,
   wireFreeBody,
   wirePrint,
   wireShow,
@@ -150,6 +151,7 @@ async function start() {
   wirePicture(picture, forces, transport, bars, inspection);
   wirePrint(picture.stage, plots, clock);
   wireSave(scene.fileName);
+  wireMenus();
   wireCopies(document.getElementById("panel"));
   wireSplitter(document.getElementById("splitter"));
 

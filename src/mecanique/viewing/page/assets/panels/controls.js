@@ -24,6 +24,21 @@ export function wireCameras(camera, scene) {
   return Object.fromEntries(buttons.map((button, i) => [String(i + 1), () => button.click()]));
 }
 
+// Menus close by Escape, and when what is outside of them is pressed.
+export function wireMenus() {
+  const menus = [...document.querySelectorAll("details.menu")];
+  const leave = ({ target }) => {
+    for (const menu of menus) if (!menu.contains(target)) menu.open = false;
+  };
+  addEventListener("pointerdown", leave, { capture: true }); // a body that is dragged stops it
+  for (const menu of menus)
+    menu.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape" || !menu.open) return;
+      menu.open = false;
+      menu.querySelector("summary").focus();
+    });
+}
+
 // With more bodies than this their names are not shown at first.
 const FEW_BODIES = 8;
 
@@ -78,6 +93,7 @@ export function wireForces(picture) {
     slider.setAttribute("aria-valuetext", `${arrows.gauge.factor.toPrecision(2)} times`);
     picture.redraw();
   };
+  slider.oninput();
   const mode = document.getElementById("arrow-mode");
   mode.onchange = () => {
     arrows.gauge.common = mode.value === "common";
@@ -134,6 +150,7 @@ export function wireTooltip(stage, arrows) {
     tip.style.transform = `translate(${Math.max(4, left)}px, ${Math.max(4, top)}px)`;
   });
   pane.addEventListener("pointerleave", hide);
+  pane.addEventListener("pointerdown", hide, { capture: true });
 }
 
 // A still of the picture goes on paper: a WebGL canvas prints blank once its frame is over.

@@ -3,15 +3,22 @@
 export function keepPlace(camera) {
   const tab = document.querySelector("[role=tab][aria-selected=true]")?.id;
   const view = document.querySelector("[data-camera][aria-pressed=true]")?.dataset.camera;
+  const follow = document.getElementById("follow").value;
   const [center, eye] = [camera.center().toArray(), camera.eye().toArray()];
   const scroll = document.querySelector("[role=tabpanel]:not(.off)")?.parentElement.scrollTop;
-  sessionStorage.setItem("place", JSON.stringify({ tab, view, center, eye, scroll }));
+  sessionStorage.setItem("place", JSON.stringify({ tab, view, follow, center, eye, scroll }));
 }
 
 export function findPlace(camera) {
-  const { tab, view, center, eye, scroll } = JSON.parse(sessionStorage.getItem("place") ?? "{}");
+  const place = JSON.parse(sessionStorage.getItem("place") ?? "{}");
+  const { tab, view, follow, center, eye, scroll } = place;
   sessionStorage.removeItem("place");
   if (tab) document.getElementById(tab)?.click();
+  const followed = document.getElementById("follow");
+  if (follow !== undefined && follow !== followed.value) {
+    followed.value = follow;
+    followed.dispatchEvent(new Event("change"));
+  }
   if (view) document.querySelector(`[data-camera=${CSS.escape(view)}]`)?.click();
   else if (eye) {
     const { Vector3 } = camera.stage.three;
