@@ -127,12 +127,13 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "inspection": scene.inspection and _inspection(scene.inspection),
     }
     viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()
+    boot = _read_asset("boot.js")
     connect = " ".join(stream.sources) if stream else "'none'"
     program = [engine.script] if engine else []
     tabs, inner = panels(scene, live=stream is not None and engine is None)
     subtitle = scene.document.subtitle
     parts = {
-        "policy": escape(policy([script, viewer, *program], [style], connect)),
+        "policy": escape(policy([boot, script, viewer, *program], [style], connect)),
         "title": escape(scene.title),
         "subtitle": f'<p dir="auto">{escape(subtitle)}</p>' if subtitle else "",
         "badge": badge(scene),
@@ -147,7 +148,8 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         ),
         "viewer": _compressed_viewer(),
         "program": _compress(engine.script.encode(), _KEPT) if engine else "",
-        "script": script,
+        "script": _compressed_script(),
+        "boot": boot,
     }
     # in one pass, so that nothing inside a part is taken for a placeholder
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _read_asset("page.html"))
@@ -262,6 +264,11 @@ def join_scripts() -> str:
         text = re.sub(r"^export ", "", text, flags=re.MULTILINE)
         texts.append(re.sub(r"^ *(//.*)?\n|^ +", "", text, flags=re.MULTILINE))
     return '(() => {\n"use strict";\n' + "\n".join(texts) + "})();\n"
+
+
+@cache
+def _compressed_script() -> str:
+    return _compress(join_scripts().encode(), _KEPT)
 
 
 @cache
