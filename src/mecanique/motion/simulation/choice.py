@@ -40,7 +40,7 @@ STEPS = 1200
 PAYOFF = 3.0
 """Compiling must save this many times what it takes, by an estimate."""
 
-LOOP_STEPS = 10
+LOOP_STEPS = 5
 """Steps of a closed mechanism after which to see whether its equations are to be derived."""
 
 LOOP_STEP_SECONDS = {"dop853": 2e-3, "closed_form": 3e-5, "compiled": 1e-5}
