@@ -71,7 +71,8 @@ def test_findings_point_at_the_lines_that_someone_wrote(
     rods = arm.parents[1] / "elsewhere"
     macro = rods / "rods" / "rod.xacro"
     macro.write_text(MACRO.replace('izz="0"', 'izz="9"'), encoding="utf-8")
-    arm.write_text(ARM.replace('xyz="0 1 0"/>', 'xyz="0 1 0"/><dynamics friction="1"/>'))
+    rubbing = ARM.replace('xyz="0 1 0"/>', 'xyz="0 1 0"/><dynamics friction="1"/>')
+    arm.write_text(rubbing, encoding="utf-8")
     found = {finding.code: finding for finding in lint(arm, package_path=rods)}
     assert (found["M203"].line, Path(found["M203"].file)) == (4, macro)
     assert (found["M313"].line, Path(found["M313"].file)) == (6, arm)
