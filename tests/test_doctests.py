@@ -20,6 +20,7 @@ WITHOUT = {
     "frequency_response",
     "generate",
     "inertial_check",
+    "inspect",
     "picture",
     "robot",
     "simulate_many",
