@@ -47,7 +47,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "model.constraints": ["contacts loops velocity_constraints", "elements"],
     "model.guides": ["guide", "find"],
-    "model.expression": ["letters", "scalars", "functions"],
+    "model.expression": ["scalars", "functions"],
     "model.free_body": ["attitude", "state"],
     "model.bodies": ["visuals tensor", "shape", "body shapes"],
     "model.mechanism": [

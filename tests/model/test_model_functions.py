@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sympy
 
 import mecanique as mq
 from mecanique.model.expression import FUNCTIONS, evaluate
@@ -45,62 +44,12 @@ def test_numbers_of_numpy_still_multiply_letters() -> None:
     assert [evaluate(x, VALUES) for x in np.array([1.0, 2.0]) * L] == [2.0, 4.0]
 
 
-@pytest.mark.parametrize("letters", [L, F, L / 2, L * Q - 1])
-@pytest.mark.parametrize("name", [name for name in PUBLIC if name != "atan2"])
-def test_functions_of_numpy_are_those_of_expressions(name: str, letters: Any) -> None:
-    function = getattr(np, {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}.get(name, name))
-    assert function(letters) == getattr(mq, name)(letters)
-    assert type(function(0.5)) is np.float64
-
-
-def test_angles_and_sizes_by_numpy_are_expressions() -> None:
-    assert np.arctan2(L * Q, 2) == mq.atan2(L * Q, 2)
-    assert np.abs(L * Q) == np.abs(-L * Q) == abs(L * Q)
-    assert np.multiply(L, Q / 2) + np.square(L) == L * Q / 2 + L**2
-
-
 @pytest.mark.parametrize(
-    "ask",
-    [
-        lambda x: math.sin(x),
-        lambda x: math.exp(x),
-        lambda x: float(x),
-        lambda x: np.floor(x),
-        lambda x: np.isfinite(x),
-        lambda x: np.deg2rad(x),
-        lambda x: np.arctan2(np.ones(2), x),
-        lambda x: np.sin(x, dtype=float),
-    ],
+    "ask", [lambda: np.sin(L), lambda: math.sin(L), lambda: np.sqrt(F), lambda: math.exp(F)]
 )
-@pytest.mark.parametrize(
-    ("letters", "said"),
-    [
-        (L, r"letter l; .* e\.g\. mecanique\.sin\(l\)"),
-        (L / F, r"expression l/F; .* mecanique\.sin\(l/F\)"),
-        (Q, "letter q; .*"),
-    ],
-)
-def test_functions_of_numbers_say_which_take_letters(
-    ask: Callable[[Any], Any], letters: Any, said: str
-) -> None:
-    with pytest.raises(TypeError, match=f"expected a number, got the {said}"):
-        ask(letters)
-
-
-def test_operators_and_numbers_of_sympy_are_as_they_were() -> None:
-    """Arrays with expressions work entry by entry, and what is a number is one for math too."""
-    third = sympy.Rational(1, 3)
-    assert math.sin(third * sympy.pi) == pytest.approx(math.sqrt(3) / 2)
-    assert [*(np.array([1, 2]) * (L * Q))] == [L * Q, 2 * L * Q]
-    assert np.float64(2.0) * (L * Q) == (L * Q) * 2.0
-    assert sum(np.array([L * Q, Q])) == L * Q + Q
-    total = np.zeros(2, dtype=object)
-    total += L * Q
-    assert [*total] == [L * Q, L * Q]
-    with pytest.raises(TypeError, match="complex"):
-        float(sympy.sqrt(-2) * 1.0)
-    with pytest.raises(ValueError, match="broadcast"):
-        np.add(np.ones((2, 3)), np.full((4,), L * Q))
+def test_functions_of_numbers_say_which_take_letters(ask: Callable[[], Any]) -> None:
+    with pytest.raises(TypeError, match=r"got the letter [lF]; .* e\.g\. mecanique\.sin\([lF]\)"):
+        ask()
 
 
 @pytest.mark.parametrize(

@@ -10,17 +10,7 @@ import numpy as np
 
 from mecanique.errors import InputError
 from mecanique.model.dimensions import read_unit
-from mecanique.model.expression import (
-    Scalar,
-    answer,
-    evaluate,
-    finite,
-    letter,
-    plain,
-    refusal,
-    symbols_in,
-    time,
-)
+from mecanique.model.expression import Scalar, evaluate, finite, plain, symbols_in, time
 
 __all__ = ["Input", "Parameter", "Record"]
 
@@ -31,7 +21,9 @@ class _Named:
     symbol: str
 
     def _sympy_(self) -> Any:
-        return letter(self.symbol)
+        from sympy import Symbol
+
+        return Symbol(self.symbol)
 
     def __add__(self, other: Scalar) -> Any:
         return self._sympy_() + _exact(other)
@@ -70,9 +62,15 @@ class _Named:
         return abs(self._sympy_())
 
     def __float__(self) -> float:
-        raise TypeError(refusal(self.symbol))
+        raise TypeError(
+            f"expected a number, got the letter {self.symbol}; functions of letters are those of "
+            f"mecanique, e.g. mecanique.sin({self.symbol})"
+        )
 
-    __array_ufunc__ = answer
+    def __array_ufunc__(self, function: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        if function.nin == 1:
+            float(self)  # raises: numpy's sin and the like take numbers
+        return getattr(function, method)(*map(_box, inputs), **options)
 
 
 @final
@@ -80,8 +78,8 @@ class _Named:
 class Parameter(_Named):
     """A named constant of a mechanism; arithmetic with it gives sympy expressions.
 
-    Functions of expressions are mecanique's own, e.g. `mecanique.sin`; numpy's give the same,
-    math's take numbers only.
+    Functions of expressions are mecanique's own, e.g. `mecanique.sin`; numpy's and math's take
+    numbers only.
 
     Args:
         symbol: the letter it has in equations, e.g. "m1".
@@ -187,6 +185,15 @@ class Input(_Named):
         if isinstance(signal, float):
             return lambda _: signal
         return lambda t: float(evaluate(signal, {**values, "t": t}))
+
+
+def _box(operand: Any) -> Any:
+    """Return an operand as numpy's operators take it: a letter in an array of objects."""
+    if not isinstance(operand, _Named):
+        return operand
+    boxed = np.empty((), dtype=object)
+    boxed[()] = operand
+    return boxed
 
 
 def _check_symbol(symbol: object, kind: str) -> None:

@@ -1,6 +1,5 @@
 """Scalars: numbers, parameters and expressions in parameters, coordinates and time."""
 
-from mecanique.model.expression.letters import answer, letter, refusal
 from mecanique.model.expression.scalars import (
     FUNCTIONS,
     Scalar,
@@ -20,15 +19,12 @@ __all__ = [
     "FUNCTIONS",
     "Scalar",
     "Vector",
-    "answer",
     "compile_scalars",
     "coordinate",
     "evaluate",
     "finite",
-    "letter",
     "numpy_function",
     "plain",
-    "refusal",
     "symbols_in",
     "time",
     "velocity",

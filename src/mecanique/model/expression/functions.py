@@ -1,4 +1,8 @@
-"""Functions of expressions; numpy's of the same name give them, too, math's take numbers only."""
+"""Functions of expressions: those of numpy and math take numbers only.
+
+Of a letter they say so; of an expression in letters `np.sin(l/m)` ends in SymPy with "loop of ufunc
+does not support argument 0 of type Mul which has no callable sin method": use `mq.sin(l/m)`.
+"""
 
 from __future__ import annotations
 

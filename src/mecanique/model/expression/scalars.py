@@ -10,7 +10,6 @@ from typing import Any, NoReturn, TypeAlias, final
 import numpy as np
 
 from mecanique.errors import InputError, UnknownNameError
-from mecanique.model.expression.letters import letter
 
 __all__ = [
     "FUNCTIONS",
@@ -73,7 +72,9 @@ def coordinate(name: str) -> Scalar:
         >>> mq.coordinate('q') / 2
         q/2
     """
-    return letter(name)
+    from sympy import Symbol
+
+    return Symbol(name)
 
 
 def velocity(name: str) -> Scalar:
@@ -89,7 +90,9 @@ def velocity(name: str) -> Scalar:
         >>> -3.0 * mq.velocity('q')
         -3.0*q'
     """
-    return letter(f"{name}'")
+    from sympy import Symbol
+
+    return Symbol(f"{name}'")
 
 
 @final
@@ -97,7 +100,9 @@ class _Time:
     """Return the symbol of time, t, for use in expressions; to be called: time()."""
 
     def __call__(self) -> Scalar:
-        return letter("t")
+        from sympy import Symbol
+
+        return Symbol("t")
 
     def __repr__(self) -> str:
         return "<function time>"
