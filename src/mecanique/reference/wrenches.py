@@ -48,7 +48,8 @@ class Wrenches(Answering):
 
         After the joints come the loops by their names (after a joint of the same name, with "loop "
         before it): what body a does to body b, at the origin of the loop's frame on body b; then
-        the contacts: what acts on the body that rolls, at its hub, or at the point of a blade. What
+        the contacts: what acts on the body that rolls, at its hub (`contact_points` gives the point
+        where it touches, about which there is no moment), or at the point of a blade. What
         redundant constraints leave undetermined is the least that will do, and named in
         `undetermined`.
 
@@ -163,6 +164,29 @@ class Wrenches(Answering):
                 name = names[unit.force]
                 found.append(AppliedForce(name, unit.body, unit.other, point, force, moment))
         return tuple(found)
+
+    def contact_points(self, q: Given, t: float | Array = 0.0) -> dict[str, Array]:
+        """Return where bodies that roll touch, and blades, by contact: world axes [m].
+
+        About this point a contact exerts no moment.
+
+        Args:
+            q: shape (nq,).
+            t: time [s].
+
+        Returns:
+            Each shape (3,) or (n, 3), by the contacts' names in `reactions`.
+        """
+        if self._closed is None or not self.mechanism.contacts:
+            return {}
+        contacts = self._closed.closures.contacts
+
+        def one(q: Array, v: Array, t: float) -> Array:
+            self._tree.poses(q, v, t)
+            return contacts.places()
+
+        found = np.moveaxis(self._answer(States.of(self.mechanism, q, t=t), one), -2, 0)
+        return dict(zip(self._carriers[-len(found) :], found, strict=True))
 
     def _hold(self, states: States) -> _HeldStates:
         """What the elements do, state by state, and what is then left to the joints."""

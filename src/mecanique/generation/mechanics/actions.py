@@ -22,7 +22,7 @@ from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, cro
 from mecanique.generation.program.sweeps import push_forward
 from mecanique.generation.program.traced import trace, value_of, values_of
 from mecanique.model.bodies import Body
-from mecanique.model.constraints.contacts import Contact, Rolling
+from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import force_names
 from mecanique.model.constraints.loops import CLOSED, Loop
 from mecanique.model.placement import Placement
@@ -148,18 +148,15 @@ class Actions:
         return found
 
     def _press(self, contact: Contact) -> tuple[Action, Action]:
-        """What a contact does to its two bodies, at the hub or the edge of the body that rolls."""
+        """What a contact does to its two bodies, at the point where they touch."""
         loops = self._dynamics.loops
         first = len(loops.names) - len(loops.demands)
-        point = contact.center if isinstance(contact, Rolling) else contact.point
-        at = self._point(contact.body, [self._number(c) for c in point])
-        force, moment = NOTHING, NOTHING
+        place, force = NOTHING, NOTHING
         for k, demand in enumerate(loops.demands, first):
             if demand.name.rpartition(": ")[0] == contact.name and demand.place is not None:
                 push = scale(self._dynamics.multipliers[k], demand.direction or NOTHING)
-                arm = [x - y for x, y in zip(demand.place, at, strict=True)]
-                force, moment = add(force, push), add(moment, cross(arm, push))
-        held = Action(contact.name, "reaction", contact.body, at, force, moment)
+                place, force = demand.place, add(force, push)
+        held = Action(contact.name, "reaction", contact.body, place, force, NOTHING)
         return held, held.opposite(contact.on)
 
     def joint_reactions(self) -> list[Action]:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Literal, TypeAlias, final
 import numpy as np
 
 from mecanique.model.bodies.tensor import tensor_of
-from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.expression import Scalar, Vector
 from mecanique.model.forces import ForceKind
 from mecanique.model.mechanism import Mechanism
@@ -128,9 +127,9 @@ class Actions:
             (loop.body_b, loop.body_a, self._point(poses, loop.body_b, loop.frame_b.xyz))
             for loop in self._mechanism.loops
         ]
-        for contact in self._mechanism.contacts:
-            point = contact.center if isinstance(contact, Rolling) else contact.point
-            seats.append((contact.body, contact.on, self._point(poses, contact.body, point)))
+        places = self._reference.contact_points(q, t)
+        for contact, place in zip(self._mechanism.contacts, places.values(), strict=True):
+            seats.append((contact.body, contact.on, place))
         # a rod without mass acts along its line: on each body at its own end
         ends = {
             loop.name: self._point(poses, loop.body_a, loop.frame_a.xyz)
@@ -146,9 +145,11 @@ class Actions:
                     force += sign * wrench.force
                     moment += sign * (wrench.moment + np.cross(arm, wrench.force))
                 continue
-            yield Action(name, "reaction", body, other, at, wrench.force, wrench.moment)
+            # that of `Reference` is about the hub of a body that rolls
+            moment = np.zeros(at.shape) if name in places else wrench.moment
+            yield Action(name, "reaction", body, other, at, wrench.force, moment)
             there = ends.get(name, at)
-            yield Action(name, "reaction", other, body, there, -wrench.force, -wrench.moment)
+            yield Action(name, "reaction", other, body, there, -wrench.force, -moment)
         for each in self._reference.guide_actions(q, v, t):
             yield Action(
                 each.name,

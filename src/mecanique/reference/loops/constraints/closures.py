@@ -99,7 +99,8 @@ class Closures:
         self._loops = mechanism.loops
         self._a, self._b = (_ends(pin, mechanism, engine, side) for side in "ab")
         carried = _velocities_that_carry(engine)
-        self._contacts = ContactRows(mechanism, engine, carried)
+        self.contacts = ContactRows(mechanism, engine, carried)
+        """The rows of rolling and blades, and where they touch."""
         self._velocity_rows = VelocityRows(mechanism)
         self._between: Array = carried[self._b.joints] - carried[self._a.joints]
         self._masks = np.concatenate([self._between, carried[self._a.joints]]).T
@@ -111,7 +112,7 @@ class Closures:
         ]
         self.names = (
             *(f"{row.loop.name}: {row.motion}" for row in rows),
-            *self._contacts.names,
+            *self.contacts.names,
             *self._velocity_rows.names,
         )
         """Name of each row: its loop and the relative motion it closes, in the axes of frame a;
@@ -124,13 +125,13 @@ class Closures:
         self.owner: Array = np.concatenate(
             [
                 self._owner,
-                len(self._loops) + self._contacts.owner,
+                len(self._loops) + self.contacts.owner,
                 len(self._loops) + len(mechanism.contacts) + np.arange(many),
             ]
         )
         """Which loop, contact or velocity constraint each row belongs to, shape (m,)."""
         self.positional: Array = np.concatenate(
-            [np.ones(len(rows), bool), self._contacts.positional, np.zeros(many, bool)]
+            [np.ones(len(rows), bool), self.contacts.positional, np.zeros(many, bool)]
         )
         """Which rows are rates of a Φ, and so restrict positions, shape (m,)."""
         self._rods = [i for i, row in enumerate(rows) if row.motion == "length"]
@@ -141,7 +142,7 @@ class Closures:
         self._hinges = [k for k, loop in enumerate(self._loops) if loop.kind == "hinge"]
         self._welds = [k for k, loop in enumerate(self._loops) if loop.kind == "weld"]
         meets = np.concatenate(
-            [self._between[self._owner], self._contacts.meets, np.ones((many, engine.model.nv))]
+            [self._between[self._owner], self.contacts.meets, np.ones((many, engine.model.nv))]
         )
         self.parts = Parts(mechanism, chart.reach(meets), self.owner)
         """Constraints that share no motion."""
@@ -149,7 +150,7 @@ class Closures:
         """What lengths are compared with [m]."""
         lengths = self.parts.lengths
         is_length = np.concatenate(
-            [self._component < 3, np.ones(len(self._contacts.names), bool), np.zeros(many, bool)]
+            [self._component < 3, np.ones(len(self.contacts.names), bool), np.zeros(many, bool)]
         )
         self.rows: Array = np.where(is_length, 1 / lengths[self.parts.rows], 1.0)
         """Factors that make the rows plain numbers: 1/length for lengths, 1 for angles."""
@@ -208,8 +209,8 @@ class Closures:
             residual: whether Φ is wanted; it is zero otherwise.
         """
         parts = [self._of_loops(residual)] if self._loops else []
-        if self._contacts.names:
-            parts.append(self._draw_back(*self._contacts.now(self._u)))
+        if self.contacts.names:
+            parts.append(self._draw_back(*self.contacts.now(self._u)))
         if self._velocity_rows.names:
             parts.append(Closure(*self._velocity_rows.now(*self._state)))
         if len(parts) == 1:
@@ -250,7 +251,7 @@ class Closures:
         self._chart.place(q, t)
         self._pin.forwardKinematics(self._engine.model, self._engine.data, self._chart.p)
         parts = [self._residual(self._frames()[1])] if self._loops else []
-        parts += [self._contacts.residual(), np.zeros(len(self._velocity_rows.names))]
+        parts += [self.contacts.residual(), np.zeros(len(self._velocity_rows.names))]
         return np.concatenate(parts)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
@@ -266,8 +267,8 @@ class Closures:
         Returns:
             three arrays of shape (loops + contacts, 3).
         """
-        first, end = len(self._owner), len(self._owner) + len(self._contacts.names)
-        contacts = self._contacts.wrenches(multipliers[first:end])
+        first, end = len(self._owner), len(self._owner) + len(self.contacts.names)
+        contacts = self.contacts.wrenches(multipliers[first:end])
         if not self._loops:
             return contacts
         turn, here, place = self._frames()

@@ -14,6 +14,7 @@ Nonholonomic Systems, 1972, ch. I, sect. 4).
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple, final
 
 import numpy as np
@@ -143,12 +144,14 @@ class ContactRows:
 
     def residual(self) -> Array:
         """Return Φ of all rows in the position that the engine holds, shape (m,)."""
-        still = np.zeros(self._engine.model.nv)
         found = []
-        for contact, shape in zip(self._contacts, self._shapes, strict=True):
-            a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
-            found += [shape.touch(a, b).gap, *[0.0] * (len(contact.rows) - 1)]
+        for contact, touch in zip(self._contacts, self._touches(), strict=True):
+            found += [touch.gap, *[0.0] * (len(contact.rows) - 1)]
         return np.array(found)
+
+    def places(self) -> Array:
+        """Return where the contacts are in the position that the engine holds, shape (k, 3)."""
+        return np.array([touch.place for touch in self._touches()]).reshape(-1, 3)
 
     def wrenches(self, multipliers: Array) -> tuple[Array, Array, Array]:
         """Return what acts on each body that touches: force, moment, point; world axes.
@@ -160,14 +163,18 @@ class ContactRows:
             three arrays of shape (contacts, 3); the moment is about the point, the hub of what
             rolls or the point of a blade.
         """
-        still = np.zeros(self._engine.model.nv)
         found = np.zeros((3, len(self._contacts), 3))
-        for k, (contact, shape) in enumerate(zip(self._contacts, self._shapes, strict=True)):
-            a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
-            touch = shape.touch(a, b)
+        for k, touch in enumerate(self._touches()):
             force = multipliers[self.owner == k] @ touch.directions
             found[:, k] = force, cross(touch.place - touch.seat, force), touch.seat
         return found[0], found[1], found[2]
+
+    def _touches(self) -> Iterator[_Touch]:
+        """Yield where each contact is in the position that the engine holds, at rest."""
+        still = np.zeros(self._engine.model.nv)
+        for contact, shape in zip(self._contacts, self._shapes, strict=True):
+            a, b = (self._body(name, still, moving=False) for name in (contact.body, contact.on))
+            yield shape.touch(a, b)
 
     def _carries(self, body: str) -> Array:
         carries: Array = self._carried[self._engine.holders[body].joint]
