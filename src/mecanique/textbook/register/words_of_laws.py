@@ -1,4 +1,4 @@
-"""Sentences of sections 1.2, 1.3 and 1.3.1: degrees of freedom, momenta and the choice of point."""
+"""Sentences of sections 1.1 to 1.3.3: frames, degrees of freedom, momenta, points and units."""
 
 from __future__ import annotations
 
@@ -9,19 +9,44 @@ from itertools import combinations
 import numpy as np
 
 from mecanique.derivation.agreement import derivations
+from mecanique.derivation.printing.expressions import to_sympy
+from mecanique.derivation.symbolic.lagrange import Lagrange
+from mecanique.model.dimensions import read_unit
+from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.textbook import load
-from mecanique.textbook.register.row import Row, agreement, identity, misprint
+from mecanique.textbook.register.row import Row, agreement, decision, identity, misprint
 
 __all__ = ["rows"]
 
 
 def rows() -> Iterator[Row]:
     """Yield the rows of the sections."""
+    yield _frames()
     yield from _freedom()
     yield from _methods()
     yield _angular_momenta()
     yield _two_integrals()
+    yield _in_space()
     yield _plane()
+    yield _generalized_forces()
+
+
+def _frames() -> Row:
+    from sympy import Function, Matrix, Symbol, cos, sin, symbols
+
+    t, W = symbols("t W")
+    r = Matrix([Function(name)(t) for name in "xyz"])
+    moved = r - Matrix(symbols("a b c")) - t * Matrix(symbols("d e f"))
+    turn = Matrix([[cos(W * t), sin(W * t), 0], [-sin(W * t), cos(W * t), 0], [0, 0, 1]])
+    seen, spin = turn * r, Matrix([0, 0, Symbol("W")])
+    apparent = 2 * spin.cross(seen.diff(t)) + spin.cross(spin.cross(seen))
+    return identity(
+        "sect. 1.1 b",
+        "a frame in uniform translation serves as an inertial one; one that turns does not",
+        "accelerations of a particle in both: the same, and less 2 Omega × v + Omega × (Omega × r)",
+        *(moved - r).diff(t, 2),
+        *(seen.diff(t, 2) + apparent - turn * r.diff(t, 2)),
+    )
 
 
 def _freedom() -> Iterator[Row]:
@@ -122,6 +147,21 @@ def _two_integrals() -> Row:
     )
 
 
+def _in_space() -> Row:
+    box = load("tennis_racket")
+    rows = Lagrange(box).derivation().rows
+    degrees = {sum(powers) for row in rows for powers in row.coefficients(box.velocities)}
+    held = {g.name for row in rows for g in row.generators()}
+    return decision(
+        "after 1.12 b",
+        "in space angular momentum gives nonlinear equations of first order in angular velocities",
+        "letters of the balances of a free box: products of two, their rates, and no coordinate",
+        2 in degrees,
+        held >= {f"{rate}'" for rate in box.velocities},
+        not held & set(box.coordinates),
+    )
+
+
 def _plane() -> Row:
     from sympy import Function, Symbol, cos, sin, symbols
 
@@ -142,4 +182,18 @@ def _plane() -> Row:
         right="o must be a point of the body that does not move, or C is taken",
         proof="about another stationary point dH_o/dt = r_C × m a_C + I_C omega'; it is I_o omega' "
         "where the body turns about o",
+    )
+
+
+def _generalized_forces() -> Row:
+    facts = []
+    for name, coordinate, unit in (("rigid_bar_pendulum", "q", "N·m"), ("two_blocks", "q1", "N")):
+        lagrange = Lagrange(load(name))
+        slope = to_sympy(lagrange.V.diff(coordinate))
+        facts.append(dimensions_of(load(name)).of(slope) == read_unit(unit))
+    return decision(
+        "after 1.29",
+        "a generalized force need be no force: that of a rotation is a moment (footnote)",
+        "units of dV/dq for the angle of the rod and for the displacement of a block",
+        *facts,
     )

@@ -17,6 +17,12 @@ def rows() -> Iterator[Row]:
 
 def _wording() -> Iterator[Row]:
     yield misread(
+        "sect. 1.1 a",
+        "mass is called a measure of how a body resists motion",
+        right="a measure of how it resists a change of its motion",
+        proof="by the first law nothing resists a uniform motion; in F = m a mass resists a",
+    )
+    yield misread(
         "before 1.3",
         "the law of angular momentum lacks a word before 'all the external forces'",
         right="the resultant moment, at the same point, of all the external forces",
@@ -50,9 +56,19 @@ def _wording() -> Iterator[Row]:
 
 def _open_points() -> Iterator[Row]:
     yield open_point(
-        "sect. 1.1",
+        "sect. 1.1 c",
         "space, time, inertial frames, and equality of inertial and gravitational mass",
         "assumptions and experience, which no computation decides",
+    )
+    yield open_point(
+        "sect. 1.1 d",
+        "classical mechanics does for slow and large bodies, the earth for an inertial frame",
+        "the chapter gives no measure; how far it errs depends on the problem",
+    )
+    yield open_point(
+        "sect. 1.3.1 b",
+        "the forces of two particles on each other act along the line through both",
+        "an assumption, from which eqs. 1.10 and 1.12 follow",
     )
     yield open_point(
         "sect. 1.2 c",
@@ -86,4 +102,9 @@ def _open_points() -> Iterator[Row]:
         "sect. 1.3.4 b",
         "which method is easier, and what engineers prefer",
         "a judgment, also in sect. 1.3 and 1.3.5",
+    )
+    yield open_point(
+        "spelling",
+        "other slips of spelling and grammar, and marks of vectors and indices left out",
+        "only those are listed that change what is meant or leave it open",
     )
