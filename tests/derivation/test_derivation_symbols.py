@@ -7,12 +7,15 @@ import re
 import pytest
 from systems import derive_system
 
-from mecanique import Body, Mechanism, Parameter, Revolute, derive, rod, textbook
+from mecanique import Body, Mechanism, Parameter, Prismatic, Revolute, derive, rod, textbook
 from mecanique.derivation import readable
 from mecanique.derivation.document import Document
 from mecanique.derivation.glossary import clashes, meanings
+from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.scalars.series import Series
 from mecanique.derivation.symbolic.derivation import Left
+from mecanique.model.dimensions import say_unit
+from mecanique.model.mechanism.homogeneity import dimensions_of
 
 FUNCTIONS = {"sin", "cos", "tan", "sqrt", "exp", "log", "asin", "acos", "atan", "tanh", "abs"}
 FUNCTIONS |= {"sign", "pi", "d", "dt"}
@@ -122,3 +125,60 @@ def test_what_a_force_is_and_on_what_is_said() -> None:
     assert listed["F_inertia_block1_x"] == "resultant of the inertia forces of block1 [N]"
     assert listed["F_weight_block1_z"] == "weight of block1 [N]"
     assert listed["δW_R_slide1"] == "virtual work of the reaction in slide1 [J]"
+
+
+def test_what_belongs_to_a_coordinate_or_a_tie_has_its_unit() -> None:
+    assert _listed("chaplygin_sleigh")["psi_edge_side"].endswith(" edge_side [m/s]")
+    assert _listed("governor")["Phi_link1_l"].endswith(" link1_l [m²]")
+    dumbbell = _listed("dumbbell")
+    assert dumbbell["p_x"] == "momenta, each of the coordinate it is named after [kg·m/s]"
+    assert dumbbell["p_phi"] == "momenta, each of the coordinate it is named after [N·m·s]"
+    press = _listed("screw_press")
+    assert press["Q_theta"].endswith(" [N·m]")
+    assert press["theta_travel"] == "what follows within joint thread [m]"
+    assert _listed("free_rigid_body")["ω"].startswith("angular velocity [rad/s] and velocity [m/s]")
+
+
+@pytest.mark.parametrize("name", ["governor", "four_bar_linkage", "rolling_coin", "rolling_disk"])
+def test_the_unit_of_what_a_tie_demands_is_that_of_its_formula(name: str) -> None:
+    derivation = derive_system(name).derivation
+    listed = _listed(name)
+    dimensions = dimensions_of(derivation.algebra.mechanism)
+    for tie in derivation.ties:
+        its = dimensions.of(to_sympy(tie.demand))
+        assert its is not None
+        assert listed[f"{tie.letter}_{tie.name}"].endswith(f" [{say_unit(its)}]")
+
+
+def test_a_joint_named_like_its_kind_is_named_once() -> None:
+    m = Parameter("m", 1.0, "kg")
+    bodies = (Body("ground"), Body("block", rod(m, 1.0)), Body("bob", rod(m, 1.0)))
+    slide = Prismatic("slide", "ground", "block", axis=(1, 0, 0), coordinate="x")
+    hinge = Revolute("hinge", "block", "bob", axis=(0, 1, 0), coordinate="q")
+    text = derive(Mechanism("block", bodies, (slide, hinge), parameters=(m,))).text(symbols=True)
+    assert "displacement in the slide, along x of ground [m]" in text
+    assert "angle of the hinge, about y of block [rad]" in text
+
+
+@pytest.mark.parametrize(
+    ("gravity", "said"),
+    [
+        ((0, 0, 0), "There are neither weights nor springs: V is zero."),
+        ((0, 0, -9.81), "The weights do no work in this motion, and there are no springs: V is"),
+    ],
+)
+def test_a_potential_energy_of_zero_is_said(gravity: tuple[float, float, float], said: str) -> None:
+    m, l = Parameter("m", 1.0, "kg"), Parameter("l", 2.0, "m")
+    bodies = (Body("ground"), Body("bar", rod(m, l, (1, 0, 0))))
+    pin = Revolute("pin", "ground", "bar", axis=(0, 0, 1), coordinate="q")
+    text = derive(Mechanism("bar", bodies, (pin,), parameters=(m, l), gravity=gravity)).text(
+        steps=True
+    )
+    assert said in " ".join(text.split())
+    assert "     V = 0\n" in text
+
+
+def _listed(name: str) -> dict[str, str]:
+    """What each symbol of a system is."""
+    every = meanings(derive_system(name).derivation)
+    return {symbol: meaning.sentence for meaning in every for symbol in meaning.names}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import final
 
@@ -11,9 +11,13 @@ from mecanique.derivation.printing.printed import Expression
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left
 from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
+from mecanique.derivation.symbolic.ties.tie import Tie
+from mecanique.derivation.term_units import UNIT_AT_END
+from mecanique.model.dimensions import Dimension, divide, read_unit, say_unit
 from mecanique.model.expression import symbols_in
-from mecanique.model.joints import Joint, Planar, Single, Universal
+from mecanique.model.joints import UNITS, Joint, Planar, Single, Universal
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.mechanism.homogeneity import dimensions_of
 from mecanique.model.units import units
 
 __all__ = ["Meaning", "clashes", "meanings"]
@@ -42,6 +46,13 @@ _FOUND = {
     "psi": ("what the constraint keeps zero", ""),
 }
 """What the letters mean that stand on the left of steps, each with its unit."""
+
+_OF_COORDINATE = {
+    "Q": ("generalized forces of drives and loads, each for the coordinate it is named after", "W"),
+    "p": ("momenta, each of the coordinate it is named after", "J"),
+    "δW": ("virtual work in the displacement of the coordinate it is named after", ""),
+}
+"""What belongs to one coordinate, and the unit of its product with the coordinate's velocity."""
 
 _ACTS = {
     "F_weight": "weight of {}",
@@ -202,28 +213,58 @@ def _of_steps(derivation: Derivation, known: set[str]) -> Iterator[Meaning]:
     mechanism = derivation.algebra.mechanism
     owners = [each.name for each in (*mechanism.bodies, *mechanism.joints, *mechanism.forces)]
     owners += [tie.name for tie in derivation.ties]
+    rates = _find_rates(mechanism)
+    demands = {f"{tie.letter}_{tie.name}": _unit_of_demand(tie) for tie in derivation.ties}
     groups: dict[str, list[str]] = {}
     for left in _lefts(derivation):
         name = left.symbol
         if name.rstrip("'") not in known:
-            sentence = _explain(name, left, owners)
+            if left.component:
+                sentence = _explain_component(left, rates)
+            else:
+                sentence = _explain(left, owners, demands)
             if name not in groups.setdefault(sentence, []):
                 groups[sentence].append(name)
     if any(left.turning for left in _lefts(derivation)):
-        yield Meaning(("ω", "v"), "angular velocity and velocities of the body, in its own axes")
+        sentence = "angular velocity [rad/s] and velocity [m/s] of the body, in its own axes"
+        yield Meaning(("ω", "v"), sentence)
     for sentence, names in groups.items():
         yield Meaning(tuple(names), sentence)
 
 
-def _explain(name: str, left: Left, owners: Iterable[str]) -> str:
-    """What a quantity of a step is, from its letter and what it belongs to."""
+def _find_rates(mechanism: Mechanism) -> dict[str, Dimension]:
+    """The dimension of the velocity of each coordinate, and of each quasi-velocity."""
+    known, second = dimensions_of(mechanism).states, read_unit("s")
+    rates = {name: divide(known[name], second) for name in mechanism.coordinates if name in known}
+    return rates | {name: known[name] for name in mechanism.velocities if name in known}
+
+
+def _unit_of_demand(tie: Tie) -> str:
+    """The unit of Φ or ψ: with its multiplier it is a work, or a power."""
+    stated = UNIT_AT_END.search(tie.meaning)
+    if stated is None:
+        return ""
+    return say_unit(divide(read_unit("W" if tie.of_velocities else "J"), read_unit(stated[1])))
+
+
+def _explain_component(left: Left, rates: Mapping[str, Dimension]) -> str:
+    """What a momentum, a generalized force or a work is that belongs to one coordinate."""
+    what, product = _OF_COORDINATE[left.quantity]
+    if not product:
+        return f"{what} [J]"
+    rate = rates.get(left.by)
+    return what if rate is None else f"{what} [{say_unit(divide(read_unit(product), rate))}]"
+
+
+def _explain(left: Left, owners: Iterable[str], demands: Mapping[str, str]) -> str:
+    """What a quantity of a step is, from its letter and what it belongs to.
+
+    Args:
+        left: the quantity.
+        owners: names that it may belong to.
+        demands: the units of what ties demand, by letter and name.
+    """
     base, _, rest = left.quantity.partition("_")
-    if left.component and base == "Q":
-        return "generalized forces of drives and loads, each for the coordinate it is named after"
-    if left.component and base == "p":
-        return "momenta, each of the coordinate it is named after"
-    if left.component:
-        return "virtual work in the displacement of the coordinate it is named after [J]"
     what, unit = _FOUND[base]
     if rest:
         what = f"{what} of {{}}"
@@ -234,7 +275,9 @@ def _explain(name: str, left: Left, owners: Iterable[str]) -> str:
             break
     owner = _owner(rest, known) or rest
     other = _owner(rest.removeprefix(f"{owner}_"), known) if rest != owner else ""
-    return _sentence(what.format(f"{owner} on {other}" if other else owner), unit or "1")
+    return _sentence(
+        what.format(f"{owner} on {other}" if other else owner), demands.get(left.quantity, unit)
+    )
 
 
 def _owner(name: str, owners: Iterable[str]) -> str:
@@ -254,9 +297,9 @@ def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
     names = [name for name in joint.coordinates if name not in joint.followers]
     match joint:
         case Single() if joint.turns:
-            sentences = [f"angle of the {joint.noun} {joint.name}, about {_axis(joint)} [rad]"]
+            sentences = [f"angle of the {_call(joint)}, about {_axis(joint)} [rad]"]
         case Single():
-            sentences = [f"displacement in the {joint.noun} {joint.name}, along {_axis(joint)} [m]"]
+            sentences = [f"displacement in the {_call(joint)}, along {_axis(joint)} [m]"]
         case Planar():
             sentences = [
                 f"displacement of {joint.child} along {_along(axis, joint)} [m]"
@@ -274,8 +317,14 @@ def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
             parts = zip(_PARTS, joint.quaternion, strict=False)
             sentences += [f"{part} of the unit quaternion of {joint.child}" for part, _ in parts]
     yield from zip(names, sentences, strict=True)
+    kinds = dict(zip(joint.coordinates, joint.kinds, strict=True))
     for name in joint.followers:
-        yield name, f"what follows within joint {joint.name}"
+        yield name, f"what follows within joint {joint.name} [{UNITS[kinds[name]]}]"
+
+
+def _call(joint: Joint) -> str:
+    """Its kind and name, once where they are the same word."""
+    return joint.noun if joint.name == joint.noun else f"{joint.noun} {joint.name}"
 
 
 def _axis(joint: Single | Planar) -> str:

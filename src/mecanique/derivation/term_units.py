@@ -21,9 +21,10 @@ from mecanique.model.dimensions import (
 )
 from mecanique.model.mechanism.homogeneity import dimensions_of
 
-__all__ = ["find_units", "unit_of"]
+__all__ = ["UNIT_AT_END", "find_units", "unit_of"]
 
-_UNIT = re.compile(r"\[([^\]]*)\]$")
+UNIT_AT_END = re.compile(r"\[([^\]]*)\]$")
+"""The unit at the end of what a symbol means."""
 
 
 def find_units(derivation: Derivation, equation: Equation) -> tuple[Dimension | None, ...]:
@@ -77,6 +78,6 @@ def _dimensions(derivation: Derivation) -> Dimensions:
 def _collect_stated(meanings: Iterable[tuple[str, str]]) -> Iterable[tuple[str, Dimension]]:
     """The units at the end of sentences."""
     for name, sentence in meanings:
-        found = _UNIT.search(sentence)
+        found = UNIT_AT_END.search(sentence)
         if found:
             yield name, read_unit(found[1])

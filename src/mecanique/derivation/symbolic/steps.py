@@ -100,6 +100,11 @@ def energy_stages(
         several = stored if len(stored) > 1 else []
         whole = Result(Left("V"), V, partial(_write_potential, gravity, works, V))
         found.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
+    elif not V:
+        sentence = "There are neither weights nor springs: V is zero."
+        if heavy:
+            sentence = "The weights do no work in this motion, and there are no springs: V is zero."
+        found.append(Stage("Potential energy", sentence, (Result(Left("V"), V),)))
     return found
 
 
