@@ -322,7 +322,7 @@ def _all_of_joint(joint: Joint) -> Iterator[tuple[str, str]]:
         yield name, f"what follows within joint {joint.name} [{UNITS[kinds[name]]}]"
 
 
-def _call(joint: Joint) -> str:
+def _call(joint: Single) -> str:
     """Its kind and name, once where they are the same word."""
     return joint.noun if joint.name == joint.noun else f"{joint.noun} {joint.name}"
 
