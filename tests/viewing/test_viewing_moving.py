@@ -72,6 +72,12 @@ def swung(t: float, q: float, **parameters: float) -> float:
     return float(motion(t).q[0])
 
 
+FALLING = [
+    *(sys.executable, "-m", "mecanique", "view", "panda"),
+    *("--floating", "--move", "--no-browser"),
+]
+
+
 def processor_time(pid: int) -> float:
     """Seconds a process has computed, where the system tells; else infinity."""
     try:
@@ -83,9 +89,8 @@ def processor_time(pid: int) -> float:
 
 @pytest.mark.slow
 def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "mecanique", "view", "panda", "--floating", "--no-browser"]
     run = subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+        FALLING, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
     )
     try:
         assert run.stdout is not None
@@ -116,9 +121,8 @@ def test_a_robot_falls_in_real_time_and_ctrl_c_leaves_nothing(tmp_path: Path) ->
 
 
 def test_ctrl_c_before_any_page_has_come_ends_it_too(tmp_path: Path) -> None:
-    words = [sys.executable, "-m", "mecanique", "view", "panda", "--floating", "--no-browser"]
     run = subprocess.Popen(
-        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
+        FALLING, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=tmp_path
     )
     try:
         assert run.stdout is not None
