@@ -12,6 +12,7 @@ from typing import IO, Any
 
 import numpy as np
 
+from mecanique.arrays import spread
 from mecanique.errors import InputError, MecaniqueError
 from mecanique.files import write_whole
 from mecanique.model.mechanism import Mechanism
@@ -259,7 +260,7 @@ def _fits(
 def _check_accelerations(motion: Motion, path: str) -> None:
     """A file must not be taken for another mechanism's with the same names."""
     curve = motion.curve
-    at = np.unique(np.linspace(0, len(curve.t) - 1, 5).astype(int))
+    at = spread(len(curve.t), 5)
     found_a = motion.reference.acceleration(curve.q[at], curve.v[at], curve.t[at])
     gap = np.abs(found_a - curve.a[at]).max()
     size = 1 + np.abs(curve.a[at]).max()

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mecanique.arrays import Array
+from mecanique.arrays import Array, spread
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 from mecanique.verification.causes.cause import REMOVED, Cause
@@ -72,7 +72,7 @@ def causes_of(
         # samples may be noisy: all count that can be held in memory
         places = mechanism.nv * len(mechanism.bodies)
         most = max(40, _MOST_MOMENTS // max(places, 1))
-    at = np.unique(np.linspace(0, len(states) - 1, min(most, len(states))).astype(int))
+    at = spread(len(states), most)
     evidence = Evidence.of(
         mechanism, states.at(at), {name: values[at] for name, values in theirs.items()}
     )

@@ -9,6 +9,7 @@ from typing import Any, final
 
 import numpy as np
 
+from mecanique.arrays import spread
 from mecanique.derivation.equations import Equations
 from mecanique.errors import DerivationError
 from mecanique.generation.build import assemble
@@ -104,7 +105,7 @@ class Maker:
         motion, mechanism = self._motion, self._mechanism
         columns = self._columns.row(scene)
         known = [0.0 if column is None else column for column in columns]
-        chosen = np.unique(np.linspace(0, len(motion.t) - 1, 40).astype(int))
+        chosen = spread(len(motion.t), 40)
         numbers = self._evaluate(known, chosen)
         unknown = find_unknown(scene, numbers, chosen, [column is None for column in columns])
         resized = list(self._find_resized())

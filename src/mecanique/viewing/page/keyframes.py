@@ -14,6 +14,7 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+from mecanique.arrays import spread
 from mecanique.model.quaternions import conjugate, turn
 from mecanique.viewing.scene.scene import Floats, Scene
 
@@ -186,7 +187,7 @@ def _anchors(scene: Scene, tolerance: float) -> list[tuple[int, int, list[float]
         points.append((first, trace.points))
         first += 3
     found = []
-    few = np.unique(np.linspace(0, len(scene.t) - 1, 24).astype(int))
+    few = spread(len(scene.t), 24)
     for column, point in points:
         if np.ptp(point, axis=0).max() == 0:
             continue
