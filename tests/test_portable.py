@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import mecanique as mq
-from mecanique.cli import prepare
+from mecanique.cli import prepare_stream
 from mecanique.generation.compiled import build_library
 from mecanique.motion.compile.stepper import can_compile
 
@@ -124,7 +124,7 @@ def test_what_is_redirected_on_windows_has_every_letter(
         monkeypatch.setenv("PYTHONIOENCODING", named)
     file = io.BytesIO()
     stream = io.TextIOWrapper(file, encoding="cp1252", newline="")
-    prepare(stream, platform)
+    prepare_stream(stream, platform)
     stream.write("θ λ")
     stream.flush()
     assert file.getvalue() == written

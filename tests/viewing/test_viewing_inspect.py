@@ -12,7 +12,7 @@ from viewing_browser import Visit
 
 import mecanique as mq
 from mecanique.viewing.inspect import scene_at_rest
-from mecanique.viewing.scene.inspection import Inspection, inspect
+from mecanique.viewing.scene.inspection import Inspection, inspection_of
 from mecanique.viewing.scene.scene import Scene
 
 ARM = """<robot name="arm">
@@ -50,7 +50,7 @@ def arm() -> mq.Mechanism:
 
 
 def looked_into(mechanism: mq.Mechanism) -> Inspection:
-    return inspect(mechanism, mq.lint(ARM))
+    return inspection_of(mechanism, mq.lint(ARM))
 
 
 def scene(mechanism: mq.Mechanism) -> Scene:
@@ -66,12 +66,12 @@ def poses_of(mechanism: mq.Mechanism, q: Any) -> np.ndarray:
 @pytest.mark.parametrize("root", ["fixed", "floating"])
 def test_sliders_put_the_links_where_the_reference_has_them(root: Any) -> None:
     mechanism = mq.read_urdf(SOUND, root=root)
-    inspection = inspect(mechanism, ())
+    inspection = inspection_of(mechanism, ())
     assert [slider.name for slider in inspection.sliders] == ["shoulder", "elbow"]
     values = {"shoulder": 0.7, "elbow": -1.3}
     expected = poses_of(mechanism, values)
     assert inspection.poses(list(values.values())) == pytest.approx(expected, abs=1e-6)
-    start = inspect(mechanism, (), mechanism.position(values))
+    start = inspection_of(mechanism, (), mechanism.position(values))
     assert start.poses() == pytest.approx(expected, abs=1e-6)
 
 
@@ -79,7 +79,7 @@ def test_a_free_body_stands_where_it_is_put() -> None:
     mechanism = mq.read_urdf(SOUND, root="floating")
     q = mechanism.position({"root_joint_x": 1.0, "root_joint_qz": 0.6, "root_joint_qw": 0.8})
     expected = poses_of(mechanism, q)
-    assert inspect(mechanism, (), q).poses() == pytest.approx(expected, abs=1e-6)
+    assert inspection_of(mechanism, (), q).poses() == pytest.approx(expected, abs=1e-6)
 
 
 def test_sliders_keep_to_the_limits(arm: mq.Mechanism) -> None:
@@ -105,7 +105,7 @@ def test_findings_point_at_their_links(arm: mq.Mechanism) -> None:
     assert notes["M203"].suspicious
     assert not any(note.suspicious for note in notes.values() if note.finding.severity == "info")
     found = replace(notes["M203"].finding, message="as joint 'slide' has it", where="link 'lower'")
-    (note,) = inspect(arm, [found]).notes
+    (note,) = inspection_of(arm, [found]).notes
     assert [arm.bodies[k].name for k in note.bodies] == ["lower", "finger"]
 
 

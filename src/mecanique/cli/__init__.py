@@ -9,7 +9,7 @@ from typing import TextIO
 
 from mecanique.cli.commands import app
 
-__all__ = ["app", "main", "prepare"]
+__all__ = ["app", "main", "prepare_stream"]
 
 _YOUNG = 200_000
 """So many new objects before garbage is collected; nearly all of a command live as long as it."""
@@ -21,12 +21,12 @@ def main() -> None:
     The exit code is 0 for success, 1 for a disagreement, 2 for bad input, 130 for Ctrl-C.
     """
     for stream in (sys.stdout, sys.stderr):
-        prepare(stream, sys.platform)
+        prepare_stream(stream, sys.platform)
     gc.set_threshold(_YOUNG)
     app(prog_name="mecanique")
 
 
-def prepare(stream: TextIO, platform: str) -> None:
+def prepare_stream(stream: TextIO, platform: str) -> None:
     """Let a stream take every letter.
 
     A terminal that has no θ shows a question mark instead of a traceback. Files and pipes on

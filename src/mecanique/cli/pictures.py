@@ -158,7 +158,7 @@ def view(
     chosen = choose(system, parameters, reading)
     start, velocity = start_of(chosen, q, v)
     moving = move or v or duration is not None or speed is not None
-    if not moving and system not in mq.textbook.names():
+    if not moving and not mq.textbook.catalogue.is_known(system):
         findings = mq.lint(
             find_file(system),
             package_path=reading.package_path or None,

@@ -163,16 +163,16 @@ def acting(setting: Setting) -> Iterator[Action]:
 
 def _stir(setting: Setting, actions: Sequence[Action]) -> list[Action]:
     """The same forces a little later, in a general motion: what is zero by chance is not there."""
-    mechanism, state = setting.mechanism, np.random.default_rng(0)
+    mechanism, random = setting.mechanism, np.random.default_rng(0)
     reference = setting.reference
     idle = {each: replace(each, signal=1.0) for each in mechanism.inputs if each.signal == 0.0}
     if idle:  # such a drive is there to be given a value
         given = tuple(idle.get(each, each) for each in mechanism.inputs)
         mechanism = replace(mechanism, inputs=given)
         reference = Reference(mechanism)
-    q, v, t = setting.q, setting.v + state.uniform(0.5, 1.0, mechanism.nv), setting.t + STIR
+    q, v, t = setting.q, setting.v + random.uniform(0.5, 1.0, mechanism.nv), setting.t + STIR
     if mechanism.nq == mechanism.nv:
-        q = q + STIR * state.uniform(0.5, 1.0, mechanism.nq)
+        q = q + STIR * random.uniform(0.5, 1.0, mechanism.nq)
     try:
         if mechanism.constrained:
             closed = begin_on_loops(reference, q.tolist(), v.tolist(), t).state

@@ -68,9 +68,9 @@ def posture(mechanism: Mechanism, start: Mapping[str, float] | None = None) -> N
 
 def _usual_start(mechanism: Mechanism) -> Mapping[str, float]:
     """Where the motion of a system of the catalogue starts; nothing for any other."""
-    from mecanique.textbook.catalogue import entry, names
+    from mecanique.textbook.catalogue import entry, is_known
 
-    if mechanism.name not in names():
+    if not is_known(mechanism.name):
         return {}
     start = entry(mechanism.name).start
     return start if start.keys() <= set(mechanism.coordinates) else {}

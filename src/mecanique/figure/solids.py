@@ -14,7 +14,7 @@ from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, unit
 from mecanique.model.bodies.visuals import Box, Cylinder, Sphere, Visual
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
+from mecanique.model.meshing.teeth import RackTeeth, Toothed, WheelTeeth, teeth_of
 
 __all__ = ["Solid", "hull", "outline", "radius_of", "solids", "unit3"]
 

@@ -14,8 +14,7 @@ from mecanique.urdf.lint import lint
 from mecanique.viewing.live.live import LiveView
 from mecanique.viewing.scene.appearance import bodies_of, marks_of
 from mecanique.viewing.scene.document import Document
-from mecanique.viewing.scene.inspection import Inspection
-from mecanique.viewing.scene.inspection import inspect as look_into
+from mecanique.viewing.scene.inspection import Inspection, inspection_of
 from mecanique.viewing.scene.scene import Scene
 from mecanique.wording import say_count
 
@@ -50,11 +49,10 @@ def inspect(
     if findings is None:
         findings = _lint(mechanism)
     start = None if q is None else mechanism.position(q)
-    scene = scene_at_rest(mechanism, look_into(mechanism, findings, start))
+    scene = scene_at_rest(mechanism, inspection_of(mechanism, findings, start))
     with LiveView(scene, port=port, open_browser=open_browser, at_once=True) as live:
         try:
-            print(f"{live.url}\nCtrl-C ends the view.", flush=True)
-            live.await_page()
+            live.announce()
             live.stream(lambda changes: (), hold=True)
         except KeyboardInterrupt:
             return

@@ -29,8 +29,8 @@ _SUBSCRIPT = re.compile(
 _ENVIRONMENT = re.compile(r"\\(?P<which>begin|end)\s*\{\s*(?P<name>[a-z]+)\*?\s*\}(?:\{[lcr|]*\})?")
 _TABLES = {"matrix", "pmatrix", "bmatrix", "vmatrix", "smallmatrix", "Bmatrix"}
 _IGNORED = re.compile(
-    r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad|,|;|:|!"
-    r"| |>|\(|\)|\[|\]|hspace\{[^{}]*\}|label\{[^{}]*\}|tag\*?\{[^{}]*\})(?![A-Za-z])\s*\.?"
+    r"\\(?:left|right|[bB]igg?[lrm]?|displaystyle|textstyle|nonumber|notag|limits|quad|qquad"
+    r"|,|;|:|!| |>|\(|\)|\[|\]|hspace\{[^{}]*\}|label\{[^{}]*\}|tag\*?\{[^{}]*\})(?![A-Za-z])\s*\.?"
 )
 _CASES = re.compile(r"\\left\s*\\\{(?=\s*\\begin)")
 _SPACING = re.compile(r"\\(?:,|;|:|!| |>|\(|\)|\[|\])")

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from html import escape
 from typing import final
 
-from mecanique.derivation.printing.formulas import (
-    Product,
-    names_in,
-)
+from mecanique.derivation.printing.formulas import Product, names_in
 from mecanique.derivation.printing.layout import write
 from mecanique.derivation.printing.writers import Latex, MathML, Text, Writer
 from mecanique.derivation.scalars.series import Series
@@ -17,9 +15,42 @@ from mecanique.derivation.scalars.series import Series
 __all__ = ["Equation", "Expression"]
 
 
+class _Printed(ABC):
+    """What can be written as text, in LaTeX and in MathML, and shows itself in a notebook."""
+
+    @abstractmethod
+    def write(self, writer: Writer) -> str:
+        """Return it in the format of a writer."""
+
+    def text(self) -> str:
+        """Return it as one line of text, e.g. q'' + 3 g sin(q)/(2 l) = 0."""
+        return self.write(Text())
+
+    def latex(self) -> str:
+        """Return it in LaTeX, without dollar signs."""
+        return self.write(Latex())
+
+    def mathml(self) -> str:
+        """Return it as one MathML element."""
+        alt = escape(self.text(), quote=True)
+        xmlns = "http://www.w3.org/1998/Math/MathML"
+        row = self.write(MathML())
+        return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def _repr_latex_(self) -> str:
+        return f"$\\displaystyle {self.latex()}$"
+
+    def _repr_html_(self) -> str:
+        """It in a notebook, also where no script sets LaTeX."""
+        return self.mathml()
+
+
 @final
 @dataclass(frozen=True)
-class Expression:
+class Expression(_Printed):
     """A sum of terms in textbook order.
 
     Args:
@@ -35,36 +66,14 @@ class Expression:
         """Names of the letters in it."""
         return frozenset().union(*(names_in(term) for term in self.terms))
 
-    def text(self) -> str:
-        """Return it as one line of text."""
-        return self.write(Text())
-
-    def latex(self) -> str:
-        """Return it in LaTeX, without dollar signs."""
-        return self.write(Latex())
-
-    def mathml(self) -> str:
-        """Return it as one MathML element."""
-        return _math_element(self.write(MathML()), self.text())
-
     def write(self, writer: Writer) -> str:
         """Return it in the format of a writer."""
         return write(self.terms, writer, decimals=self.decimals)
 
-    def __str__(self) -> str:
-        return self.text()
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def _repr_html_(self) -> str:
-        """It in a notebook, also where no script sets LaTeX."""
-        return self.mathml()
-
 
 @final
 @dataclass(frozen=True)
-class Equation:
+class Equation(_Printed):
     """An equation of motion left = right, with inputs and other functions of time on the right.
 
     Args:
@@ -78,33 +87,6 @@ class Equation:
     right: Expression
     divisor: Series
 
-    def text(self) -> str:
-        """Return it as one line of text, e.g. q'' + 3 g sin(q)/(2 l) = 0."""
-        return self._write(Text())
-
-    def latex(self) -> str:
-        """Return it in LaTeX, without dollar signs."""
-        return self._write(Latex())
-
-    def mathml(self) -> str:
-        """Return it as one MathML element."""
-        return _math_element(self._write(MathML()), self.text())
-
-    def _write(self, writer: Writer) -> str:
+    def write(self, writer: Writer) -> str:
+        """Return it in the format of a writer."""
         return writer.equation(self.left.write(writer), self.right.write(writer))
-
-    def __str__(self) -> str:
-        return self.text()
-
-    def _repr_latex_(self) -> str:
-        return f"$\\displaystyle {self.latex()}$"
-
-    def _repr_html_(self) -> str:
-        """It in a notebook, also where no script sets LaTeX."""
-        return self.mathml()
-
-
-def _math_element(row: str, text: str) -> str:
-    alt = escape(text, quote=True)
-    xmlns = "http://www.w3.org/1998/Math/MathML"
-    return f'<math xmlns="{xmlns}" display="block" alttext="{alt}">{row}</math>'

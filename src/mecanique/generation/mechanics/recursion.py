@@ -2,11 +2,11 @@
 
 It is the recursion of `mecanique.derivation.numeric.recursion`, τ = Σ tr(∂H/∂q J Ḧᵀ) with the mass
 moments J of each body, seen from the body instead of from the ground: a point r of it has the
-acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first moments h and second moments E about the
-body's origin the inertia forces are m a + U h, and their moment h × a plus the axial vector of U E
-(J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic Systems, Measurement, and Control 102 (1980)
-69, in the form of W. Khalil & E. Dombre, Modeling, Identification and Control of Robots, 2002,
-sect. 9.5).
+acceleration a + U r with U = α̂ + ω̂ ω̂. With mass m, first moments h and second moments E about
+the body's origin the inertia forces are m a + U h, and their moment is h × a plus the axial vector
+of U E (J. Y. S. Luh, M. W. Walker & R. P. C. Paul, J. Dynamic Systems, Measurement, and Control
+102 (1980) 69, in the form of W. Khalil & E. Dombre, Modeling, Identification and Control of Robots,
+2002, sect. 9.5).
 """
 
 from __future__ import annotations

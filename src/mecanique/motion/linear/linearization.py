@@ -32,8 +32,8 @@ UNDAMPED = 1e-10
 class Linearization:
     """M δ̈ + C δ̇ + K δ = 0 for small deviations δ from a state.
 
-    Where v is not q̇, δ is a displacement along v. In a mechanism with loops M, C and K are those of
-    n independent deviations; the others follow by `tangent`.
+    Where v is not q̇, δ is a displacement along v. In a mechanism with loops M, C and K are those
+    of n independent deviations; the others follow by `tangent`.
 
     Args:
         mechanism: what moves.

@@ -21,8 +21,8 @@ from mecanique.generation.program.traced import value_of, values_of
 from mecanique.generation.quantities import QUANTITIES, Quantity
 from mecanique.generation.targets.javascript import functions
 from mecanique.model.mechanism import Mechanism
+from mecanique.model.meshing.teeth import visuals_of
 from mecanique.model.states import States
-from mecanique.model.teeth import visuals_of
 from mecanique.motion.record.motion import Motion
 from mecanique.verification.states.random import random_states
 from mecanique.viewing.engine.agreement import find_unknown

@@ -165,6 +165,15 @@ class LiveView:
             self.close()
             raise
 
+    def announce(self) -> None:
+        """Print the page's address, and wait until the page is made.
+
+        Raises:
+            InputError: if a mesh cannot be read.
+        """
+        print(f"{self.url}\nCtrl-C ends the view.", flush=True)
+        self.await_page()
+
     def wait(self, period: float = 0.2) -> bool:
         """Wait until a page has shown something or the view is closed; return whether one has.
 

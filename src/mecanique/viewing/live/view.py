@@ -73,8 +73,7 @@ def _serve(computing: Computing, port: int, open_browser: bool, speed: float) ->
     """Serve a page that computes its motion by itself."""
     with LiveView(computing.scene, port=port, open_browser=open_browser, at_once=True) as live:
         try:
-            print(f"{live.url}\nCtrl-C ends the view.", flush=True)
-            live.await_page()
+            live.announce()
             computing.check(live)
             live.stream(lambda changes: (), speed=speed, hold=True)
         except KeyboardInterrupt:
@@ -89,8 +88,7 @@ def _stream(source: Moving | Recorded, port: int, open_browser: bool, speed: flo
         source.presenter.first, port=port, open_browser=open_browser, at_once=True
     ) as live:
         try:
-            print(f"{live.url}\nCtrl-C ends the view.", flush=True)
-            live.await_page()
+            live.announce()
             source.presenter.check(live)
             # a page takes its time to load, but shows the motion from its start
             live.wait()

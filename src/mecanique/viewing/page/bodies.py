@@ -64,10 +64,7 @@ def _geometry(shape: Shape) -> dict[str, Any]:
             return {"type": "BoxGeometry", "width": width, "height": height, "depth": depth}
         case "sphere":
             (radius,) = size  # meshcat's own 20 segments do not look round
-            facets = {
-                "widthSegments": 40,
-                "heightSegments": 28,
-            }
+            facets = {"widthSegments": 40, "heightSegments": 28}
             return {"type": "SphereGeometry", "radius": radius, **facets}
         case "cylinder":
             radius, length = size

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from html import escape
+from math import degrees
 
 from mecanique.viewing.scene.inspection import Inspection, Note, Slider
 from mecanique.wording import say_count
@@ -12,7 +13,6 @@ __all__ = ["write_findings", "write_joints"]
 
 _NOTHING = "<p>Nothing was found to be wrong with it.</p>"
 _OPEN = '<p class="note">Sliders move the tree of joints; what closes loops is opened by them.</p>'
-_RADIANS = 57.29577951308232
 
 
 def write_findings(inspection: Inspection | None) -> str:
@@ -68,8 +68,10 @@ def write_joints(inspection: Inspection | None) -> str:
 def _slider(k: int, slider: Slider) -> str:
     limits = "none"
     if slider.limited:
-        scale, unit = (_RADIANS, "°") if slider.unit == "rad" else (1.0, " m")
-        limits = f"{slider.low * scale:.4g} … {slider.high * scale:.4g}{unit}"
+        if slider.unit == "rad":
+            limits = f"{degrees(slider.low):.4g} … {degrees(slider.high):.4g}°"
+        else:
+            limits = f"{slider.low:.4g} … {slider.high:.4g} m"
     return (
         f'<tr><th scope="row" class="words">{escape(slider.name)}</th>'
         f'<td><input type="range" data-joint="{k}" aria-label="{escape(slider.name)}"'

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from mecanique.model.bodies.visuals import Box, Cylinder, Mesh, Sphere, Visual
 from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.teeth import visuals_of
+from mecanique.model.meshing.teeth import visuals_of
 from mecanique.viewing.scene.scene import GREY, JointMark, SceneBody, Shape
 
 __all__ = ["bodies_of", "marks_of"]

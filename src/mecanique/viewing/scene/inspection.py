@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Literal, final
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mecanique.arrays import Array
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.expression import evaluate
 from mecanique.model.joint_base import Elementary
@@ -18,9 +18,7 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Finding
 from mecanique.model.quaternions import turn as turn_vectors
 
-__all__ = ["Inspection", "Link", "Move", "Note", "Path", "Slider", "inspect"]
-
-Floats = NDArray[np.float64]
+__all__ = ["Inspection", "Link", "Move", "Note", "Path", "Slider", "inspection_of"]
 
 REACH = {"rad": math.pi, "m": 1.0}
 """How far a joint without limits is moved each way."""
@@ -141,9 +139,9 @@ class Inspection:
     paths: tuple[Path, ...]
     sliders: tuple[Slider, ...] = ()
     notes: tuple[Note, ...] = ()
-    closed: bool = field(default=False)
+    closed: bool = False
 
-    def poses(self, values: Sequence[float] | None = None) -> Floats:
+    def poses(self, values: Sequence[float] | None = None) -> Array:
         """Return the bodies' poses, shape (nb, 4, 4).
 
         Args:
@@ -160,8 +158,8 @@ class Inspection:
         return found
 
 
-def inspect(
-    mechanism: Mechanism, findings: Sequence[Finding], q: Floats | None = None
+def inspection_of(
+    mechanism: Mechanism, findings: Sequence[Finding], q: Array | None = None
 ) -> Inspection:
     """Return a mechanism's description, to be looked at.
 
@@ -196,7 +194,7 @@ def _link(mechanism: Mechanism, k: int) -> Link:
     return Link(mass, center, radii, tuple(map(tuple, axes.tolist())))
 
 
-def _sliders(mechanism: Mechanism, start: Floats) -> Iterator[Slider]:
+def _sliders(mechanism: Mechanism, start: Array) -> Iterator[Slider]:
     """A slider for each coordinate that turns or slides something."""
     limits = {}
     simple: dict[str, str] = {}
@@ -219,7 +217,7 @@ def _sliders(mechanism: Mechanism, start: Floats) -> Iterator[Slider]:
         yield Slider(name, simple[name], min(low, value), max(high, value), value, limited)
 
 
-def _paths(mechanism: Mechanism, start: Floats, sliders: Sequence[str]) -> Iterator[Path]:
+def _paths(mechanism: Mechanism, start: Array, sliders: Sequence[str]) -> Iterator[Path]:
     """The joints, parents first."""
     number = {body.name: k for k, body in enumerate(mechanism.bodies)}
     given = dict(zip(mechanism.coordinates, start.tolist(), strict=True))
@@ -268,7 +266,7 @@ def _move(
     return Move(kind, motion.axis, constant, tuple(factors))
 
 
-def _free_pose(values: Sequence[float]) -> Floats:
+def _free_pose(values: Sequence[float]) -> Array:
     """The pose of a ball joint or a free body: its place, if it has one, and its quaternion."""
     pose = np.eye(4)
     pose[:3, :3] = turn_vectors(np.array(values[-4:]), np.eye(3)).T
@@ -276,7 +274,7 @@ def _free_pose(values: Sequence[float]) -> Floats:
     return pose
 
 
-def _motion(kind: str, axis: Sequence[float], value: float) -> Floats:
+def _motion(kind: str, axis: Sequence[float], value: float) -> Array:
     pose, along = np.eye(4), np.array(axis)
     if kind == "slide":
         pose[:3, 3] = value * along

@@ -20,7 +20,7 @@ from mecanique.model.constraints.elements import Gear, Rack
 from mecanique.model.expression import Scalar
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.model.mechanism import Mechanism
-from mecanique.model.pitch_points import find_pitch_point
+from mecanique.model.meshing.pitch_points import find_pitch_point
 from mecanique.model.placement import Placement, angles_of
 
 __all__ = ["RackTeeth", "Toothed", "WheelTeeth", "teeth_of", "visuals_of"]

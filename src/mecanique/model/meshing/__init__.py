@@ -1,0 +1,1 @@
+"""Wheels in mesh: where they touch, and teeth to draw them with."""
