@@ -28,7 +28,7 @@ def state_momentum_balance(cut: Cut, moving: bool) -> str:
         return (
             "Mass times the acceleration a of the center of mass equals the resultant force; "
             "below are the position r of that center in the axes of the world, the components of "
-            "its velocity v and of a, then those of both sides."
+            "its velocity v and acceleration a, and then both sides in components."
         )
     if cut.mass:
         return "Its center of mass stays where it is, so the forces on it are in balance."
