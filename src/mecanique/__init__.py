@@ -6,7 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from mecanique import viewing  # noqa: F401 lets motions show themselves; imports no numpy
-from mecanique.lazy import import_name
+from mecanique.lazy import find_homes, import_name
 
 if TYPE_CHECKING:
     from mecanique import textbook
@@ -273,140 +273,47 @@ __all__ = [
     "write_urdf",
 ]
 
-_HOMES = {
-    "AnyForce": "mecanique.model",
-    "Audit": "mecanique.motion",
-    "Belt": "mecanique.model",
-    "Blade": "mecanique.model",
-    "Body": "mecanique.model",
-    "Box": "mecanique.model",
-    "Check": "mecanique.checking.verdict",
-    "ClosureError": "mecanique.errors",
-    "Code": "mecanique.generation",
-    "Coordinates": "mecanique.model",
-    "Cord": "mecanique.model",
-    "Cylinder": "mecanique.model",
-    "Damper": "mecanique.model",
-    "DerivationError": "mecanique.errors",
-    "Difference": "mecanique.verification.descriptions.change",
-    "EngineError": "mecanique.errors",
-    "Equations": "mecanique.derivation.equations",
-    "Equilibrium": "mecanique.motion",
-    "Event": "mecanique.motion",
-    "Fixed": "mecanique.model",
-    "Floating": "mecanique.model",
-    "FloatingState": "mecanique.model",
-    "Force": "mecanique.model",
-    "FormulaError": "mecanique.errors",
-    "Freedom": "mecanique.reference",
-    "Gear": "mecanique.model",
-    "Helical": "mecanique.model",
-    "InertialCheck": "mecanique.motion",
-    "Input": "mecanique.model",
-    "InputError": "mecanique.errors",
-    "IntegrationError": "mecanique.errors",
-    "Joint": "mecanique.model",
-    "JointDamper": "mecanique.model",
-    "JointForce": "mecanique.model",
-    "JointSpring": "mecanique.model",
-    "Limits": "mecanique.model",
-    "Linearization": "mecanique.motion",
-    "Loop": "mecanique.model",
-    "MecaniqueError": "mecanique.errors",
-    "Mechanism": "mecanique.model",
-    "MechanismError": "mecanique.errors",
-    "Mesh": "mecanique.model",
-    "Motion": "mecanique.motion",
-    "Parameter": "mecanique.model",
-    "Placement": "mecanique.model",
-    "Planar": "mecanique.model",
-    "Prismatic": "mecanique.model",
-    "Pulley": "mecanique.model",
-    "Rack": "mecanique.model",
-    "Record": "mecanique.model",
-    "Reduction": "mecanique.derivation",
-    "Reference": "mecanique.reference",
-    "Revolute": "mecanique.model",
-    "Rolling": "mecanique.model",
-    "Runs": "mecanique.motion",
-    "Shape": "mecanique.model",
-    "SingleEquation": "mecanique.derivation",
-    "SpeedMatrices": "mecanique.motion",
-    "SpeedRange": "mecanique.motion",
-    "Sphere": "mecanique.model",
-    "Spherical": "mecanique.model",
-    "Spring": "mecanique.model",
-    "SteadyLinearization": "mecanique.motion",
-    "Torque": "mecanique.model",
-    "Universal": "mecanique.model",
-    "UnknownNameError": "mecanique.errors",
-    "UrdfError": "mecanique.errors",
-    "VelocityConstraint": "mecanique.model",
-    "Verdict": "mecanique.verification",
-    "Visual": "mecanique.model",
-    "Wrench": "mecanique.reference",
-    "acos": "mecanique.model",
-    "asin": "mecanique.model",
-    "assemble": "mecanique.reference",
-    "assembly_branches": "mecanique.reference",
-    "atan": "mecanique.model",
-    "atan2": "mecanique.model",
-    "ball": "mecanique.model",
-    "bar": "mecanique.model",
-    "box": "mecanique.model",
-    "check": "mecanique.checking.check",
-    "cloud": "mecanique.model",
-    "compare_inertias": "mecanique.urdf.lint",
-    "cone": "mecanique.model",
-    "contact_events": "mecanique.motion",
-    "coordinate": "mecanique.model",
-    "cos": "mecanique.model",
-    "cylinder": "mecanique.model",
-    "degrees_of_freedom": "mecanique.reference",
-    "derive": "mecanique.derivation",
-    "diff": "mecanique.verification.descriptions.diff",
-    "disk": "mecanique.model",
-    "equilibria": "mecanique.motion",
-    "exp": "mecanique.model",
-    "expand_in_speed": "mecanique.motion",
-    "export": "mecanique.viewing.show",
-    "floating": "mecanique.model",
-    "floating_state": "mecanique.model",
-    "frequency_response": "mecanique.motion",
-    "generate": "mecanique.generation",
-    "inertial_check": "mecanique.motion",
-    "inspect": "mecanique.viewing.inspect",
-    "linearize": "mecanique.motion",
-    "linearize_steady": "mecanique.motion",
-    "lint": "mecanique.urdf.lint",
-    "log": "mecanique.model",
-    "massless": "mecanique.model",
-    "particle": "mecanique.model",
-    "picture": "mecanique.figure.draw",
-    "plate": "mecanique.model",
-    "read_urdf": "mecanique.urdf",
-    "reduce_loops": "mecanique.derivation",
-    "ring": "mecanique.model",
-    "robot": "mecanique.urdf.robots",
-    "robots": "mecanique.urdf.robots",
-    "rod": "mecanique.model",
-    "routh": "mecanique.derivation",
-    "shell": "mecanique.model",
-    "sign": "mecanique.model",
-    "simulate": "mecanique.motion",
-    "simulate_many": "mecanique.motion",
-    "sin": "mecanique.model",
-    "sqrt": "mecanique.model",
-    "sweep_speeds": "mecanique.motion",
-    "tan": "mecanique.model",
-    "tanh": "mecanique.model",
-    "time": "mecanique.model",
-    "velocity": "mecanique.model",
-    "verify": "mecanique.verification",
-    "view": "mecanique.viewing.live.view",
-    "write_recursion": "mecanique.generation",
-    "write_urdf": "mecanique.urdf",
-}
+_HOMES = find_homes(
+    {
+        "mecanique.checking.check": "check",
+        "mecanique.checking.verdict": "Check",
+        "mecanique.derivation": "Reduction SingleEquation derive reduce_loops routh",
+        "mecanique.derivation.equations": "Equations",
+        "mecanique.errors": """
+            ClosureError DerivationError EngineError FormulaError InputError IntegrationError
+            MecaniqueError MechanismError UnknownNameError UrdfError
+        """,
+        "mecanique.figure.draw": "picture",
+        "mecanique.generation": "Code generate write_recursion",
+        "mecanique.model": """
+            AnyForce Belt Blade Body Box Coordinates Cord Cylinder Damper Fixed Floating
+            FloatingState Force Gear Helical Input Joint JointDamper JointForce JointSpring
+            Limits Loop Mechanism Mesh Parameter Placement Planar Prismatic Pulley Rack Record
+            Revolute Rolling Shape Sphere Spherical Spring Torque Universal VelocityConstraint
+            Visual acos asin atan atan2 ball bar box cloud cone coordinate cos cylinder disk exp
+            floating floating_state log massless particle plate ring rod shell sign sin sqrt tan
+            tanh time velocity
+        """,
+        "mecanique.motion": """
+            Audit Equilibrium Event InertialCheck Linearization Motion Runs SpeedMatrices
+            SpeedRange SteadyLinearization contact_events equilibria expand_in_speed
+            frequency_response inertial_check linearize linearize_steady simulate simulate_many
+            sweep_speeds
+        """,
+        "mecanique.reference": """
+            Freedom Reference Wrench assemble assembly_branches degrees_of_freedom
+        """,
+        "mecanique.urdf": "read_urdf write_urdf",
+        "mecanique.urdf.lint": "compare_inertias lint",
+        "mecanique.urdf.robots": "robot robots",
+        "mecanique.verification": "Verdict verify",
+        "mecanique.verification.descriptions.change": "Difference",
+        "mecanique.verification.descriptions.diff": "diff",
+        "mecanique.viewing.inspect": "inspect",
+        "mecanique.viewing.live.view": "view",
+        "mecanique.viewing.show": "export",
+    }
+)
 """The homes of the public names, each imported on first use."""
 
 

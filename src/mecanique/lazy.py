@@ -9,7 +9,16 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
-__all__ = ["import_name", "keep_garbage"]
+__all__ = ["find_homes", "import_name", "keep_garbage"]
+
+
+def find_homes(names: Mapping[str, str]) -> dict[str, str]:
+    """Return the module of each name.
+
+    Args:
+        names: the names in each module, separated by blanks.
+    """
+    return {name: home for home, words in names.items() for name in words.split()}
 
 
 def import_name(package: str, name: str, homes: Mapping[str, str]) -> Any:
