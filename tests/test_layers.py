@@ -38,7 +38,7 @@ ORDER: dict[str, list[str]] = {
         "expression",
         "dimensions",
         "coordinates parameters placement quaternions values",
-        "joint_base",
+        "force_base joint_base",
         "bodies constraints forces joints",
         "mechanism",
         "free_body guides meshing states units",

@@ -18,15 +18,8 @@ from typing import Any, ClassVar, Literal, Protocol, TypeAlias, final
 
 from mecanique.errors import DerivationError
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import (
-    AnyForce,
-    BodyLoad,
-    Damper,
-    JointDamper,
-    JointForce,
-    JointSpring,
-    Spring,
-)
+from mecanique.model.force_base import AnyForce, BodyLoad
+from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
 
 __all__ = ["Along", "Drive", "Elastic", "Law", "Travel", "Viscous", "laws_of"]
 

@@ -10,7 +10,7 @@ from mecanique.figure.paper.marks import Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, dashpot, hatch, label, spiral, spring, unit
 from mecanique.figure.setting import Setting
 from mecanique.figure.supports import stands_on_columns, wall
-from mecanique.model.forces import End, JointLoad, LineLoad
+from mecanique.model.force_base import End, JointLoad, LineLoad
 from mecanique.model.joints import Prismatic, Revolute
 
 __all__ = ["connections"]

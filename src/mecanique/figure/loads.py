@@ -11,7 +11,7 @@ from mecanique.figure.camera import Floats
 from mecanique.figure.paper.marks import Mark, Point
 from mecanique.figure.paper.signs import arc, arrow, label, unit
 from mecanique.figure.setting import Setting, is_zero
-from mecanique.model.forces import BodyLoad, JointLoad, WrenchOnBody
+from mecanique.model.force_base import BodyLoad, JointLoad, WrenchOnBody
 from mecanique.model.joints import Prismatic, Revolute
 from mecanique.motion.analysis.forces import Actions
 

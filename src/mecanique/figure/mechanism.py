@@ -20,7 +20,7 @@ from mecanique.figure.solids import Solid, outline
 from mecanique.figure.supports import nuts, supports
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.forces import LineLoad, loads_in
+from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joints import Prismatic, Revolute, Spherical, Universal
 
 __all__ = ["figure", "solid_marks"]

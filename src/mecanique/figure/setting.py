@@ -11,7 +11,7 @@ from mecanique.figure.camera import Camera, Floats, side_of
 from mecanique.figure.paper.marks import Point
 from mecanique.figure.solids import Solid, solids
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import LineLoad
+from mecanique.model.force_base import LineLoad
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.reference import Reference

@@ -12,7 +12,7 @@ import numpy as np
 from mecanique.figure.paper.marks import Circle, Mark, Point, Stroke
 from mecanique.figure.paper.signs import across, hatch, pin, unit
 from mecanique.figure.setting import Setting
-from mecanique.model.forces import loads_in
+from mecanique.model.force_base import loads_in
 from mecanique.model.joints import Prismatic, Revolute, Single, Spherical, Universal
 
 __all__ = ["NUT", "THREADS", "nuts", "stands_on_columns", "supports", "wall"]

@@ -38,8 +38,8 @@ from mecanique.model.expression.functions import (
     tan,
     tanh,
 )
+from mecanique.model.force_base import AnyForce
 from mecanique.model.forces import (
-    AnyForce,
     Damper,
     Force,
     JointDamper,

@@ -11,7 +11,7 @@ from mecanique.arrays import median
 from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.dimensions import PURE, Dimension, say_unit
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import LineLoad
+from mecanique.model.force_base import LineLoad
 from mecanique.model.joints import UNITS
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.homogeneity import dimensions_of

@@ -18,7 +18,8 @@ from mecanique.errors import InputError, MechanismError
 from mecanique.model.bodies import Body
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, Vector, coordinate
-from mecanique.model.forces import AnyForce, JointDamper
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import JointDamper
 from mecanique.model.joints import Floating, Joint
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.mechanism.origin import Origin

@@ -28,7 +28,8 @@ from typing import Any
 
 from mecanique.errors import InputError
 from mecanique.model.constraints.loops import CLOSED, Loop
-from mecanique.model.forces import AnyForce, JointDamper, JointSpring
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import JointDamper, JointSpring
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement
 

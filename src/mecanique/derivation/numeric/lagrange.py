@@ -29,7 +29,7 @@ from mecanique.derivation.scalars.jets import Jet
 from mecanique.derivation.tree.links import Link, links, motions, moving, place_of
 from mecanique.derivation.tree.poses import Arithmetic, local, moments, placement_matrix, stack
 from mecanique.model.expression import Scalar, evaluate
-from mecanique.model.forces import BodyLoad, JointLoad, LineLoad, WrenchOnBody
+from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 

@@ -17,7 +17,7 @@ from mecanique.derivation.laws import Law, Travel, laws_of
 from mecanique.derivation.numeric.chart import Motions, efforts_in_joints
 from mecanique.derivation.tree.links import Link, hat, place_of
 from mecanique.model.expression import Scalar, evaluate, symbols_in
-from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad
+from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 

@@ -12,7 +12,7 @@ from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import Assumption, Span, Travel
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector
-from mecanique.model.forces import AnyForce, BodyLoad, LineLoad, WrenchOnBody
+from mecanique.model.force_base import AnyForce, BodyLoad, LineLoad, WrenchOnBody
 
 __all__ = ["Work", "works_of"]
 

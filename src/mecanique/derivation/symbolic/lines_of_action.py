@@ -17,7 +17,7 @@ from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import Vector, dot, zero
-from mecanique.model.forces import LineLoad
+from mecanique.model.force_base import LineLoad
 
 __all__ = ["Assumption", "Span", "Travel", "length_names"]
 

@@ -21,7 +21,7 @@ from mecanique.generation.mechanics.recursion import Recursion
 from mecanique.generation.mechanics.vectors import Rows, Triple, add, apply, dot, scale
 from mecanique.generation.program.sweeps import pull_back
 from mecanique.generation.program.traced import trace, value_of
-from mecanique.model.forces import BodyLoad, End, JointLoad, LineLoad
+from mecanique.model.force_base import BodyLoad, End, JointLoad, LineLoad
 from mecanique.model.joints import Single
 
 __all__ = ["Forces", "on_velocities"]

@@ -17,7 +17,7 @@ from mecanique.model.constraints.loops import Loop
 from mecanique.model.constraints.velocity_constraints import VelocityConstraint
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, evaluate
-from mecanique.model.forces import AnyForce
+from mecanique.model.force_base import AnyForce
 from mecanique.model.joints import Joint
 from mecanique.model.mechanism.origin import Origin
 from mecanique.model.parameters import Input, Parameter

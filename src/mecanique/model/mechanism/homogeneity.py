@@ -21,7 +21,7 @@ from mecanique.model.dimensions import (
     say_unit,
 )
 from mecanique.model.expression import Scalar, symbols_in
-from mecanique.model.forces import JointLoad
+from mecanique.model.force_base import JointLoad
 from mecanique.model.joints import UNITS, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.placement import Placement

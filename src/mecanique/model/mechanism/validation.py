@@ -10,7 +10,7 @@ import numpy as np
 
 from mecanique.errors import MecaniqueError
 from mecanique.model.expression import FUNCTIONS, Scalar, evaluate, plain, symbols_in
-from mecanique.model.forces import JointLoad
+from mecanique.model.force_base import JointLoad
 from mecanique.model.joints import Planar, Single
 from mecanique.model.mechanism.constraint_faults import (
     find_constraint_faults,

@@ -11,7 +11,8 @@ import numpy as np
 from mecanique.errors import InputError, UnknownNameError
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import Scalar, Vector, symbols_in
-from mecanique.model.forces import AnyForce, JointDamper
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import JointDamper
 from mecanique.model.joints import Joint, Limits, Planar, Single
 from mecanique.model.mechanism.description import Description
 from mecanique.model.parameters import Parameter

@@ -14,7 +14,7 @@ import numpy as np
 
 from mecanique.model.bodies.tensor import tensor_of
 from mecanique.model.expression import Scalar, Vector
-from mecanique.model.forces import ForceKind
+from mecanique.model.force_base import ForceKind
 from mecanique.model.mechanism import Mechanism
 
 if TYPE_CHECKING:

@@ -20,7 +20,8 @@ from mecanique.model.bodies import Body
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.coordinates import Coordinates
 from mecanique.model.expression import finite, time
-from mecanique.model.forces import AnyForce, BodyLoad, Force
+from mecanique.model.force_base import AnyForce, BodyLoad
+from mecanique.model.forces import Force
 from mecanique.model.joints import Fixed, Revolute
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.units import units

@@ -10,7 +10,8 @@ from typing import final
 from mecanique.model.constraints.contacts import Contact
 from mecanique.model.constraints.elements import Element as AnyElement
 from mecanique.model.constraints.loops import Loop
-from mecanique.model.forces import AnyForce, Damper, JointDamper, JointSpring, Spring
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import Damper, JointDamper, JointSpring, Spring
 from mecanique.urdf.dialect import (
     ACTUATOR_GEAR,
     ACTUATOR_INERTIA,

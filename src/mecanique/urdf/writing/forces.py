@@ -6,17 +6,8 @@ import math
 from collections.abc import Iterator, Mapping
 
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import (
-    BodyLoad,
-    Damper,
-    JointDamper,
-    JointForce,
-    JointLoad,
-    JointSpring,
-    LineLoad,
-    Spring,
-    loads_in,
-)
+from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad, loads_in
+from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Matrix3, rotate, rotation

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from mecanique.arrays import Array
-from mecanique.model.forces import loads_in
+from mecanique.model.force_base import loads_in
 from mecanique.model.joints import Single
 from mecanique.verification.causes.change import Change, count_digits, fit
 from mecanique.verification.causes.evidence import Evidence

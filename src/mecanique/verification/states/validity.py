@@ -22,7 +22,7 @@ from mecanique.derivation.scalars.evaluation import evaluate
 from mecanique.derivation.symbolic.lines_of_action import Assumption
 from mecanique.derivation.tree.links import links
 from mecanique.derivation.tree.poses import Arithmetic, joint_values, poses, times_point
-from mecanique.model.forces import LineLoad
+from mecanique.model.force_base import LineLoad
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.states import States
 

@@ -11,7 +11,7 @@ import numpy as np
 from mecanique.model.bodies.visuals import Cylinder, Visual
 from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.expression import Scalar, Vector
-from mecanique.model.forces import LineLoad, loads_in
+from mecanique.model.force_base import LineLoad, loads_in
 from mecanique.model.joints import Prismatic
 from mecanique.model.mechanism import Mechanism
 from mecanique.viewing.scene.scene import LineKind

@@ -10,7 +10,8 @@ import numpy as np
 from mecanique.checking.mistakes.slips.hypothesis import Hypothesis, RightEquations
 from mecanique.model.bodies import Body
 from mecanique.model.expression import plain
-from mecanique.model.forces import AnyForce, JointSpring, Spring
+from mecanique.model.force_base import AnyForce
+from mecanique.model.forces import JointSpring, Spring
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["mistake_parts"]

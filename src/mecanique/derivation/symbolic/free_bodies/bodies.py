@@ -18,7 +18,7 @@ from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.derivation.symbolic.vectors import Vector, Wrench, cross, lift, total, zero
 from mecanique.derivation.tree.poses import Matrix, combination, transpose
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
+from mecanique.model.force_base import AnyForce, BodyLoad, JointLoad, LineLoad, WrenchOnBody
 from mecanique.model.joints import Joint
 
 __all__ = ["Applied", "Cut", "Cuts"]

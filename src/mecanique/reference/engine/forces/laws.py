@@ -12,15 +12,8 @@ from typing import final
 
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar
-from mecanique.model.forces import (
-    Damper,
-    JointDamper,
-    JointForce,
-    JointLoad,
-    JointSpring,
-    LineLoad,
-    Spring,
-)
+from mecanique.model.force_base import JointLoad, LineLoad
+from mecanique.model.forces import Damper, JointDamper, JointForce, JointSpring, Spring
 
 __all__ = ["Law", "law_of"]
 

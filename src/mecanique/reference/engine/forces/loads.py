@@ -12,11 +12,7 @@ import numpy as np
 from mecanique.arrays import Array
 from mecanique.errors import EngineError
 from mecanique.model.expression import Scalar, Vector, compile_scalars
-from mecanique.model.forces import (
-    BodyLoad,
-    JointLoad,
-    LineLoad,
-)
+from mecanique.model.force_base import BodyLoad, JointLoad, LineLoad
 from mecanique.model.joints import Single
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.parameters import Input

@@ -1,0 +1,274 @@
+"""What forces have in common, and the three ways in which they act.
+
+A force acts along the line between two points (`LineLoad`), in a joint (`JointLoad`) or on one body
+(`BodyLoad`). Each field that states scalars says by its metadata what it is and in which unit.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Literal, TypeAlias, final
+
+from mecanique.model.expression import Scalar, plain, symbols_in
+from mecanique.model.placement import vector as as_vector
+
+__all__ = [
+    "LENGTH",
+    "POINT",
+    "AnyForce",
+    "BodyLoad",
+    "End",
+    "ForceKind",
+    "JointLoad",
+    "LineLoad",
+    "Point",
+    "Stated",
+    "WrenchOnBody",
+    "loads_in",
+    "state",
+]
+
+Point: TypeAlias = "tuple[Scalar, Scalar, Scalar]"
+
+ForceKind: TypeAlias = Literal["spring", "damper", "load"]
+"""What a force is called and drawn as."""
+
+
+@final
+@dataclass(frozen=True)
+class Stated:
+    """What one field of a force states.
+
+    Args:
+        name: of the field in words, e.g. "free length".
+        scalars: one, or three components.
+        varies: whether it may depend on the state, time and inputs, not on parameters alone.
+        positive: whether it must not be negative.
+        length: whether it is a length or a point [m].
+        units: its unit; of a force in a joint, on a slide and about an axis.
+    """
+
+    name: str
+    scalars: tuple[Scalar, ...]
+    varies: bool
+    positive: bool
+    length: bool
+    units: tuple[str, ...]
+
+
+def state(
+    *units: str,
+    vector: bool = False,
+    varies: bool = False,
+    positive: bool = False,
+    length: bool = False,
+) -> Mapping[str, Any]:
+    """Return the metadata of a field that states scalars; `Stated` explains them.
+
+    Args:
+        units: its unit; of a force in a joint, on a slide and about an axis.
+        vector: whether it has three components.
+        varies: whether it may depend on the state, time and inputs.
+        positive: whether it must not be negative.
+        length: whether it is a length or a point.
+    """
+    return {
+        "units": units,
+        "vector": vector,
+        "varies": varies,
+        "positive": positive,
+        "length": length,
+    }
+
+
+POINT = state("m", vector=True, length=True)
+"""Metadata of a point of a body."""
+
+LENGTH = state("m", positive=True, length=True)
+"""Metadata of a length."""
+
+
+@dataclass(frozen=True)
+class _Force(ABC):
+    """What all forces have.
+
+    Args:
+        name: its name.
+    """
+
+    name: str
+
+    kind: ClassVar[ForceKind]
+    """What it is called and drawn as."""
+
+    conservative: ClassVar[bool] = False
+    """Whether it has a potential."""
+
+    letter: ClassVar[str]
+    """The field whose symbol stands for it in a figure."""
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            if each.metadata:
+                given = getattr(self, each.name)
+                is_vector = each.metadata["vector"]
+                value = (
+                    as_vector(given, f"{each.name} of {self.name!r}") if is_vector else plain(given)
+                )
+                object.__setattr__(self, each.name, value)
+
+    @property
+    @abstractmethod
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the bodies it refers to by itself; of a force in a joint, none."""
+
+    @property
+    def stated(self) -> tuple[Stated, ...]:
+        """Its points, constants and expressions, field by field."""
+        return tuple(
+            Stated(
+                name=each.name.replace("_", " "),
+                scalars=_as_tuple(getattr(self, each.name)),
+                varies=each.metadata["varies"],
+                positive=each.metadata["positive"],
+                length=each.metadata["length"],
+                units=each.metadata["units"],
+            )
+            for each in fields(self)
+            if each.metadata
+        )
+
+    @property
+    def symbols(self) -> frozenset[str]:
+        """Names of everything it depends on."""
+        return frozenset().union(*(symbols_in(s) for one in self.stated for s in one.scalars))
+
+    @property
+    def coefficient(self) -> Any:
+        """The scalar, or the three, whose symbol stands for it in a figure."""
+        return getattr(self, self.letter)
+
+
+@final
+@dataclass(frozen=True)
+class End:
+    """Where a force between two points acts.
+
+    Args:
+        body: name of the body.
+        point: shape (3,), in its frame [m].
+    """
+
+    body: str
+    point: Point
+
+
+@dataclass(frozen=True)
+class LineLoad(_Force):
+    """A force along the line between two points, equal and opposite on them.
+
+    Args:
+        body_a: name of one body.
+        point_a: shape (3,), in the frame of body a [m].
+        body_b: name of the other body.
+        point_b: shape (3,), in the frame of body b [m].
+    """
+
+    body_a: str
+    point_a: Point = field(metadata=POINT)
+    body_b: str
+    point_b: Point = field(metadata=POINT)
+
+    @property
+    def ends(self) -> tuple[End, End]:
+        """The two points."""
+        return End(self.body_a, self.point_a), End(self.body_b, self.point_b)
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the two bodies."""
+        return self.body_a, self.body_b
+
+
+@dataclass(frozen=True)
+class JointLoad(_Force):
+    """A force along or about the axis of a joint with one coordinate, opposite on parent and child.
+
+    Args:
+        joint: name of a revolute or prismatic joint.
+    """
+
+    joint: str
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """None: the joint knows them."""
+        return ()
+
+
+@final
+@dataclass(frozen=True)
+class WrenchOnBody:
+    """A force at a point of a body, a torque on it, or both.
+
+    Args:
+        body: name of the body.
+        axes: the body in whose axes the components are; "world" for fixed axes.
+        point: shape (3,), where the force acts, in the body's frame [m].
+        force: shape (3,), components [N]; None if there is none.
+        torque: shape (3,), components [N·m]; None if there is none.
+    """
+
+    body: str
+    axes: str
+    point: Point = (0.0, 0.0, 0.0)
+    force: Point | None = None
+    torque: Point | None = None
+
+
+@dataclass(frozen=True)
+class BodyLoad(_Force):
+    """What acts on one body; nothing takes the reaction.
+
+    Args:
+        body: name of the body.
+    """
+
+    body: str
+
+    @property
+    @abstractmethod
+    def wrench(self) -> WrenchOnBody:
+        """Its action on its body."""
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """Names of the body, and of the one in whose axes its components are."""
+        axes = self.wrench.axes
+        return (self.body,) if axes == "world" else (self.body, axes)
+
+
+AnyForce: TypeAlias = LineLoad | JointLoad | BodyLoad
+
+
+def loads_in(
+    forces: Iterable[AnyForce], joint: str, kind: ForceKind | None = None
+) -> tuple[JointLoad, ...]:
+    """Return the forces that act in a joint.
+
+    Args:
+        forces: of the mechanism.
+        joint: name of the joint.
+        kind: which of them; all by default.
+    """
+    return tuple(
+        force
+        for force in forces
+        if isinstance(force, JointLoad) and force.joint == joint and kind in (None, force.kind)
+    )
+
+
+def _as_tuple(given: Any) -> tuple[Scalar, ...]:
+    return given if isinstance(given, tuple) else (given,)
