@@ -18,7 +18,7 @@ SOURCE = Path(__file__).parents[1] / "src" / "mecanique"
 
 ORDER: dict[str, list[str]] = {
     "": [
-        "lazy notebook wording",
+        "lazy notebook version wording",
         "arrays errors files safe_xml",
         "plugins",
         "model",

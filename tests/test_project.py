@@ -68,7 +68,9 @@ def test_the_public_api_is_that_of_the_snapshot() -> None:
 
 
 def test_one_version_everywhere() -> None:
-    (version,) = re.findall(r'^version = "(.+)"$', read("pyproject.toml"), re.MULTILINE)
+    (version,) = re.findall(
+        r'^__version__ = "(.+)"$', read("src/mecanique/version.py"), re.MULTILINE
+    )
     assert f"version: {version}\n" in read("CITATION.cff")
     assert f'version: "{version}"\n' in read(".ci/conda/recipe.yaml")
 

@@ -319,9 +319,7 @@ _HOMES = find_homes(
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
-
-        return version("mecanique")
+        return import_module("mecanique.version").__version__
     if name == "textbook":
         return import_module("mecanique.textbook")
     return import_name(__name__, name, _HOMES)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
-from typing import Literal, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeAlias, TypeVar
 
 from mecanique.errors import InputError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 __all__ = ["Group", "list_plugins", "load_plugin"]
 
@@ -20,6 +22,8 @@ T = TypeVar("T")
 @cache
 def list_plugins(group: Group) -> Mapping[str, EntryPoint]:
     """Return the entry points that installed packages add to a group, by name."""
+    from importlib.metadata import entry_points  # takes 30 ms, and few commands ask for it
+
     return {point.name: point for point in entry_points(group=f"mecanique.{group}")}
 
 

@@ -67,28 +67,30 @@ class Answering:
                 f"a function of time in mechanism {self.mechanism.name!r} asks the Reference that "
                 "waits for its value; let it ask one of its own: Reference(mechanism)"
             )
-        rows = []
+        rows: list[Array] = []
         each = zip(states.q, states.v, states.a, states.t.tolist(), strict=True)
         try:
             for k, (q, v, a, t) in enumerate(each):
-                reason = ""
-                try:
-                    if states.efforts is not None:
-                        self._tree.drive(states.efforts, k, q, v, t)
-                    row = np.asarray(one(q, v, t, a) if accelerations else one(q, v, t))
-                except MecaniqueError:
-                    raise
-                except (ArithmeticError, ValueError) as error:
-                    # a map or a force that is not defined here, e.g. the root of a negative number
-                    row, reason = np.array(np.nan), f" ({error})"
-                if not np.isfinite(row).all():
-                    raise EngineError(
-                        f"mechanism {self.mechanism.name!r} has no finite answer at "
-                        f"q = {q.tolist()}, v = {v.tolist()}, t = {t:g}{reason}"
-                        + explain_defaults(self.mechanism, states.asked)
-                    )
-                rows.append(row)
+                if states.efforts is not None:
+                    self._tree.drive(states.efforts, k, q, v, t)
+                rows.append(np.asarray(one(q, v, t, a) if accelerations else one(q, v, t)))
+        except MecaniqueError:
+            raise
+        except (ArithmeticError, ValueError) as error:
+            # a map or a force that is not defined here, e.g. the root of a negative number
+            raise self._no_answer(states, len(rows), f" ({error})") from error
         finally:
             if states.efforts is not None:
                 self._tree.loads.drive(0.0)
-        return rows[0] if states.single else np.array(rows)
+        answers = np.array(rows)
+        finite = np.isfinite(answers).reshape(len(rows), -1).all(axis=1)
+        if not finite.all():
+            raise self._no_answer(states, int(np.argmin(finite)))
+        return rows[0] if states.single else answers
+
+    def _no_answer(self, states: States, k: int, reason: str = "") -> EngineError:
+        q, v, t = states.q[k].tolist(), states.v[k].tolist(), float(states.t[k])
+        return EngineError(
+            f"mechanism {self.mechanism.name!r} has no finite answer at q = {q}, v = {v}, "
+            f"t = {t:g}{reason}{explain_defaults(self.mechanism, states.asked)}"
+        )

@@ -7,16 +7,17 @@ import math
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import cache
 from html import escape
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any, final
 
+import numpy as np
+
 from mecanique.model.mechanism.origin import Finding
-from mecanique.reference.engine.package import MISSING, STAND_IN, has_pinocchio
+from mecanique.reference.engine.package import MISSING, STAND_IN, engine_package, has_pinocchio
 from mecanique.verification.causes.cause import Cause
 from mecanique.verification.descriptions.change import Difference
 from mecanique.verification.originals.reading import EngineReading
+from mecanique.version import __version__
 from mecanique.wording import say_count, write_table
 
 __all__ = ["NOT_INSTALLED", "TOLERANCE", "Row", "Verdict", "versions"]
@@ -302,17 +303,9 @@ def _number(value: float) -> float | None:
 
 def versions() -> dict[str, str]:
     """Return the versions of the programs involved, by name."""
-    return dict(_read_versions())
-
-
-@cache
-def _read_versions() -> tuple[tuple[str, str], ...]:
-    found = {"python": platform.python_version()}
-    for package in ("mecanique", "pin", "numpy"):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "unknown"
-    if not has_pinocchio():
-        found["pin"] = NOT_INSTALLED
-    return tuple(sorted(found.items()))
+    return {
+        "mecanique": __version__,
+        "numpy": np.__version__,
+        "pin": str(engine_package().__version__) if has_pinocchio() else NOT_INSTALLED,
+        "python": platform.python_version(),
+    }

@@ -7,7 +7,7 @@ import pprint
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib.metadata import version
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import final
@@ -82,7 +82,8 @@ class Python:
 
     def version(self) -> str:
         """Return the versions of Python and the package."""
-        return f"Python {platform.python_version()} and {self.package} {version(self.package)}"
+        installed = import_module(self.package).__version__
+        return f"Python {platform.python_version()} and {self.package} {installed}"
 
 
 def require(package: str) -> None:

@@ -94,7 +94,7 @@ def _variations(program: Program, samples: int, seed: int) -> Iterator[tuple[Mec
         }
         try:
             other = mechanism.replace(**values)
-            Reference(other)
+            Reference.of(other)
         except MecaniqueError:
             continue
         varied.append(other)
@@ -104,7 +104,7 @@ def _variations(program: Program, samples: int, seed: int) -> Iterator[tuple[Mec
 
 
 def _cases(program: Program, mechanism: Mechanism, samples: int, seed: int) -> Cases:
-    reference = Reference(mechanism)
+    reference = Reference.of(mechanism)
     states = _regular_states(reference, samples, seed)
     samples = len(states)
     random = np.random.default_rng(seed)
