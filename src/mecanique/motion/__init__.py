@@ -26,7 +26,8 @@ if TYPE_CHECKING:
     from mecanique.motion.record.curve import State
     from mecanique.motion.record.energies import Energies
     from mecanique.motion.record.events import Event, Occurrence
-    from mecanique.motion.record.motion import Motion, Statistics
+    from mecanique.motion.record.motion import Motion
+    from mecanique.motion.record.statistics import Statistics
     from mecanique.motion.simulation.simulate import simulate
     from mecanique.motion.simulation.watching.validity import contact_events
 
@@ -75,7 +76,7 @@ _HOMES = {
     "SpeedMatrices": ".linear.speeds",
     "SpeedRange": ".linear.speeds",
     "State": ".record.curve",
-    "Statistics": ".record.motion",
+    "Statistics": ".record.statistics",
     "SteadyLinearization": ".linear.steady",
     "Trust": ".analysis.trust",
     "contact_events": ".simulation.watching.validity",

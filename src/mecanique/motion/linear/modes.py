@@ -10,8 +10,9 @@ from mecanique.errors import InputError
 from mecanique.model.expression import finite
 from mecanique.motion.linear.linearization import Linearization
 from mecanique.motion.record.curve import Curve
-from mecanique.motion.record.motion import Motion, Statistics
+from mecanique.motion.record.motion import Motion
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.statistics import Statistics
 from mecanique.motion.simulation.arguments import sample_times
 
 __all__ = ["chosen_mode", "linear_solution", "mode_motion", "slowest", "usual_amplitude"]

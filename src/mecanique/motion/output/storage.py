@@ -20,8 +20,9 @@ from mecanique.model.units import add_unit, per_second, units
 from mecanique.motion.output.provenance import provenance, recover
 from mecanique.motion.record.curve import Curve
 from mecanique.motion.record.events import Occurrence
-from mecanique.motion.record.motion import Motion, Statistics
+from mecanique.motion.record.motion import Motion
 from mecanique.motion.record.rates import Rates
+from mecanique.motion.record.statistics import Statistics
 
 __all__ = ["load", "save", "to_csv", "to_frame", "to_parquet"]
 

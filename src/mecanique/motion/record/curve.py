@@ -12,15 +12,20 @@ a stretch of its own, through points of the method's own interpolation.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, final
+from typing import NamedTuple, TypeAlias, final
 
 import numpy as np
 
+from mecanique.errors import InputError
 from mecanique.motion.record.rates import Rates
 
-__all__ = ["Curve", "State"]
+__all__ = ["Curve", "State", "Times"]
+
+Times: TypeAlias = "float | Sequence[float] | np.ndarray"
+"""A time, or shape (n,) [s]."""
 
 CLOSEST = 0.5
 """Least distance between a polynomial's nodes, in intervals; nearer ones would amplify errors."""
@@ -172,6 +177,26 @@ class Curve:
                 better = np.diff(self._errors_of_v, axis=0)[0, piece] <= 0
                 v = np.where(better[:, None], self._pieces[1].at(piece, times)[0], v)
         return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
+
+    def admit(self, t: Times) -> float | np.ndarray:
+        """Return times as numbers, rounding at the ends forgiven.
+
+        Args:
+            t: a number or shape (n,) [s].
+
+        Raises:
+            InputError: if a time is not within the motion.
+        """
+        try:
+            times = np.asarray(t, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError(f"expected times [s], got {t!r}") from None
+        begin, end = float(self.t[0]), float(self.t[-1])
+        slack = 1e-12 * max(abs(begin), abs(end), end - begin)
+        if times.ndim > 1 or not ((times >= begin - slack) & (times <= end + slack)).all():
+            raise InputError(f"expected times within the motion, {begin:g}…{end:g} s, got {t!r}")
+        times = times.clip(begin, end)
+        return times if times.ndim else float(times)
 
     def with_steps(
         self, at: np.ndarray, t: np.ndarray, q: np.ndarray, v: np.ndarray, a: np.ndarray

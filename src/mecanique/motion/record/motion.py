@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 
-from mecanique.errors import InputError, UnknownNameError
+from mecanique.errors import UnknownNameError
 from mecanique.model.free_body import FloatingState, floating_state
 from mecanique.model.mechanism import Mechanism
 from mecanique.motion.analysis.audit import Audit, audit
-from mecanique.motion.record.curve import Curve, State
+from mecanique.motion.record.curve import Curve, State, Times
 from mecanique.motion.record.energies import Energies, energies
 from mecanique.motion.record.events import Event, Occurrence, break_names
 from mecanique.wording import say_count
@@ -25,31 +25,12 @@ if TYPE_CHECKING:
 
     from mecanique.reference import Reference
     from mecanique.reference.engine.answers import PointMotion, Twist, Wrench
+from mecanique.motion.record.statistics import Statistics
 
-__all__ = ["Motion", "Statistics"]
+__all__ = ["Motion"]
 
 _MARKS = ("", "'", "''")
 """What a coordinate's name is followed by for itself, its rate and its second rate."""
-
-
-@final
-@dataclass(frozen=True)
-class Statistics:
-    """What the integration took.
-
-    Args:
-        steps: number of steps.
-        evaluations: number of evaluations of the equations.
-        seconds: time it took, the reference's construction included [s].
-        rtol: relative tolerance of a step.
-        atol: absolute tolerance of a step.
-    """
-
-    steps: int
-    evaluations: int
-    seconds: float
-    rtol: float
-    atol: float
 
 
 @final
@@ -142,7 +123,7 @@ class Motion:
         known = (*self.names, *driven)
         raise UnknownNameError("coordinate, velocity or acceleration", name, known)
 
-    def __call__(self, t: float | Sequence[float] | np.ndarray) -> State:
+    def __call__(self, t: Times) -> State:
         """Return the state at times within the motion, as (t, q, v).
 
         Args:
@@ -151,9 +132,9 @@ class Motion:
         Raises:
             InputError: if a time is not within the motion.
         """
-        return self._on_loops(self.curve(self._times(t)))
+        return self._on_loops(self.curve(self.curve.admit(t)))
 
-    def poses(self, t: float | Sequence[float] | np.ndarray | None = None) -> np.ndarray:
+    def poses(self, t: Times | None = None) -> np.ndarray:
         """Return the poses of all bodies in the world, in their order, shape (n, nb, 4, 4).
 
         Args:
@@ -163,7 +144,7 @@ class Motion:
         poses: np.ndarray = self.reference.poses(state.q, state.t)
         return poses
 
-    def pose(self, body: str, t: float | Sequence[float] | np.ndarray | None = None) -> np.ndarray:
+    def pose(self, body: str, t: Times | None = None) -> np.ndarray:
         """Return the poses of one body in the world, shape (n, 4, 4).
 
         Args:
@@ -176,7 +157,7 @@ class Motion:
         state = self._states(t)
         return self.reference.pose(body, state.q, state.t)
 
-    def velocity(self, body: str, t: float | Sequence[float] | np.ndarray | None = None) -> Twist:
+    def velocity(self, body: str, t: Times | None = None) -> Twist:
         """Return the velocities of a body's origin and its angular ones, (n, 3), world axes.
 
         Args:
@@ -189,9 +170,7 @@ class Motion:
         state = self._states(t)
         return self.reference.velocity(body, state.q, state.v, state.t)
 
-    def floating_state(
-        self, t: float | Sequence[float] | np.ndarray | None = None, joint: str | None = None
-    ) -> FloatingState:
+    def floating_state(self, t: Times | None = None, joint: str | None = None) -> FloatingState:
         """Return where a free body is, how it is turned and moves, in any convention.
 
         Args:
@@ -205,7 +184,7 @@ class Motion:
         state = self._states(t)
         return floating_state(self.mechanism, state.q, state.v, joint)
 
-    def energy(self, t: Sequence[float] | np.ndarray | None = None) -> Energies:
+    def energy(self, t: Times | None = None) -> Energies:
         """Return the energies, and the work that changed them.
 
         Args:
@@ -213,14 +192,14 @@ class Motion:
         """
         if t is None:
             return self._energies
-        times = np.atleast_1d(self._times(t))
+        times = np.atleast_1d(self.curve.admit(t))
         return energies(self.mechanism, self.reference, self.curve, self.events, times)
 
     @cached_property
     def _energies(self) -> Energies:
         return energies(self.mechanism, self.reference, self.curve, self.events, self.t)
 
-    def reactions(self, joint: str, t: Sequence[float] | np.ndarray | None = None) -> Wrench:
+    def reactions(self, joint: str, t: Times | None = None) -> Wrench:
         """Return what a joint's parent does to its child: a `Wrench` of arrays of shape (n, 3).
 
         Of a loop: what body a does to body b.
@@ -246,7 +225,7 @@ class Motion:
         found: dict[str, Wrench] = self.reference.reactions(self.q, self.v, self.t)
         return found
 
-    def guide_forces(self, t: Sequence[float] | np.ndarray | None = None) -> dict[str, np.ndarray]:
+    def guide_forces(self, t: Times | None = None) -> dict[str, np.ndarray]:
         """Return the forces of the elements that guide, by name: tensions of cords, shape (n,) [N].
 
         Args:
@@ -256,10 +235,7 @@ class Motion:
         return self.reference.guide_forces(state.q, state.v, state.t)
 
     def point(
-        self,
-        body: str,
-        xyz: Sequence[float] = (0.0, 0.0, 0.0),
-        t: Sequence[float] | np.ndarray | None = None,
+        self, body: str, xyz: Sequence[float] = (0.0, 0.0, 0.0), t: Times | None = None
     ) -> PointMotion:
         """Return position, velocity, acceleration of a point of a body, shape (n, 3), world axes.
 
@@ -408,19 +384,7 @@ class Motion:
         # Pinocchio's work space is made again where it is needed
         return state | {"path": self.curve, "engine": None}
 
-    def _times(self, t: float | Sequence[float] | np.ndarray) -> float | np.ndarray:
-        try:
-            times = np.asarray(t, dtype=float)
-        except (TypeError, ValueError):
-            raise InputError(f"expected times [s], got {t!r}") from None
-        begin, end = float(self.curve.t[0]), float(self.curve.t[-1])
-        slack = 1e-12 * max(abs(begin), abs(end), end - begin)
-        if times.ndim > 1 or not ((times >= begin - slack) & (times <= end + slack)).all():
-            raise InputError(f"expected times within the motion, {begin:g}…{end:g} s, got {t!r}")
-        times = times.clip(begin, end)
-        return times if times.ndim else float(times)
-
-    def _states(self, t: float | Sequence[float] | np.ndarray | None) -> State:
+    def _states(self, t: Times | None) -> State:
         return State(self.t, self.q, self.v) if t is None else self(t)
 
     def _on_loops(self, state: State) -> State:

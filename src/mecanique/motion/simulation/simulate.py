@@ -15,7 +15,8 @@ from mecanique.model.states import list_left_out
 from mecanique.model.values import Given
 from mecanique.motion.record.events import Event
 from mecanique.motion.record.loops import ClosedLoops, begin_on_loops
-from mecanique.motion.record.motion import Motion, Statistics
+from mecanique.motion.record.motion import Motion
+from mecanique.motion.record.statistics import Statistics
 from mecanique.motion.simulation.arguments import (
     longest_step,
     refuse_still,
