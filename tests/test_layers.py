@@ -112,7 +112,8 @@ ORDER: dict[str, list[str]] = {
         "kinematics",
         "lines_of_action",
         "ties forces",
-        "derivation free_bodies",
+        "derivation",
+        "free_bodies",
         "redundancy steps",
         "lagrange newton_euler",
         "reductions virtual_work",
@@ -122,6 +123,7 @@ ORDER: dict[str, list[str]] = {
         "bodies",
         "distribution elimination sentences",
         "elements",
+        "balances",
     ],
     "derivation.symbolic.ties": ["tie", "contacts loops multipliers", "quasi"],
     "reference": [

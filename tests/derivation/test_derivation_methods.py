@@ -121,7 +121,7 @@ def test_closed_reactions_are_the_numeric_ones(name: str) -> None:
     numeric = balances.reactions(some)
     evaluated = Evaluation(by_hand.algebra.ring, values)
     for cut in by_hand.cuts.bodies:
-        found = by_hand.demands[cut.body]
+        found = by_hand.balances.demands[cut.body]
         for vector, expected in zip(
             (found.force, found.moment), numeric[cut.joint.name], strict=True
         ):

@@ -54,8 +54,8 @@ def test_moments_are_taken_about_the_center_of_mass_of_a_body_that_moves_freely(
     ring = by_hand.algebra.ring
     m, length, q, a, x, z = (ring[n] for n in ("m2", "l2", "q2", "q2''", "R_pin2_x", "R_pin2_z"))
     assert not cut.fixed
-    assert by_hand.turning(cut)[1] == -m * length**2 * a / 12
-    assert by_hand.moment(cut)[1] == length * (z * sin(q) + x * cos(q)) / 2
+    assert by_hand.balances.turning(cut)[1] == -m * length**2 * a / 12
+    assert by_hand.balances.moment(cut)[1] == length * (z * sin(q) + x * cos(q)) / 2
 
 
 def test_inertia_forces_of_a_rod_act_at_two_thirds_and_leave_no_couple() -> None:
@@ -85,7 +85,7 @@ def test_a_rotor_takes_its_part_of_the_moment_about_its_joint() -> None:
     m, length, g, rotor, q, a = (
         by_hand.algebra.ring[name] for name in ("m", "l", "g", "I", "q", "q''")
     )
-    about_k = by_hand.moments_along(cut)[2]
+    about_k = by_hand.balances.moments_along(cut)[2]
     rate = m * length**2 * a / 3
     assert about_k == -rotor * a - m * g * length * sin(q) / 2
     assert by_hand.derivation().rows == (rate - about_k,)
@@ -176,10 +176,11 @@ def test_the_balances_of_every_body_hold_as_they_are_written(name: str) -> None:
     evaluated = Evaluation(algebra.ring, values)
     values |= {reaction: evaluated(series) for reaction, series in reactions.items()}
     evaluated = Evaluation(algebra.ring, values)
+    balances = by_hand.balances
     for cut in by_hand.cuts.bodies:
         sides = (
-            (by_hand.forces_along(cut), along(cut.axes.rows, cut.push)),
-            (by_hand.moments_along(cut), along(cut.axes.turns, by_hand.turning(cut))),
+            (balances.forces_along(cut), along(cut.axes.rows, cut.push)),
+            (balances.moments_along(cut), along(cut.axes.turns, balances.turning(cut))),
         )
         for acting, changing in sides:
             for one, other in zip(acting, changing, strict=True):

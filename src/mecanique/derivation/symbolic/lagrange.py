@@ -17,16 +17,10 @@ from mecanique.derivation.symbolic.forces import works_of
 from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.redundancy import redundancy_stages
-from mecanique.derivation.symbolic.steps import (
-    coordinate_stages,
-    energy_integral,
-    energy_stages,
-    geometry_stages,
-    loop_stages,
-    multiplier_stages,
-    quaternion_stages,
-    work_stages,
-)
+from mecanique.derivation.symbolic.steps.constraints import loop_stages, multiplier_stages
+from mecanique.derivation.symbolic.steps.energies import energy_integral, energy_stages
+from mecanique.derivation.symbolic.steps.kinematics import geometry_stages, quaternion_stages
+from mecanique.derivation.symbolic.steps.operator import coordinate_stages, work_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.contacts import contact_ties, touches
 from mecanique.derivation.symbolic.ties.loops import loop_ties

@@ -6,61 +6,40 @@ Fundamentals of Dynamics, sect. 1.3.1: d/dt p = F (eq. 1.8) and d/dt H = M about
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import Any, final
+from collections.abc import Iterator
+from typing import final
 
-from mecanique.derivation.numeric.newton_euler import Balances
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
-from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
-from mecanique.derivation.symbolic.free_bodies.bodies import Cut, Cuts
-from mecanique.derivation.symbolic.free_bodies.elements import Guiding
+from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies, needs
+from mecanique.derivation.symbolic.free_bodies.bodies import Cut
 from mecanique.derivation.symbolic.free_bodies.elimination import (
-    JointRate,
     demands,
-    joint_rates,
     project,
 )
 from mecanique.derivation.symbolic.free_bodies.sentences import (
-    describe_reaction,
     enumerate_words,
     explain_guides,
     state_moment_balance,
     state_momentum_balance,
 )
-from mecanique.derivation.symbolic.kinematics import Kinematics
 from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.redundancy import redundancy_stages
-from mecanique.derivation.symbolic.steps import loop_stages, multiplier_stages, quaternion_stages
+from mecanique.derivation.symbolic.steps.constraints import loop_stages, multiplier_stages
+from mecanique.derivation.symbolic.steps.kinematics import quaternion_stages
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.vectors import (
-    Vector,
-    Wrench,
     along,
-    component,
-    cross,
-    lift,
-    total,
-    zero,
 )
-from mecanique.derivation.tree.poses import combination
 from mecanique.errors import DerivationError
-from mecanique.model.guides.find import guides_of
-from mecanique.model.guides.guide import explain_joint
 from mecanique.model.mechanism import Mechanism
 
 __all__ = ["NewtonEuler"]
 
-_LETTERS = {"force": "R", "moment": "M"}
-"""Of the reactions."""
-
-_TOTALS = {"force": "S", "moment": "C"}
-"""Of what crosses a joint in all, where something that is not described guides it."""
-
 
 @final
 class NewtonEuler:
-    """The balances of every body of a mechanism as series, and the reactions in closed form.
+    """The equations of a mechanism from the balances of its bodies, as series.
 
     Args:
         mechanism: any mechanism.
@@ -72,30 +51,10 @@ class NewtonEuler:
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra or Algebra(mechanism)
-        self.cuts = Cuts(Kinematics(self.algebra))
-        self.rates = joint_rates(self.cuts)
-        every = Balances(mechanism).guides if mechanism.elements else guides_of(mechanism)
-        self.guides = [guide for guide in every if guide.crossed]
-        """What ties joints without being described."""
-        self._held = {name for guide in every for name in guide.coordinates}
-        self.guiding = Guiding(self.cuts)
-        self._inertia = demands(self.cuts, _needs)
+        self.balances = FreeBodies(mechanism, self.algebra)
+        self.cuts = self.balances.cuts
+        self._inertia = demands(self.cuts, needs)
         self._loads = demands(self.cuts, Cut.loads)
-        free = {cut.body: self._free(cut) for cut in self.cuts.bodies}
-        self.demands = demands(self.cuts, _missing, None if mechanism.elements else free)
-        """What each joint transmits to its child along a motion, by name of the child."""
-        self.unknowns: dict[str, str] = dict(self.guiding.meanings)
-        """What each reaction is, by its name."""
-        self.symbols: dict[str, Wrench] = {}
-        """What each joint does to its child, the reactions by name, by name of the child."""
-        self._own: dict[str, Wrench] = {}
-        self._zeros: list[str] = []
-        self._closed: list[Result] = []
-        self._guide_forces: list[Result] = []
-        if mechanism.elements:
-            self._find_guide_forces()
-        for cut in self.cuts.bodies:
-            self._name_reactions(cut)
 
     def derivation(self) -> Derivation:
         """Return the equations of motion with their steps.
@@ -110,14 +69,16 @@ class NewtonEuler:
                 "does not say by which force it acts, and where; a Rolling or a Blade does, and "
                 "Lagrange's equations and virtual work need not know"
             )
-        M, h = mass_and_bias(algebra, project(self.cuts, self.rates, self._inertia, rotors=True))
+        rates = self.balances.rates
+        inertia = project(self.cuts, rates, self._inertia, rotors=True)
+        M, h = mass_and_bias(algebra, inertia)
         ties = self.cuts.ties
         names = [tie.multiplier.generators()[0].name for tie in ties]
         loads = [
-            load.linear(names)[1]
-            for load in project(self.cuts, self.rates, self._loads, rotors=False)
+            load.linear(names)[1] for load in project(self.cuts, rates, self._loads, rotors=False)
         ]
         named = (*ties, *(tie for touch in self.cuts.touches for tie in touch.ties))
+        multipliers = {f"lambda_{tie.name}": tie.meaning for tie in named}
         Q = tuple(by_velocity(load, algebra.velocities) for load in loads)
         rest = [a - b for a, b in zip(h, Q, strict=True)]
         loops = [tie for closing in self.cuts.closings for tie in closing.ties]
@@ -137,99 +98,21 @@ class NewtonEuler:
             assumptions=tuple(self.cuts.assumptions),
             lengths=length_names(algebra.ring, self.cuts.lengths.items()),
             closing=self._closing(),
-            unknowns={**self.unknowns, **{f"lambda_{tie.name}": tie.meaning for tie in named}},
-            reactions=self.reactions,
+            unknowns=self.balances.unknowns | multipliers,
+            reactions=self.balances.reactions,
             ties=ties,
         )
-
-    @property
-    def reactions(self) -> dict[str, Series]:
-        """Each reaction that is not identically zero in closed form, by its name, e.g. R_pin_n."""
-        return {
-            result.left.quantity: result.right
-            for result in (*self._guide_forces, *self._closed)
-            if isinstance(result.left, Left)
-        }
-
-    def _name_reactions(self, cut: Cut) -> None:
-        """Name the reactions of a body's joint, except components that vanish identically."""
-        ring, free, demand = self.algebra.ring, self._free(cut), self.demands[cut.body]
-        letters = _TOTALS if self.is_guided(cut) else _LETTERS
-        nothing = [ring.number(0)] * 3
-        own = {"force": nothing.copy(), "moment": nothing.copy()}
-        sums = {"force": [zero(ring)], "moment": [zero(ring)]}
-        for d in cut.axes.directions:
-            loose = [rate for rate in free if rate.kind == d.kind and _parallel(d.row, rate.axis)]
-            if loose:  # there the joint transmits what its rotor takes, nothing else
-                sums[d.kind] += [rate.axis * -rate.rotor for rate in loose]
-                continue
-            name = "_".join(filter(None, (letters[d.kind], cut.joint.name, d.label)))
-            value = component(d.row, demand.part(d.kind))
-            if value.vanishes():
-                self._zeros.append(name)
-                continue
-            R = d.sign * ring.unknown(name, Kind.REACTION)
-            own[d.kind][d.place] = R
-            sums[d.kind].append(lift(ring, d.row) * R)
-            self.unknowns[name] = describe_reaction(cut, d, guided=self.is_guided(cut))
-            self._closed.append(Result(Left(name), d.sign * value))
-        self.symbols[cut.body] = Wrench(total(sums["force"]), total(sums["moment"]))
-        self._own[cut.body] = Wrench(Vector(*own["force"]), Vector(*own["moment"]))
-
-    def _find_guide_forces(self) -> None:
-        """Solve for the forces of elements, and take what they do off what crosses the joints."""
-        carried, guiding = self.guiding.balance_units(), self.guiding
-        free = [rate for cut in self.cuts.bodies for rate in self._free(cut)]
-        found = guiding.solve(free, self.demands, carried)
-        sizes = guiding.symbols if found is None else found
-        if found is not None:
-            pairs = zip(guiding.names, found, strict=True)
-            self._guide_forces = [Result(Left(name), size) for name, size in pairs]
-        pressing = guiding.balance_pressing()
-        for cut in self.cuts.bodies:
-            whole = self.demands[cut.body]
-            for size, under in zip(sizes, carried, strict=True):
-                part = under[cut.body]
-                whole = Wrench(
-                    total([whole.force, part.force * size]),
-                    total([whole.moment, part.moment * size]),
-                )
-            for size, under in pressing:
-                part = under[cut.body]
-                whole = Wrench(
-                    total([whole.force, part.force * size]),
-                    total([whole.moment, part.moment * size]),
-                )
-            self.demands[cut.body] = whole.tidy()
-
-    def is_guided(self, cut: Cut) -> bool:
-        """Return whether something that is not described acts across the joint of a body."""
-        return bool(explain_joint(self.guides, cut.joint.name))
-
-    def _free(self, cut: Cut) -> list[JointRate]:
-        """The joint velocities in which the joint of a body transmits nothing."""
-        algebra = self.algebra
-        here = [rate for rate in self.rates if rate.body == cut.body]
-        if len(self.rates) == len(algebra.velocities):
-            return here
-        if algebra.mechanism.elements:
-            own = cut.joint.followers
-            return [] if own else [rate for rate in here if rate.name not in self._held]
-        driven = algebra.mechanism.coordinates.driven
-        guided = set(driven)
-        for name in driven:
-            guided |= {g.name for g in algebra.lift(algebra.values[name]).generators()}
-        return [rate for rate in here if rate.name not in guided]
 
     def _free_body(self, cut: Cut) -> Iterator[Stage]:
         """The balances of one body, with the reactions by name."""
         moving = self._accelerations(cut)
-        left, right = along(cut.axes.rows, cut.push), self.forces_along(cut)
+        left, right = along(cut.axes.rows, cut.push), self.balances.forces_along(cut)
         forces = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         acting = f"Cut free, {cut.body} is acted on by {enumerate_words(self._acting(cut))}."
         sentence = f"{acting} {cut.axes.sentence} {state_momentum_balance(cut, bool(moving))}"
         yield Stage(f"Free body {cut.body}: forces", sentence, (*moving, *forces))
-        left, right = along(cut.axes.turns, self.turning(cut)), self.moments_along(cut)
+        left = along(cut.axes.turns, self.balances.turning(cut))
+        right = self.balances.moments_along(cut)
         moments = [Result(a, b) for a, b in zip(left, right, strict=True) if a or b]
         if moments:
             yield Stage(f"Free body {cut.body}: moments", state_moment_balance(cut), tuple(moments))
@@ -241,13 +124,17 @@ class NewtonEuler:
             f"{self._total(cut)} {cut.joint.name}",
             *(["its weight"] if any(cut.weight) else []),
             *dict.fromkeys(one.name for one in cut.applied),
-            *self.guiding.acting_on(cut),
+            *self.balances.guiding.acting_on(cut),
             *(f"the opposite of {self._total(other)} {other.joint.name}" for other in hung),
         ]
 
     def _total(self, cut: Cut) -> str:
         """What acts across the joint of a body, in words."""
-        return "the total of reaction and guide in" if self.is_guided(cut) else "the reaction in"
+        return (
+            "the total of reaction and guide in"
+            if self.balances.is_guided(cut)
+            else "the reaction in"
+        )
 
     def _accelerations(self, cut: Cut) -> list[Result]:
         """Position, velocity and acceleration of a body's center of mass."""
@@ -265,102 +152,39 @@ class NewtonEuler:
                     found.append(Result(Left(f"{letter}_{cut.body}_{label}"), part))
         return found
 
-    def resultant(self, cut: Cut) -> Vector:
-        """Return the resultant force on a body, reactions by name, in the axes of its carrier."""
-        back = [wrench.force for _, wrench in self._behind(cut)]
-        held = self.guiding.on(cut).force
-        return total([cut.weight, cut.loads().force, held, self.symbols[cut.body].force, *back])
-
-    def forces_along(self, cut: Cut) -> Vector:
-        """Return the resultant force along the axes in which the body's equations are written.
-
-        The reaction of its own joint needs no projection, which would write out n·n = 1 in its
-        coordinates.
-        """
-        rest = self.resultant(cut) - self.symbols[cut.body].force
-        known = total([rest, self._rotors(cut, "force")])
-        return along(cut.axes.rows, known) + self._own[cut.body].force
-
-    def moments_along(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the axes in which the body's equations are written."""
-        rest = self.moment(cut) - self.symbols[cut.body].moment
-        known = total([rest, self._rotors(cut, "moment")])
-        return along(cut.axes.turns, known) + self._own[cut.body].moment
-
-    def _rotors(self, cut: Cut, kind: str) -> Vector:
-        """What the rotor of a body's free joint takes."""
-        found = zero(self.algebra.ring)
-        for rate in self._free(cut):
-            if rate.kind == kind and rate.rotor:
-                found = found - rate.axis * rate.rotor
-        return found
-
-    def turning(self, cut: Cut) -> Vector:
-        """Return the moment of the rates of momentum, about the fixed point or mass center."""
-        return total([cut.turning, cross(_back(cut), cut.push)])
-
-    def moment(self, cut: Cut) -> Vector:
-        """Return the resultant moment about the body's fixed point, or else its center of mass."""
-        moments = [cut.weight_moment, cut.loads().moment, self.symbols[cut.body].moment]
-        moments.append(self.guiding.on(cut).moment)
-        moments.append(cross(_back(cut), self.resultant(cut)))
-        for place, wrench in self._behind(cut):
-            moments += [wrench.moment, cross(place, wrench.force)]
-        return total(moments)
-
-    def _behind(self, cut: Cut) -> list[tuple[Vector, Wrench]]:
-        """The place of each joint whose parent is a body, and its action on the body."""
-        found = []
-        for other in self.cuts.bodies:
-            if other.joint.parent == cut.body:
-                back = -self.cuts.carried_wrench(self.symbols[other.body], other.body, cut.body)
-                found.append((self.cuts.between_seats(cut.body, other.body), back))
-        return found
-
     def _elimination(self) -> Iterator[Stage]:
         """The reactions in closed form, and what guides coordinates that follow others."""
         sentence = (
             "From the tips to the ground each body's balances give the reaction in its own joint; "
             "the motion then gives its value at any time."
         )
-        if self._zeros:
-            sentence += f" Identically zero: {', '.join(self._zeros)}."
-        if self.guiding.names:
+        if self.balances.zeros:
+            sentence += f" Identically zero: {', '.join(self.balances.zeros)}."
+        if self.balances.guiding.names:
             yield Stage(
                 "Forces of the elements",
                 "A joint transmits nothing along or about the directions in which it is free: what "
                 "the bodies need there, the elements give."
-                + ("" if self._guide_forces else " Their closed forms would be long."),
-                tuple(self._guide_forces),
+                + ("" if self.balances.guide_forces else " Their closed forms would be long."),
+                tuple(self.balances.guide_forces),
             )
-        if self._closed or self._zeros:
-            yield Stage("Reactions", sentence, tuple(self._closed))
-        if self.guides:
-            yield Stage("Undetermined reactions", explain_guides(self.guides))
-        if len(self.rates) == len(self.algebra.velocities) or self.guiding.names:
+        if self.balances.closed or self.balances.zeros:
+            yield Stage("Reactions", sentence, tuple(self.balances.closed))
+        if self.balances.guides:
+            yield Stage("Undetermined reactions", explain_guides(self.balances.guides))
+        if len(self.balances.rates) == len(self.algebra.velocities) or self.balances.guiding.names:
             return
         driven = self.algebra.mechanism.coordinates.driven
-        words = [rate.name for rate in self.rates if rate.name in driven and any(rate.partials)]
+        guided = [rate for rate in self.balances.rates if rate.name in driven]
+        words = [rate.name for rate in guided if any(rate.partials)]
         if words:
             yield Stage(
                 "Guided coordinates",
                 f"The joint coordinates {', '.join(words)} follow the generalized coordinates. "
                 "What guides them does no work in any virtual displacement: the reactions along "
                 "these joints, each times the derivative of its coordinate, add up to zero.",
-                tuple(self.sum_guides()),
+                tuple(self.balances.sum_guides()),
             )
-
-    def sum_guides(self) -> list[Result]:
-        """Return what the reactions along guided joints add up to: zero for each displacement."""
-        algebra, ring = self.algebra, self.algebra.ring
-        sums: list[list[Series]] = [[] for _ in algebra.velocities]
-        for rate in self.rates:
-            reaction = self.symbols[rate.body].part(rate.kind)
-            size = algebra.lift(combination(rate.axis, reaction))
-            for terms, slope in zip(sums, rate.partials, strict=True):
-                if slope:
-                    terms.append(tidy(slope * size))
-        return [Result(whole, ring.number(0)) for terms in sums if (whole := ring.sum(terms))]
 
     def _closing(self) -> str:
         if self.cuts.closings:
@@ -376,7 +200,7 @@ class NewtonEuler:
                 "contacts stay unknown in them; the conditions of rolling, Φ = 0 and ψ = 0, add "
                 "as many equations as there are of these."
             )
-        if len(self.rates) == len(self.algebra.velocities):
+        if len(self.balances.rates) == len(self.algebra.velocities):
             return (
                 "Put into the balances along and about the directions in which the joints are "
                 "free, where they transmit nothing, the reactions leave one equation for each "
@@ -387,23 +211,3 @@ class NewtonEuler:
             "sum of what guides the other coordinates, the reactions leave one equation for each "
             "velocity, without unknown forces."
         )
-
-
-def _needs(cut: Cut) -> Wrench:
-    """What a body needs by itself: rates of momentum less weight."""
-    return Wrench(cut.push - cut.weight, cut.turning - cut.weight_moment).tidy()
-
-
-def _missing(cut: Cut) -> Wrench:
-    """What a body needs from its joint besides what is applied to it."""
-    return _needs(cut) - cut.loads()
-
-
-def _back(cut: Cut) -> Vector:
-    """From the point that moments are taken about to the origin of the body's frame."""
-    return zero(cut.mass.ring) if cut.fixed else -cut.center
-
-
-def _parallel(row: Sequence[Any], axis: Vector) -> bool:
-    """Whether a direction is ± an axis, as series."""
-    return lift(axis.x.ring, row) in (axis, -axis)

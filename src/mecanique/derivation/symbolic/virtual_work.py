@@ -16,13 +16,15 @@ from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
+from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut
 from mecanique.derivation.symbolic.free_bodies.distribution import Distribution, distribution_of
 from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
 from mecanique.derivation.symbolic.lines_of_action import length_names
-from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.redundancy import redundancy_stages
-from mecanique.derivation.symbolic.steps import coordinate_of, loop_stages, quaternion_stages
+from mecanique.derivation.symbolic.steps.constraints import loop_stages
+from mecanique.derivation.symbolic.steps.kinematics import quaternion_stages
+from mecanique.derivation.symbolic.steps.operator import coordinate_of
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.quasi import independent_displacements
 from mecanique.derivation.symbolic.ties.tie import Tie
@@ -68,7 +70,7 @@ class VirtualWork:
 
     def __init__(self, mechanism: Mechanism, algebra: Algebra | None = None) -> None:
         self.algebra = algebra or Algebra(mechanism)
-        self.balances = NewtonEuler(mechanism, self.algebra)
+        self.balances = FreeBodies(mechanism, self.algebra)
         self.cuts = self.balances.cuts
         ring = self.algebra.ring
         self._names = tuple(f"δ{coordinate_of(v)}" for v in self.algebra.velocities)

@@ -33,8 +33,8 @@ def rows() -> Iterator[Row]:
         "Ex. 1.1 a",
         "-k1 q1 + k2 (q2 - q1) = m1 q1'', -k2 (q2 - q1) + F = m2 q2''",
         "both blocks cut free, along x",
-        bodies.resultant(first)[0] - force1,
-        bodies.resultant(second)[0] - force2,
+        bodies.balances.resultant(first)[0] - force1,
+        bodies.balances.resultant(second)[0] - force2,
         first.push[0] - m1 * a1,
         second.push[0] - m2 * a2,
     )

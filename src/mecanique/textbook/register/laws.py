@@ -171,7 +171,7 @@ def _plate() -> Iterator[Row]:
         M_o + k * theta,
     )
     # with the reactions that follow from the motion, forces and inertia forces are in equilibrium
-    balances = zip(bodies.resultant(cut), cut.push, strict=True)
+    balances = zip(bodies.balances.resultant(cut), cut.push, strict=True)
     yield identity(
         "1.22",
         "for a body in a plane: F - m a_C = 0, M_o - I_o omega' = 0",
@@ -183,7 +183,7 @@ def _plate() -> Iterator[Row]:
 
 def _without_reactions(series: Series, bodies: NewtonEuler) -> Series:
     """Replace each reaction by its closed form."""
-    names = list(bodies.reactions)
-    coefficients, rest = series.linear(names)
-    parts = [c * bodies.reactions[name] for c, name in zip(coefficients, names, strict=True)]
+    reactions = bodies.balances.reactions
+    coefficients, rest = series.linear(list(reactions))
+    parts = [c * R for c, R in zip(coefficients, reactions.values(), strict=True)]
     return bodies.algebra.ring.sum([rest, *parts])

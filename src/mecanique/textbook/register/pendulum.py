@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from mecanique.derivation.scalars.cancel import tidy
 from mecanique.derivation.scalars.elementary import cos, sin
 from mecanique.derivation.symbolic.free_bodies.distribution import distribution_of
+from mecanique.derivation.symbolic.newton_euler import NewtonEuler
 from mecanique.derivation.symbolic.vectors import along
 from mecanique.derivation.symbolic.virtual_work import VirtualWork
 from mecanique.textbook import load
@@ -28,7 +29,7 @@ def rows() -> Iterator[Row]:
     m, l, g, q, v, a = (ring[name] for name in ("m", "l", "g", "q", "q'", "q''"))
     Rn, Rt, dq = ring["R_pin_n"], ring["R_pin_t"], ring["δq"]
     mu = m / l
-    row = bodies.derivation().rows[0]
+    row = NewtonEuler(work.algebra.mechanism, work.algebra).derivation().rows[0]
     equation = a + 3 * g * sin(q) / (2 * l)
     H_rate = along(turns, bodies.turning(cut))[2]
     M_o = along(turns, bodies.moment(cut))[2]

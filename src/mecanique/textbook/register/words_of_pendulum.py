@@ -49,7 +49,7 @@ def _unit_vectors() -> Row:
 def _unknowns() -> Iterator[Row]:
     bodies = NewtonEuler(load("rigid_bar_pendulum"))
     (cut,) = bodies.cuts.bodies
-    found = along(cut.axes.rows, bodies.resultant(cut))
+    found = along(cut.axes.rows, bodies.balances.resultant(cut))
     sides = (found[0], found[1])
     yield decision(
         "after 1.14",

@@ -21,12 +21,9 @@ from mecanique.derivation.scalars.cancel import by_velocity, tidy
 from mecanique.derivation.scalars.series import Kind, Series
 from mecanique.derivation.symbolic.derivation import Derivation, Left, Result, Stage, mass_and_bias
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.steps import (
-    coordinate_of,
-    energy_integral,
-    energy_stages,
-    geometry_stages,
-)
+from mecanique.derivation.symbolic.steps.energies import energy_integral, energy_stages
+from mecanique.derivation.symbolic.steps.kinematics import geometry_stages
+from mecanique.derivation.symbolic.steps.operator import coordinate_of
 from mecanique.derivation.symbolic.ties.multipliers import is_constant
 from mecanique.errors import DerivationError
 from mecanique.model.units import units

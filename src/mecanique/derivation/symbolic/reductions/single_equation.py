@@ -29,7 +29,7 @@ from mecanique.derivation.symbolic.derivation import (
     mass_and_bias,
 )
 from mecanique.derivation.symbolic.lagrange import Lagrange
-from mecanique.derivation.symbolic.steps import loop_stages
+from mecanique.derivation.symbolic.steps.constraints import loop_stages
 from mecanique.derivation.symbolic.ties.multipliers import solve_multipliers
 from mecanique.derivation.symbolic.ties.tie import Tie
 from mecanique.errors import DerivationError, UnknownNameError

@@ -1,0 +1,120 @@
+"""The steps that say what loops and rolling demand, and that solve for multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.symbolic.derivation import Left, Matrix, Result, Stage
+from mecanique.derivation.symbolic.symbols import Algebra
+from mecanique.derivation.symbolic.ties.multipliers import solve_multipliers
+from mecanique.derivation.symbolic.ties.tie import Tie
+
+__all__ = ["loop_stages", "multiplier_stages"]
+
+
+_LONGEST_RATE = 40
+"""Terms of a loop's demand on velocities or accelerations above which it would help no reader."""
+
+
+def loop_stages(
+    ties: Sequence[Tie], *, of_work: bool = False, of_forces: bool = False
+) -> list[Stage]:
+    """Return the steps that say what the loops demand, and what rolls.
+
+    Args:
+        ties: the equations of the loops, contacts and velocity constraints.
+        of_work: whether the multipliers do not appear.
+        of_forces: whether they are forces on the bodies, not generalized forces.
+    """
+    found = []
+    loops = [tie for tie in ties if not tie.of_velocities and not tie.of_contact]
+    if loops:
+        sentence = (
+            "Each loop joins a point or a frame of one body to one of another; what parts them, Φ, "
+            "follows from the poses of both and is zero as long as the loop is closed."
+        )
+        if of_forces:
+            sentence += (
+                " Cut open there, the bodies exert the unknown force λ on each other, like a "
+                "reaction."
+            )
+        elif not of_work:
+            sentence += (
+                " In a virtual displacement that opens it by δΦ its force λ does the work λ δΦ, "
+                "so that λ ∂Φ/∂q joins the generalized forces."
+            )
+        found.append(Stage("Loops", sentence, _demands(loops)))
+        found += _moving_loops(loops)
+    rolling = [tie for tie in ties if tie.of_velocities or tie.of_contact]
+    if rolling:
+        sentence = (
+            "Where a body rolls, the point that touches has the velocity of the point it touches; "
+            "a blade does not move sideways. Φ is the distance from the plane; ψ, linear in the "
+            "velocities, is in general not integrable."
+        )
+        if not of_work:
+            sentence += (
+                " The constraints must not be put into T. In a virtual displacement along which ψ "
+                "is δψ the force λ does the work λ δψ, so that λ ∂ψ/∂q' joins the generalized "
+                "forces, and λ ∂Φ/∂q."
+            )
+        found.append(Stage("Constraints on velocities", sentence, _demands(rolling)))
+    return found
+
+
+def _moving_loops(loops: Sequence[Tie]) -> list[Stage]:
+    """The demands of the loops on velocities and accelerations, if they are short."""
+    derived = [("'", tie, tie.demand.ddt()) for tie in loops]
+    derived += [("''", tie, tie.second) for tie in loops]
+    if max(len(series) for *_, series in derived) > _LONGEST_RATE:
+        return []
+    results = []
+    for primes, tie, series in derived:
+        left = Left(f"{tie.letter}_{tie.name}", primes=primes)
+        results.append(Result(left, tidy(series)))
+    sentence = (
+        "Loops that are closed at all times stay closed: Φ' = 0 ties the velocities, Φ'' = 0 the "
+        "accelerations. The latter are linear in the accelerations, as the equations of motion "
+        "are in accelerations and multipliers, and so all of them follow from one linear system."
+    )
+    return [Stage("Loops in motion", sentence, tuple(results))]
+
+
+def multiplier_stages(
+    algebra: Algebra, M: Matrix, rest: Sequence[Series], ties: Sequence[Tie]
+) -> list[Stage]:
+    """Return the step that solves for the multipliers of loops, where it is short.
+
+    Args:
+        algebra: the mechanism's symbols.
+        M: rows of the mass matrix.
+        rest: h − Q of each velocity.
+        ties: the equations of the loops alone.
+    """
+    ring = algebra.ring
+    if not ties or any(tie.of_velocities or tie.of_contact for tie in ties):
+        return []
+    a = [ring[name] for name in algebra.accelerations]
+    sides = []
+    for row, other in zip(M, rest, strict=True):
+        sides.append(ring.sum([*(m * x for m, x in zip(row, a, strict=True)), other]))
+    slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
+    solved = solve_multipliers(ties, slopes, sides)
+    if not solved:
+        return []
+    results = []
+    for one in solved:
+        name = one.multiplier.generators()[0].name
+        left = Left(name) if one.factor == 1 else tidy(one.factor * one.multiplier)
+        results.append(Result(left, one.value))
+    sentence = (
+        "The equations of motion hold the multipliers linearly. Taken in this order, each gives "
+        "one more of them by the accelerations; what is left is free of them."
+    )
+    return [Stage("Multipliers", sentence, tuple(results))]
+
+
+def _demands(ties: Sequence[Tie]) -> tuple[Result, ...]:
+    return tuple(Result(Left(f"{tie.letter}_{tie.name}"), tie.demand) for tie in ties)

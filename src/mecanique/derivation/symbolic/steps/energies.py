@@ -1,0 +1,156 @@
+"""The steps that find the energies, and what the motion conserves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from math import prod
+
+from mecanique.derivation.printing.equations import expression, half_square, join, shorter
+from mecanique.derivation.printing.printed import Expression
+from mecanique.derivation.scalars.cancel import tidy
+from mecanique.derivation.scalars.monomials import exponents
+from mecanique.derivation.scalars.series import Kind, Series
+from mecanique.derivation.symbolic.derivation import Left, Result, Stage
+from mecanique.derivation.symbolic.forces import Work
+from mecanique.derivation.symbolic.ties.tie import Tie
+
+__all__ = ["energy_integral", "energy_stages"]
+
+
+def energy_stages(
+    kinetic: Sequence[tuple[str, Series]],
+    T: Series,
+    gravity: Series,
+    works: Sequence[Work],
+    V: Series,
+    heavy: bool,
+) -> list[Stage]:
+    """Return the steps that find the kinetic and the potential energy.
+
+    Args:
+        kinetic: name and kinetic energy of each body and rotor.
+        T: their sum.
+        gravity: potential energy of gravity.
+        works: what each force contributes.
+        V: potential energy of gravity and springs.
+        heavy: whether gravity acts at all.
+    """
+    parts = [Result(Left(f"T_{name}"), series) for name, series in kinetic if series]
+    parts = parts if len(parts) > 1 else []
+    found = [
+        Stage(
+            "Kinetic energy",
+            "A body has half its mass times the square of the velocity of its center of mass, and "
+            "half its moments of inertia times the squares of its angular velocity; summed over "
+            "all bodies, this is T.",
+            (*parts, Result(Left("T"), T)),
+        )
+    ]
+    stored = _list_energies(gravity, works)
+    sentences = []
+    if gravity:
+        sentences.append(
+            "The weights do the work that V loses: it is zero where all centers of mass are at the "
+            "height of the origin."
+        )
+    elif heavy:
+        sentences.append("The weights do no work in this motion.")
+    if len(stored) > bool(gravity):
+        sentences.append(
+            "Each spring stores half its stiffness times the square of its elongation."
+        )
+    if stored:
+        several = stored if len(stored) > 1 else []
+        whole = Result(Left("V"), V, partial(_write_potential, gravity, works, V))
+        found.append(Stage("Potential energy", " ".join(sentences), (*several, whole)))
+    elif not V:
+        sentence = "There are neither weights nor springs: V is zero."
+        if heavy:
+            sentence = "The weights do no work in this motion, and there are no springs: V is zero."
+        found.append(Stage("Potential energy", sentence, (Result(Left("V"), V),)))
+    return found
+
+
+def _list_energies(gravity: Series, works: Sequence[Work]) -> list[Result]:
+    """The energy of the weights and of each spring."""
+    springs = [work for work in works if work.kind == "potential" and work.scalar is not None]
+    stored = [_store(work.name, work) for work in springs]
+    return [Result(Left("V_gravity"), gravity), *stored] if gravity else stored
+
+
+def _write_potential(gravity: Series, works: Sequence[Work], V: Series) -> Expression:
+    """The potential energy spring by spring, where that is shorter."""
+    parts = join(part.expression() for part in _list_energies(gravity, works))
+    return shorter(parts, expression(V))
+
+
+def _store(name: str, work: Work) -> Result:
+    """The energy of a spring, as a square where its elongation is known."""
+    assert work.scalar is not None
+    shown = None if work.square is None else partial(half_square, *work.square)
+    return Result(Left(f"V_{name}"), work.scalar, shown)
+
+
+def energy_integral(
+    T: Series,
+    gravity: Series,
+    V: Series,
+    D: Series,
+    works: Sequence[Work],
+    ties: Sequence[Tie],
+) -> list[Stage]:
+    """Return the step that says what the motion conserves, if L does not depend on time.
+
+    Where a prescribed motion puts terms without velocities or linear in them into T, that is not
+    the energy but Jacobi's integral (Goldstein, Classical Mechanics, 3rd ed., eq. 2.53).
+    """
+    given = {Kind.TIME, Kind.INPUT}
+    every = [T, V, *(tie.demand for tie in ties)]
+    kinds = {g.kind for series in every for g in series.generators()}
+    # a constraint that moves steadily, like a turntable, does work
+    driven = any(tie.of_velocities and _orders(tie.demand) != {1} for tie in ties)
+    if D or driven or kinds & given or any(work.kind == "work" for work in works):
+        return []
+    idle = "Nothing depends on time, no force but weights and springs does work" + (
+        ", and the constraints do none" if ties else ""
+    )
+    potential = partial(_write_potential, gravity, works, V)
+    if _orders(T) <= {2}:
+        sentence = f"{idle}: along any motion the total energy keeps its value."
+        energy = Result(Left("E"), T + V, lambda: join((expression(T), potential())))
+        return [Stage("Energy integral", sentence, (energy,))]
+    degrees, zero = _degrees(T), T.ring.number(0)
+    square, rest = degrees.get(2, zero), degrees.get(0, zero)
+    sentence = (
+        "L = T - V does not depend on time, but a drive keeps up the prescribed motion and does "
+        "work, so that the total energy changes. What keeps its value is Jacobi's integral "
+        "h = Σ q' ∂T/∂q' - L: V and the part of T that is quadratic in the velocities, less the "
+        "part without velocities."
+    )
+    integral = Result(
+        Left("h"),
+        square + V - rest,
+        lambda: join((expression(square), expression(-rest), potential())),
+    )
+    return [Stage("Jacobi's integral", sentence, (integral,))]
+
+
+def _orders(series: Series) -> set[int]:
+    """The degrees in the velocities that the terms of a series have."""
+    moving = {g.index for g in series.ring.generators if g.kind is Kind.VELOCITY}
+    found = set()
+    for monomial in set().union(*series.parts.values()):
+        found.add(sum(e for i, e in exponents(monomial) if i in moving))
+    return found
+
+
+def _degrees(series: Series) -> dict[int, Series]:
+    """The parts of a series by their degree in the velocities."""
+    ring = series.ring
+    velocities = [g.name for g in ring.generators if g.kind is Kind.VELOCITY]
+    found: dict[int, list[Series]] = {}
+    for powers, coefficient in series.coefficients(velocities).items():
+        rates = [ring[name] ** e for name, e in zip(velocities, powers, strict=True) if e]
+        found.setdefault(sum(powers), []).append(prod(rates, start=coefficient))
+    return {degree: tidy(ring.sum(terms)) for degree, terms in found.items()}
