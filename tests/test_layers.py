@@ -115,6 +115,7 @@ ORDER: dict[str, list[str]] = {
         "derivation",
         "free_bodies",
         "redundancy steps",
+        "ledger",
         "lagrange newton_euler",
         "reductions virtual_work",
     ],

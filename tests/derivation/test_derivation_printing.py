@@ -17,9 +17,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mecanique.derivation.printing.equations import equations, expression
-from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.letters import Letter
 from mecanique.derivation.printing.printed import Equation
+from mecanique.derivation.printing.sympy_forms import to_sympy
 from mecanique.derivation.printing.writers import Latex, MathML, Text
 from mecanique.derivation.scalars.elementary import sqrt as named_sqrt
 from mecanique.derivation.scalars.evaluation import evaluate

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from html import escape
@@ -15,10 +15,9 @@ from mecanique.derivation.matrix_form import Linear
 from mecanique.derivation.numeric.constraints.multipliers import Constrained
 from mecanique.derivation.numeric.dynamics import BatchDynamics
 from mecanique.derivation.numeric.newton_euler import Balances, Reaction
-from mecanique.derivation.printing.expressions import to_sympy
 from mecanique.derivation.printing.printed import Equation
 from mecanique.derivation.printing.prose import escape as escape_for_latex
-from mecanique.derivation.scalars.series import Series
+from mecanique.derivation.printing.sympy_forms import to_matrix
 from mecanique.derivation.symbolic.derivation import Derivation, Stages
 from mecanique.derivation.symbolic.symbols import MOST_TERMS
 from mecanique.derivation.term_units import unit_of
@@ -113,17 +112,17 @@ class Equations(Dynamics):
     @cached_property
     def M(self) -> Matrix:
         """The mass matrix, a sympy Matrix of shape (nv, nv)."""
-        return _matrix(self.derivation.M)
+        return to_matrix(self.derivation.M)
 
     @cached_property
     def h(self) -> Matrix:
         """The bias: inertia terms without a, and gravity; a sympy Matrix of shape (nv, 1)."""
-        return _matrix([[entry] for entry in self.derivation.h])
+        return to_matrix([[entry] for entry in self.derivation.h])
 
     @cached_property
     def Q(self) -> Matrix:
         """Generalized forces of springs, dampers, drives and loads; a sympy Matrix, (nv, 1)."""
-        return _matrix([[entry] for entry in self.derivation.Q])
+        return to_matrix([[entry] for entry in self.derivation.Q])
 
     @property
     def steps(self) -> Stages:
@@ -398,9 +397,3 @@ class Equations(Dynamics):
         states = States.of(self.mechanism, q, v, t)
         T, V = self.numeric.energy(states)
         return states.unbatch(T), states.unbatch(V)
-
-
-def _matrix(rows: Iterable[Sequence[Series]]) -> Matrix:
-    from sympy import Matrix
-
-    return Matrix([list(map(to_sympy, row)) for row in rows])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from functools import lru_cache
-from typing import Any, TypeAlias, cast
+from typing import TypeAlias, cast
 
 from mecanique.derivation.printing.formulas import (
     MOVING,
@@ -32,10 +32,11 @@ from mecanique.derivation.printing.trigforms import (
     rescale,
     shortest,
 )
+from mecanique.derivation.scalars.generators import Atom
 from mecanique.derivation.scalars.monomials import Polynomial, exponents, power
-from mecanique.derivation.scalars.series import Atom, Basis, Kind, Series, canonical
+from mecanique.derivation.scalars.series import Basis, Kind, Series, canonical
 
-__all__ = ["collect_terms", "factor_out", "letters", "size", "to_formula", "to_power", "to_sympy"]
+__all__ = ["collect_terms", "factor_out", "letters", "size", "to_formula", "to_power"]
 
 _LARGEST = 40  # polynomials with more terms are not worth factoring
 _WILD = 10_000  # numbers without a common measure below this stay decimals before each term
@@ -56,15 +57,6 @@ _PLACES = {
 def to_formula(series: Series) -> Product:
     """Return a series as a formula with the fewest signs."""
     return factor_out(shortest(series, products=True))
-
-
-def to_sympy(series: Series) -> Any:
-    """Return a series as a sympy expression, factored and with the fewest signs.
-
-    Args:
-        series: the series; velocities and accelerations become symbols q', q''.
-    """
-    return to_formula(series).sympy()
 
 
 def letters(ring: Basis, monomial: int) -> Product:
@@ -341,7 +333,7 @@ def to_power(inner: Product, e: Fraction) -> Product:
     return Product(1, ((add([inner]), e),))
 
 
-def _call(atom: Atom) -> Call:
+def _call(atom: Atom[Series]) -> Call:
     return Call(atom.function, add([to_formula(atom.argument)]))
 
 

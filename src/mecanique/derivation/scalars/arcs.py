@@ -7,8 +7,9 @@ from typing import Any
 
 from mecanique.derivation.scalars.elementary import sqrt
 from mecanique.derivation.scalars.functions import function
+from mecanique.derivation.scalars.generators import Atom
 from mecanique.derivation.scalars.monomials import power
-from mecanique.derivation.scalars.series import Atom, Series
+from mecanique.derivation.scalars.series import Series
 
 __all__ = ["function_without_arcs"]
 
@@ -45,12 +46,12 @@ def _sine_cosine(angle: Series) -> tuple[Series, Series]:
     return sine, cosine
 
 
-def _of_atan(atom: Atom) -> tuple[Series, Series]:
+def _of_atan(atom: Atom[Series]) -> tuple[Series, Series]:
     across = sqrt(1 + atom.argument * atom.argument) ** -1
     return atom.argument * across, across
 
 
-_OF_ARC: dict[str, Callable[[Atom], tuple[Series, Series]]] = {
+_OF_ARC: dict[str, Callable[[Atom[Series]], tuple[Series, Series]]] = {
     "asin": lambda atom: (atom.argument, sqrt(1 - atom.argument * atom.argument)),
     "acos": lambda atom: (sqrt(1 - atom.argument * atom.argument), atom.argument),
     "atan": _of_atan,

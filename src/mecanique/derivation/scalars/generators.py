@@ -1,12 +1,17 @@
-"""The named indeterminates that series are written in."""
+"""What series are written in: named indeterminates, angles and functions of series."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import final
+from fractions import Fraction
+from typing import Any, Generic, TypeVar, final
 
-__all__ = ["Generator", "Kind"]
+__all__ = ["Angle", "Atom", "Generator", "Kind"]
+
+E = TypeVar("E")
+"""The elements of the ring, its series."""
 
 
 class Kind(Enum):
@@ -38,3 +43,38 @@ class Generator:
     name: str
     kind: Kind
     index: int
+
+
+@final
+@dataclass(frozen=True)
+class Angle(Generic[E]):
+    """What sines and cosines are taken of: a rational multiple of a monomial, e.g. q, Ω t or x/R.
+
+    Args:
+        argument: the angle as a series [rad].
+        unit: the rational multiple.
+    """
+
+    argument: E
+    unit: Fraction
+
+
+@final
+@dataclass(frozen=True)
+class Atom(Generic[E]):
+    """A function of a series, adjoined to the ring as a generator with its own chain rule.
+
+    Args:
+        function: its name, e.g. "sqrt", "exp"; "1" where the generator is the argument itself,
+            adjoined so that it can be divided by.
+        argument: the series it is a function of.
+        slope: its derivative with respect to the argument.
+        value: the function on numbers and arrays.
+        named: whether it has a name of its own in print.
+    """
+
+    function: str
+    argument: E
+    slope: E
+    value: Callable[[Any], Any]
+    named: bool

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import TypeAlias
 
-from mecanique.derivation.scalars.monomials import Polynomial, exponents, multiply
+from mecanique.derivation.scalars.monomials import Polynomial, exponent, exponents, multiply, power
 from mecanique.errors import DerivationError
 
 __all__ = [
     "Parts",
     "accumulate",
     "check_size",
+    "differentiate_angles",
+    "differentiate_powers",
     "largest",
+    "lower_powers",
     "lowest_terms",
     "negative",
     "product",
     "shift",
     "size",
+    "split_powers",
 ]
 
 Parts: TypeAlias = "dict[int, Polynomial]"
@@ -111,6 +116,76 @@ def negative(parts: Parts) -> Parts:
     for t, p in parts.items():
         turned[t] = {m: -c for m, c in p.items()}
     return turned
+
+
+def differentiate_powers(parts: Parts, index: int) -> Parts:
+    """Return ∂/∂x of a generator x in the monomials alone, not within angles and atoms."""
+    x = power(index)
+    slopes: Parts = {}
+    for trig, polynomial in parts.items():
+        lowered = {m - x: c * e for m, c in polynomial.items() if (e := exponent(m, index))}
+        if lowered:
+            slopes[trig] = lowered
+    return slopes
+
+
+def differentiate_angles(parts: Parts, index: int) -> Parts:
+    """Return ∂/∂φ of an angle φ: sin' = cos, cos' = −sin."""
+    slopes: Parts = {}
+    for trig, polynomial in parts.items():
+        k = exponent(trig >> 1, index)
+        if k:
+            factor = k if trig & 1 else -k
+            slopes[trig ^ 1] = {m: factor * c for m, c in polynomial.items()}
+    return slopes
+
+
+def split_powers(parts: Parts, places: Mapping[int, int]) -> dict[tuple[int, ...], Parts]:
+    """Return the coefficients of a polynomial in some generators, by their exponents.
+
+    Args:
+        parts: the polynomial.
+        places: place of each of these generators among the exponents.
+    """
+    split = {m: _split_monomial(m, places) for m in set().union(*parts.values())}
+    found: dict[tuple[int, ...], Parts] = {}
+    for trig, polynomial in parts.items():
+        for monomial, c in polynomial.items():
+            powers, rest = split[monomial]
+            found.setdefault(powers, {}).setdefault(trig, {})[rest] = c
+    return found
+
+
+def _split_monomial(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int, ...], int]:
+    """The exponents of the generators that have a place, and the rest of a monomial."""
+    powers, rest = [0] * len(places), monomial
+    for i, e in exponents(monomial):
+        if i in places:
+            powers[places[i]] = e
+            rest -= power(i, e)
+    return tuple(powers), rest
+
+
+def lower_powers(
+    parts: Parts, index: int, degree: int, *, below_zero: bool = False
+) -> dict[int, Parts]:
+    """Return the coefficients of (x^degree)^k by k, where x is a generator of lower power in them.
+
+    Args:
+        parts: the polynomial.
+        index: of the generator x.
+        degree: of the power that is taken out.
+        below_zero: whether k may be negative; otherwise what is divided by x stays.
+    """
+    found: dict[int, Parts] = {}
+    for trig, polynomial in parts.items():
+        for monomial, c in polynomial.items():
+            k = exponent(monomial, index) // degree
+            if k < 0 and not below_zero:
+                k = 0
+            rest = monomial - power(index, k * degree)
+            found.setdefault(k, {}).setdefault(trig, {})[rest] = c
+    return found
 
 
 @lru_cache(maxsize=1 << 16)

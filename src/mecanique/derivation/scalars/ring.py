@@ -9,11 +9,10 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, final
 
+from mecanique.derivation.scalars.generators import Angle, Atom
 from mecanique.derivation.scalars.monomials import REACH, exact, exponents, largest_exponent, power
 from mecanique.derivation.scalars.polynomials import Parts, accumulate
 from mecanique.derivation.scalars.series import (
-    Angle,
-    Atom,
     Basis,
     Generator,
     Kind,

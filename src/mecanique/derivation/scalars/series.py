@@ -10,60 +10,28 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, final
 
-from mecanique.derivation.scalars.generators import Generator, Kind
+from mecanique.derivation.scalars.generators import Angle, Atom, Generator, Kind
 from mecanique.derivation.scalars.monomials import REACH, exponent, exponents, generators_in, power
 from mecanique.derivation.scalars.polynomials import (
     Parts,
     check_size,
+    differentiate_angles,
+    differentiate_powers,
     largest,
+    lower_powers,
     lowest_terms,
     negative,
     product,
     shift,
     size,
+    split_powers,
 )
 from mecanique.errors import DerivationError
 
-__all__ = ["Angle", "Atom", "Basis", "Generator", "Kind", "Series", "canonical"]
-
-
-@final
-@dataclass(frozen=True)
-class Angle:
-    """What sines and cosines are taken of: a rational multiple of a monomial, e.g. q, Ω t or x/R.
-
-    Args:
-        argument: the angle as a series [rad].
-        unit: the rational multiple.
-    """
-
-    argument: Series
-    unit: Fraction
-
-
-@final
-@dataclass(frozen=True)
-class Atom:
-    """A function of a series, adjoined to the ring as a generator with its own chain rule.
-
-    Args:
-        function: its name, e.g. "sqrt", "exp"; "1" where the generator is the argument itself,
-            adjoined so that it can be divided by.
-        argument: the series it is a function of.
-        slope: its derivative with respect to the argument.
-        value: the function on numbers and arrays.
-        named: whether it has a name of its own in print.
-    """
-
-    function: str
-    argument: Series
-    slope: Series
-    value: Callable[[Any], Any]
-    named: bool
+__all__ = ["Basis", "Generator", "Kind", "Series", "canonical"]
 
 
 class Basis(ABC):
@@ -76,8 +44,8 @@ class Basis(ABC):
     def __init__(self, most_terms: int) -> None:
         self.most_terms = most_terms
         self.generators: list[Generator] = []
-        self.angles: list[Angle] = []
-        self.atoms: dict[int, Atom] = {}
+        self.angles: list[Angle[Series]] = []
+        self.atoms: dict[int, Atom[Series]] = {}
         self.rates: dict[int, Series] = {}
         self.roots: list[tuple[int, int]] = []
         self.places: dict[str, int] = {}
@@ -333,21 +301,11 @@ class Series:
         return generators_in((trig >> 1 for trig in self.parts), len(self.ring.angles))
 
     def _by_power(self, index: int) -> Series:
-        step = power(index)
-        parts: Parts = {}
-        for trig, polynomial in self.parts.items():
-            lowered = {m - step: c * e for m, c in polynomial.items() if (e := exponent(m, index))}
-            if lowered:
-                parts[trig] = lowered
+        parts = differentiate_powers(self.parts, index)
         return canonical(self.ring, parts, self.denominator, self.reach + 1)
 
     def _by_angle(self, index: int) -> Series:
-        parts: Parts = {}
-        for trig, polynomial in self.parts.items():
-            k = exponent(trig >> 1, index)
-            if k:
-                k = k if trig & 1 else -k  # sin' = cos, cos' = −sin
-                parts[trig ^ 1] = {m: k * c for m, c in polynomial.items()}
+        parts = differentiate_angles(self.parts, index)
         return canonical(self.ring, parts, self.denominator, self.reach)
 
     def coefficients(self, generators: Sequence[str]) -> dict[tuple[int, ...], Series]:
@@ -357,12 +315,7 @@ class Series:
             generators: names; dependence through angles and atoms stays in the coefficients.
         """
         places = {self.ring.index(name): k for k, name in enumerate(generators)}
-        split = {m: _split(m, places) for m in set().union(*self.parts.values())}
-        found: dict[tuple[int, ...], Parts] = {}
-        for trig, polynomial in self.parts.items():
-            for monomial, c in polynomial.items():
-                powers, rest = split[monomial]
-                found.setdefault(powers, {}).setdefault(trig, {})[rest] = c
+        found = split_powers(self.parts, places)
         return {
             key: canonical(self.ring, parts, self.denominator, self.reach)
             for key, parts in found.items()
@@ -417,30 +370,13 @@ def canonical(ring: Basis, parts: Parts, denominator: int, reach: int) -> Series
     return Series(ring, parts, denominator, reach)
 
 
-def _split(monomial: int, places: Mapping[int, int]) -> tuple[tuple[int, ...], int]:
-    """The exponents of the generators that have a place, and the rest of a monomial."""
-    powers, rest = [0] * len(places), monomial
-    for i, e in exponents(monomial):
-        if i in places:
-            powers[places[i]] = e
-            rest -= power(i, e)
-    return tuple(powers), rest
-
-
 def _reduce(series: Series) -> Series:
     """Replace ρ² by s wherever ρ = √s was adjoined, and likewise divisors."""
     ring = series.ring
     for index, degree in reversed(ring.roots):
         argument = ring.atoms[index].argument
-        lowered: dict[int, Parts] = {}
-        for trig, polynomial in series.parts.items():
-            for monomial, c in polynomial.items():
-                times = exponent(monomial, index) // degree
-                # powers of a unit can be taken out below zero, too
-                times = times if times > 0 or argument.is_unit else 0
-                lowered.setdefault(times, {}).setdefault(trig, {})[
-                    monomial - power(index, times * degree)
-                ] = c
+        # powers of a unit can be taken out below zero, too
+        lowered = lower_powers(series.parts, index, degree, below_zero=argument.is_unit)
         if lowered.keys() - {0}:
             pieces = {
                 k: canonical(ring, parts, series.denominator, series.reach)

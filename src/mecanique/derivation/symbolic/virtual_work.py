@@ -7,10 +7,9 @@ together do no work (eq. 1.27).
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import NamedTuple, final
+from typing import final
 
 from mecanique.derivation.printing.equations import distribute
 from mecanique.derivation.scalars.cancel import by_velocity, tidy
@@ -20,11 +19,16 @@ from mecanique.derivation.symbolic.free_bodies.balances import FreeBodies
 from mecanique.derivation.symbolic.free_bodies.bodies import Cut
 from mecanique.derivation.symbolic.free_bodies.distribution import Distribution, distribution_of
 from mecanique.derivation.symbolic.free_bodies.sentences import enumerate_words
+from mecanique.derivation.symbolic.ledger import (
+    Displacements,
+    Ledger,
+    couple_of_inertia,
+    join_words,
+)
 from mecanique.derivation.symbolic.lines_of_action import length_names
 from mecanique.derivation.symbolic.redundancy import redundancy_stages
 from mecanique.derivation.symbolic.steps.constraints import loop_stages
 from mecanique.derivation.symbolic.steps.kinematics import quaternion_stages
-from mecanique.derivation.symbolic.steps.operator import coordinate_of
 from mecanique.derivation.symbolic.symbols import Algebra
 from mecanique.derivation.symbolic.ties.quasi import independent_displacements
 from mecanique.derivation.symbolic.ties.tie import Tie
@@ -44,18 +48,6 @@ _CLOSING = (
 )
 
 
-class _Letters(NamedTuple):
-    """What acts, what it moves and its work."""
-
-    act: str
-    move: str
-    work: str
-
-
-_FORCE = _Letters("F", "δr", "δW")
-_COUPLE = _Letters("C", "δφ", "δW_couple")
-
-
 @final
 class VirtualWork:
     """Inertia forces and virtual work of a mechanism as series.
@@ -72,29 +64,19 @@ class VirtualWork:
         self.algebra = algebra or Algebra(mechanism)
         self.balances = FreeBodies(mechanism, self.algebra)
         self.cuts = self.balances.cuts
-        ring = self.algebra.ring
-        self._names = tuple(f"δ{coordinate_of(v)}" for v in self.algebra.velocities)
-        self._deltas = [ring.unknown(name, Kind.VARIATION) for name in self._names]
-        self._unknowns = dict(self.balances.unknowns)
-        for name, v in zip(self._names, self.algebra.velocities, strict=True):
-            q = coordinate_of(v)
-            of = f"that belongs to the velocity {v}" if q == v else f"of {q}"
-            meaning = f"virtual displacement {of}: small, arbitrary, with time standing still"
-            self._unknowns[name] = meaning
-        acting = {(cut.body, one.name) for cut in self.cuts.bodies for one in cut.applied}
-        self._acting = Counter(name for _, name in acting)
-        self._inertia: list[Series] = []
-        self._weights: list[Series] = []
-        self._loads: list[Series] = []
+        self._displacements = Displacements(self.algebra)
+        self._ledger = Ledger(self.balances, self._displacements)
+        self._unknowns = self.balances.unknowns | self._displacements.meanings
 
     def derivation(self) -> Derivation:
         """Return the equations of motion with their steps."""
         algebra, ring = self.algebra, self.algebra.ring
         stages = [stage for cut in self.cuts.bodies for stage in self._body(cut)]
-        inertia = [*self._inertia, *self._weights, *self._rotors()]
-        M, h = mass_and_bias(algebra, [-c for c in self._coefficients(inertia)])
-        loads = self._coefficients(self._loads)
-        whole = ring.sum([*inertia, *self._loads])
+        ledger, displacements = self._ledger, self._displacements
+        inertia = [*ledger.inertia, *ledger.weights, *self._rotors()]
+        M, h = mass_and_bias(algebra, [-c for c in displacements.coefficients(inertia)])
+        loads = displacements.coefficients(ledger.loads)
+        whole = ring.sum([*inertia, *ledger.loads])
         ties = self.cuts.ties
         slopes = [list(map(tidy, tie.slopes(ring))) for tie in ties]
         S = self._independent(slopes) if ties else []
@@ -150,16 +132,16 @@ class VirtualWork:
             alone = [i for i, entry in enumerate(column) if entry == one]
             own = [i for i in alone if users[i] == 1]
             if own:
-                named.append(self._deltas[own[0]])
+                named.append(self._displacements.deltas[own[0]])
                 continue
             name = f"δπ{k + 1}"
             named.append(self.algebra.ring.unknown(name, Kind.VARIATION))
             self._unknowns[name] = "independent virtual displacement: small and arbitrary"
         results = []
-        for i, name in enumerate(self._names):
+        for i, name in enumerate(self._displacements.names):
             terms = [column[i] * delta for column, delta in zip(S, named, strict=True) if column[i]]
             right = self.algebra.ring.sum(terms)
-            if right != self._deltas[i]:
+            if right != self._displacements.deltas[i]:
                 results.append(Result(Left(name), right))
         words = enumerate_words([delta.generators()[0].name for delta in named])
         where = " or ".join(
@@ -175,22 +157,23 @@ class VirtualWork:
 
     def _sum(self, whole: Series, *, free: bool) -> Stage:
         """The sum of all work, by virtual displacement."""
-        title = "Sum of the virtual work"
-        if not self._names:
+        title, displacements = "Sum of the virtual work", self._displacements
+        if not displacements.names:
             return Stage(title, "Nothing can be displaced, so no force does any work.", ())
-        are = "is" if len(self._names) == 1 else "are"
+        are = "is" if len(displacements.names) == 1 else "are"
         sentence = (
             "The work of all forces in the virtual displacement, inertia forces included, is zero. "
-            f"As {enumerate_words(self._names)} {are} arbitrary, what stands before each is zero "
-            "by itself."
+            f"As {enumerate_words(displacements.names)} {are} arbitrary, what stands before each "
+            "is zero by itself."
             if free
             else "The work of all forces in a virtual displacement that the constraints allow, "
             "inertia forces included, is zero; the forces where bodies touch or are joined do none."
         )
         results = []
-        factors = self._coefficients([whole])
-        for name, factor, delta in zip(self._names, factors, self._deltas, strict=True):
-            left = Left("δW", name[1:], component=True)
+        factors = displacements.coefficients([whole])
+        for factor, delta in zip(factors, displacements.deltas, strict=True):
+            name = delta.generators()[0].name.removeprefix("δ")
+            left = Left("δW", name, component=True)
             tidied = by_velocity(factor, self.algebra.velocities)
             results.append(Result(left, tidied * delta, partial(distribute, tidied, delta)))
         return Stage(title, sentence, tuple(results))
@@ -200,14 +183,14 @@ class VirtualWork:
         if cut.inert:
             yield self._inertia_forces(cut)
         yield self._equilibrium(cut)
-        ledger = self._ledger(cut)
-        if ledger:
+        entries = self._ledger.enter(cut)
+        if entries:
             sentence = (
                 "Each force F with the virtual displacement δr of its point, and each couple C "
                 "with the virtual rotation δφ of the body: δW is the sum of the products of their "
-                f"components. Components that are not listed are zero.{self._where(cut)}"
+                f"components. Components that are not listed are zero.{self._ledger.locate(cut)}"
             )
-            yield Stage(f"Virtual work on {cut.body}", sentence, tuple(ledger))
+            yield Stage(f"Virtual work on {cut.body}", sentence, tuple(entries))
 
     def _inertia_forces(self, cut: Cut) -> Stage:
         """D'Alembert's inertia forces, spread over a rod, then moved to the center of mass."""
@@ -232,10 +215,10 @@ class VirtualWork:
             results += [
                 Result(Left(f"F_inertia_{body}_{label}"), part) for label, part in named if part
             ]
-        C = along(axes.turns, self._couple(cut))
+        C = along(axes.turns, couple_of_inertia(cut))
         for label, part in zip(axes.turn_labels, C, strict=True):
             if part:
-                results.append(Result(Left(_join("C_inertia", body, label)), part))
+                results.append(Result(Left(join_words("C_inertia", body, label)), part))
         parts.append(
             "Moved to the center of mass they are one force, minus the mass times the acceleration "
             "of that center, and a couple, minus the rate of the angular momentum about it."
@@ -259,116 +242,10 @@ class VirtualWork:
         )
         return Stage(title, sentence, tuple(lines))
 
-    def _couple(self, cut: Cut) -> Vector:
-        """Couple of the inertia forces about the center of mass."""
-        return (cross(cut.center, cut.push) - cut.turning).tidy()
-
-    def _ledger(self, cut: Cut) -> list[Result]:
-        """The work of weight, inertia forces and loads on a body, entry by entry."""
-        lines: list[Result] = []
-        zero, body = self.algebra.ring.number(0), cut.body
-        rotation, at_center = self._vary(cut.spin), self._vary(cut.center_velocity)
-        if cut.inert:
-            if any(cut.weight):
-                work = self._force(lines, f"weight_{body}", cut, cut.weight, at_center)
-                self._weights.append(work)
-            seat, couple = self._seat_of_inertia(cut)
-            shift = at_center if seat is None else seat
-            work = self._force(lines, f"inertia_{body}", cut, -cut.push, shift, known=True)
-            work = work + self._turn(lines, f"inertia_{body}", cut, couple, rotation, known=True)
-            self._inertia.append(work)
-        for one in cut.applied:
-            if one.ties:  # where bodies touch or are joined, both points move alike
-                continue
-            work = zero
-            name = f"{one.name}_{body}" if self._acting[one.name] > 1 else one.name
-            if any(one.force):
-                shift = self._vary(one.velocity)
-                work = work + self._force(lines, name, cut, one.force, shift)
-            if any(one.moment):
-                work = work + self._turn(lines, name, cut, one.moment, rotation)
-            self._loads.append(work)
-        return lines
-
-    def _where(self, cut: Cut) -> str:
-        """Where weight and inertia forces act."""
-        if not cut.inert:
-            return ""
-        if self._seat_of_inertia(cut)[0] is not None:
-            weight = "The weight acts at the center of mass, t" if any(cut.weight) else "T"
-            where = f"where their resultant acts, at the distance s_{cut.body}"
-            return f" {weight}he inertia forces {where}."
-        both = "Weight and inertia forces act" if any(cut.weight) else "The inertia forces act"
-        return f" {both} at the center of mass."
-
-    def _seat_of_inertia(self, cut: Cut) -> tuple[Vector | None, Vector]:
-        """Virtual displacement of the point where a rod's inertia forces act, the couple there."""
-        spread, couple = distribution_of(self.cuts, cut), self._couple(cut)
-        if spread is None:
-            return None, couple
-        points = {point for point in spread.point if point is not None}
-        if len(points) != 1:
-            return None, couple
-        (s,) = points
-        arm = spread.direction * (s - spread.length / 2)
-        left = (couple + cross(arm, cut.push)).tidy()
-        if any(left):
-            return None, couple
-        return self._vary(total([cut.center_velocity, cross(cut.spin, arm)])), left
-
-    def _force(
-        self,
-        lines: list[Result],
-        name: str,
-        cut: Cut,
-        force: Vector,
-        displacement: Vector,
-        *,
-        known: bool = False,
-    ) -> Series:
-        """Enter a force, unless it stands above already, its displacement and work."""
-        if not any(force):
-            return self.algebra.ring.number(0)
-        acts, moves = along(cut.axes.rows, force), along(cut.axes.rows, displacement)
-        named = zip(cut.axes.labels, acts, moves, strict=True)
-        return _enter(lines, _FORCE, name, named, known=known)
-
-    def _turn(
-        self,
-        lines: list[Result],
-        name: str,
-        cut: Cut,
-        couple: Vector,
-        rotation: Vector,
-        *,
-        known: bool = False,
-    ) -> Series:
-        """Enter a couple, unless it stands above already, its rotation and work."""
-        if not any(couple):
-            return self.algebra.ring.number(0)
-        acts, moves = along(cut.axes.turns, couple), along(cut.axes.turns, rotation)
-        named = zip(cut.axes.turn_labels, acts, moves, strict=True)
-        return _enter(lines, _COUPLE, name, named, known=known)
-
-    def _vary(self, velocity: Vector) -> Vector:
-        """The virtual displacement that belongs to a velocity: Σ ∂v/∂q' δq."""
-        partials = self.algebra.ring.partials
-        return Vector(*(self._displacement(partials(c)) for c in velocity)).tidy()
-
-    def _displacement(self, slopes: Sequence[Series]) -> Series:
-        """Σ ∂v/∂q' δq."""
-        pairs = zip(slopes, self._deltas, strict=True)
-        return self.algebra.ring.sum([slope * delta for slope, delta in pairs if slope])
-
-    def _coefficients(self, works: Sequence[Series]) -> list[Series]:
-        """What stands before each virtual displacement in a sum of works."""
-        found, _ = self.algebra.ring.sum(list(works)).linear(self._names)
-        return [tidy(c) for c in found]
-
     def _rotors(self) -> list[Series]:
         """Work of the inertia of the joints' rotors."""
         rates = [rate for rate in self.balances.rates if rate.rotor]
-        return [-rate.rotor * self._displacement(rate.partials) for rate in rates]
+        return [-rate.rotor * self._displacements.sum(rate.partials) for rate in rates]
 
     def _reactions(self) -> list[Stage]:
         """The work of each joint's reaction and its opposite together."""
@@ -400,12 +277,13 @@ class VirtualWork:
     def _against_parent(self, cut: Cut) -> tuple[Vector, Vector]:
         """Virtual displacement and rotation of a body against its parent, at its origin."""
         cuts, kinematics, parent = self.cuts, self.cuts.kinematics, cut.joint.parent
-        shift, rotation = self._vary(kinematics.velocity(cut.body)), self._vary(cut.spin)
+        vary = self._displacements.vary
+        shift, rotation = vary(kinematics.velocity(cut.body)), vary(cut.spin)
         if kinematics.place[parent] < 0:
             return shift, rotation
-        turn = self._vary(kinematics.spin(parent))
+        turn = vary(kinematics.spin(parent))
         arm = cuts.between_seats(parent, cut.body)
-        carrying = self._vary(kinematics.velocity(parent))
+        carrying = vary(kinematics.velocity(parent))
         moved = total([carrying, cross(turn, arm)])
         shift = shift - cuts.carry(moved, parent, cut.body)
         return shift, rotation - cuts.carry(turn, parent, cut.body)
@@ -424,32 +302,7 @@ def _spread_forces(spread: Distribution, cut: Cut) -> list[Result]:
     return results
 
 
-def _enter(
-    lines: list[Result],
-    letters: _Letters,
-    name: str,
-    components: Iterable[tuple[str, Series, Series]],
-    *,
-    known: bool,
-) -> Series:
-    """Write one entry of the ledger and return its work."""
-    products = []
-    for label, act, move in components:
-        products.append(act * move)
-        if act:
-            if not known:
-                lines.append(Result(Left(_join(letters.act, name, label)), act))
-            lines.append(Result(Left(_join(letters.move, name, label)), move))
-    work = tidy(products[0].ring.sum(products))
-    lines.append(Result(Left(f"{letters.work}_{name}"), work))
-    return work
-
-
 def _name_conditions(ties: Sequence[Tie]) -> str:
     """The conditions of loops and of what rolls, as equations."""
     held = {"ψ = 0" if tie.of_velocities else "Φ = 0" for tie in ties}
     return " and ".join(sorted(held))
-
-
-def _join(*words: str) -> str:
-    return "_".join(filter(None, words))

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 
 from mecanique.arrays import Array
+from mecanique.errors import EngineError
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.random_positions import draw_positions
 
-__all__ = ["backward_error", "massless_mode", "random_states", "reach_of"]
+__all__ = ["backward_error", "massless_mode", "random_states", "reach_of", "refuse_massless"]
 
 _SINGULAR = 1e-13
 """Below this share of its own scale a pivot of the mass matrix is rounding noise."""
+
+_SHARE = 1e-6
+"""Velocities up to this share of the largest have no part in a motion."""
 
 _REACH = 1.0
 """Lengths lie within this of zero [m]."""
@@ -50,6 +54,28 @@ def massless_mode(mass: Array, reach: Array) -> Array | None:
         return None
     mode = vectors[:, least] * scale
     return np.asarray(mode / mode[np.argmax(np.abs(mode))])
+
+
+def refuse_massless(mechanism: Mechanism, mode: Array, where: str = "") -> NoReturn:
+    """Refuse a mechanism for a motion that moves no mass.
+
+    Args:
+        mechanism: the mechanism.
+        mode: that motion, shape (nv,), largest component 1.
+        where: the state, in words, if it is so there alone.
+
+    Raises:
+        EngineError: in any case.
+    """
+    parts = zip(mechanism.velocities, mode, strict=True)
+    names = [name for name, part in parts if abs(part) > _SHARE]
+    joints = [joint for joint in mechanism.joints if set(joint.velocities) & set(names)]
+    moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
+    raise EngineError(
+        f"mechanism {mechanism.name!r}: the motion {', '.join(names)}{moved} moves no mass{where}, "
+        "so nothing determines it; give the body mass or inertia, or prescribe the joint by the "
+        "coordinate map"
+    )
 
 
 def reach_of(model: Any, data: Any) -> Array:

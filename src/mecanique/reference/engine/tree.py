@@ -22,7 +22,13 @@ from mecanique.reference.engine.forces.reactions import Reactions
 from mecanique.reference.engine.forces.sites import Action, External
 from mecanique.reference.engine.load import load
 from mecanique.reference.engine.package import engine_package
-from mecanique.reference.engine.probe import backward_error, massless_mode, random_states, reach_of
+from mecanique.reference.engine.probe import (
+    backward_error,
+    massless_mode,
+    random_states,
+    reach_of,
+    refuse_massless,
+)
 from mecanique.reference.engine.rhs import Rhs, fast_rhs
 
 __all__ = ["Tree"]
@@ -70,9 +76,9 @@ class Tree:
         self.demand = np.zeros(self.engine.model.nv)
         """What the last `transmit` left open along the joints, shape (nu,)."""
         self.recursive = self._probe()
+        """Whether the articulated-body recursion may give the accelerations."""
         if mechanism.elements:
             self._probe_elements()
-        """Whether the articulated-body recursion may give the accelerations."""
 
     def move(
         self, q: Array, v: Array, t: float, a: Array | None = None
@@ -168,7 +174,7 @@ class Tree:
         mass = self.mass(q, v, t)
         mode = massless_mode(mass, self._reach())
         if mode is not None:
-            self._refuse(mode, f" at q = {q.tolist()}")
+            refuse_massless(self.mechanism, mode, f" at q = {q.tolist()}")
         return np.asarray(np.linalg.solve(mass, self.forces(q, v, t) - self.bias(q, v, t)))
 
     def energy(self, q: Array, v: Array, t: float) -> Array:
@@ -338,7 +344,7 @@ class Tree:
             EngineError: if a motion moves no mass in any of the states tried.
         """
         if self.massless is not None:
-            self._refuse(self.massless, "")
+            refuse_massless(self.mechanism, self.massless)
         return fast_rhs(
             self.mechanism,
             self.engine,
@@ -388,17 +394,3 @@ class Tree:
             engine.model, engine.data, chart.p, u, loads.in_joints, loads.external.forces
         )
         return backward_error(mass, np.linalg.solve(chart.G, full), right) < _AGREEMENT
-
-    def _refuse(self, mode: Array, where: str) -> None:
-        names = [
-            name
-            for name, part in zip(self.mechanism.velocities, mode, strict=True)
-            if abs(part) > 1e-6
-        ]
-        joints = [joint for joint in self.mechanism.joints if set(joint.velocities) & set(names)]
-        moved = "".join(f", joint {joint.name!r} (body {joint.child!r})" for joint in joints)
-        raise EngineError(
-            f"mechanism {self.mechanism.name!r}: the motion {', '.join(names)}{moved} moves no "
-            f"mass{where}, so nothing determines it; give the body mass or inertia, or prescribe "
-            "the joint by the coordinate map"
-        )
