@@ -61,6 +61,8 @@ def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
             "() => document.querySelectorAll('.label').forEach(e => (e.style.display = 'none'))"
         )
         x, y = seen.js("p => mecanique.stage.project(p)", middle)
+        sketched = seen.js("p => mecanique.sketch.see(p)", middle)
+        assert sketched[:2] == pytest.approx([x, y], abs=1)
         red, green, blue = picture(seen)[round(y), round(x)].astype(int)
         assert blue > green > red
         assert blue - red > 50
@@ -70,6 +72,9 @@ def test_the_bar_is_drawn_where_it_is(show: Show) -> None:
 def test_the_motion_plays_by_itself_and_by_the_keyboard(show: Show) -> None:
     seen = show(pendulum(), reduced_motion="no-preference")
     seen.until("mecanique.clock.time > 0.1")
+    marks = seen.js("performance.getEntriesByType('mark').map(mark => mark.name)")
+    assert marks == ["moving", "drawn"], "a sketch moves before the viewer has a picture"
+    assert seen.page.locator("#sketch").count() == 0
     seen.page.keyboard.press("Space")
     stopped = seen.js("mecanique.clock.time")
     seen.page.wait_for_timeout(150)
@@ -518,6 +523,7 @@ def test_meshes_of_every_format_are_drawn(show: Show, tmp_path: Path) -> None:
         ),
     )
     seen = show(scene)
+    assert seen.js("mecanique.sketch") is None
     sizes = seen.js("() => mecanique.stage.boxes.map(b => b.max.clone().sub(b.min).toArray())")
     assert sizes[0] == pytest.approx([1, 1, 0])
     assert sizes[1] == pytest.approx([3, 0, 3])

@@ -14,7 +14,7 @@ import numpy as np
 from mecanique.viewing.page.window import RecorderWindow
 from mecanique.viewing.scene.scene import GREY, Floats, Rgba, SceneBody, Shape
 
-__all__ = ["draw_bodies"]
+__all__ = ["draw_bodies", "solids_of"]
 
 # cylinders of three.js point along y, those of a mechanism along z
 _UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -33,6 +33,26 @@ def draw_bodies(bodies: tuple[SceneBody, ...], window: RecorderWindow) -> None:
             window.put({"type": "set_object", "path": path, "object": _object(shape, f"{k}.{j}")})
             upright = shape.pose @ _UPRIGHT if shape.kind == "cylinder" else shape.pose
             _move(window, path, upright)
+
+
+def solids_of(body: SceneBody) -> list[dict[str, Any]] | None:
+    """A body's solids in plain numbers, for the page's first sketch; None where it has a mesh."""
+    if any(shape.kind == "mesh" for shape in body.shapes):
+        return None
+    return [_solid(shape) for shape in body.shapes]
+
+
+def _solid(shape: Shape) -> dict[str, Any]:
+    """A solid: turned by a matrix, row by row, and placed in its body's frame."""
+    material = _material(shape.rgba or GREY)
+    return {
+        "kind": shape.kind,
+        "size": list(map(float, shape.size)),
+        "turn": shape.pose[:3, :3].ravel().tolist(),
+        "place": shape.pose[:3, 3].tolist(),
+        "color": f"#{material['color']:06x}",
+        "opacity": material["opacity"],
+    }
 
 
 def _move(window: RecorderWindow, path: str, pose: Floats) -> None:

@@ -14,7 +14,7 @@ from html import escape
 from importlib.resources import files
 from typing import Any, final
 
-from mecanique.viewing.page.bodies import draw_bodies
+from mecanique.viewing.page.bodies import draw_bodies, solids_of
 from mecanique.viewing.page.keyframes import pack
 from mecanique.viewing.page.meshes.parcel import mesh_parcel
 from mecanique.viewing.page.panels import badge, panels
@@ -28,6 +28,10 @@ __all__ = ["MODULES", "Stream", "join_scripts", "page", "policy"]
 MODULES = (
     "data/unpack",
     "panels/tabs",
+    "data/vectors",
+    "sketch/framing",
+    "sketch/solids",
+    "sketch/sketch",
     "picture/meshes",
     "picture/stage",
     "picture/camera",
@@ -185,7 +189,7 @@ def _header(scene: Scene) -> dict[str, Any]:
         "planar": scene.planar,
         "ground": scene.ground,
         "bounds": None if scene.bounds is None else scene.bounds.tolist(),
-        "bodies": [{"name": body.name} for body in scene.bodies],
+        "bodies": [{"name": body.name, "solids": solids_of(body)} for body in scene.bodies],
         "arrows": [
             {"name": a.name, "kind": a.kind, "body": number[a.body], "unit": a.unit}
             for a in scene.arrows

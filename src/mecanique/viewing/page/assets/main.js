@@ -1,6 +1,7 @@
-// Opens the parcel, builds the picture and what steers it, and starts the loop.
+// Opens the parcel, shows a sketch that moves, builds the picture and what steers it, and starts the
+// loop.
 
-import { Bench } from "./engine/bench.js";
+import { Bench, readFragment } from "./engine/bench.js";
 import { Machine } from "./engine/machine.js";
 import { Motion } from "./clock/motion.js";
 import { wireComputing, wireLive } from "./clock/connection.js";
@@ -8,6 +9,7 @@ import {
   wireCameras,
   wireForces,
   wireMenus,
+  listForces,
   wireFreeBody,
   wirePrint,
   wireShow,
@@ -29,6 +31,7 @@ import { listenToKeys, Player, Transport } from "./clock/player.js";
 import { Plots, quantities } from "./panels/plots.js";
 import { Posture, wireFindings } from "./inspection/posture.js";
 import { Recording, Stream } from "./clock/sources.js";
+import { Sketch, UNSEEN } from "./sketch/sketch.js";
 import { Sections } from "./studies/sections.js";
 import { Setup } from "./panels/setup.js";
 import { ForceTable, LedgerTable } from "./panels/tables.js";
@@ -42,11 +45,9 @@ function run(bytes) {
   document.head.append(script);
 }
 
-const UNSEEN = 300; // a page that has no picture after that is in the background [ms]
-
-async function loadSetup(program, scene, layout, motion) {
+async function loadSetup(scene, layout, motion) {
   if (!scene.engine) return null;
-  run(await program);
+  run(await unpack("program"));
   const machine = new Machine(scene.engine, globalThis.mecaniqueProgram);
   return new Setup(new Bench(machine, scene, layout), motion);
 }
@@ -79,12 +80,13 @@ function firstPicture() {
 // Fewer pictures than this of a motion recorded show chords: the page computes it at once.
 const FEW = 30;
 
+const isShort = ({ engine }, { last, n }) =>
+  engine && (n < FEW || engine.first + engine.duration - last > 1e-6 * engine.duration);
+
 // What a page that computes shows first; to that of a live view the server gave the beginning.
 function openSetup(setup, { picture, clock }) {
   const { engine, live } = picture.scene;
-  const missing = engine.first + engine.duration - clock.last;
-  if (missing > 1e-6 * engine.duration || clock.table.n < FEW)
-    setup.attempt(() => setup.computed());
+  if (isShort(picture.scene, clock.table)) setup.attempt(() => setup.computed());
   if (live) goLive(setup, engine, picture, clock);
   setup.open(location.hash);
 }
@@ -125,19 +127,31 @@ function wirePicture(picture, forces, transport, bars, inspection) {
   picture.companion?.wire(document.getElementById("follow"));
 }
 
-async function start() {
-  wireEmbedding();
-  wireTabs(document.querySelector("[role=tablist]"));
-  const [viewer, parcel] = ["viewer", "parcel"].map(unpack);
-  const { header: scene, parts } = openParcel(await parcel);
+// Whether an address asks for another motion than that with which the page was made.
+const isAsked = ({ engine }) => engine && readFragment(location.hash, engine).changes.length > 0;
+
+// What has meshes waits for the viewer, and so does what must be computed first.
+function startSketch({ scene, layout, table, clock }) {
+  if (scene.live || !scene.bodies.every(({ solids }) => solids)) return null;
+  if (isShort(scene, table) || isAsked(scene)) return null;
+  const sketch = new Sketch(document.getElementById("sketch"), scene, layout, table, clock);
+  if (startsByItself(scene.live)) sketch.play();
+  return sketch;
+}
+
+// What the page holds, before anything is drawn.
+async function open() {
+  const { header: scene, parts } = openParcel(await unpack("parcel"));
   if (scene.live) document.body.classList.add("moving");
-  const program = scene.engine && unpack("program");
-  run(await viewer);
   const layout = layoutOf(scene);
   const table = new Table(scene.table, parts[0]);
   const live = scene.live && !scene.engine ? new LiveClock(scene.live, layout.end) : null;
-  const clock = live ?? new Player(table);
-  const picture = new Picture(scene, layout, table, parts.slice(1), live !== null);
+  return { scene, layout, table, live, clock: live ?? new Player(table), parts: parts.slice(1) };
+}
+
+// Builds the picture and what steers it.
+async function build({ scene, layout, table, live, clock, parts }) {
+  const picture = new Picture(scene, layout, table, parts, live !== null);
   const transport = new Transport(clock);
   const list = quantities(scene, layout, quantitiesBeside(scene, layout));
   const plots = new Plots(live?.history ?? table, clock, list, scene.fileName);
@@ -157,7 +171,7 @@ async function start() {
 
   const source = sourceOf(live, table, { clock, picture, plots });
   const motion = { source, picture, layout, plots, clock, transport, tables, bars };
-  const setup = await loadSetup(program, scene, layout, new Motion(motion));
+  const setup = await loadSetup(scene, layout, new Motion(motion));
   picture.stage.resize();
   picture.camera.look(scene.planar ? "front" : "free");
   if (live) goStreamed(live, picture, transport);
@@ -165,11 +179,28 @@ async function start() {
   const extras = wireExtras(setup, motion);
   if (setup) openSetup(setup, motion);
   window.mecanique = { ...picture, picture, layout, table, clock, plots, setup, inspection };
-  if (startsByItself(live)) clock.play();
   const loop = new Loop(source, picture, tables, transport);
   loop.onframe = extras;
+  return loop;
+}
+
+async function start() {
+  wireEmbedding();
+  wireTabs(document.querySelector("[role=tablist]"));
+  const page = await open();
+  listForces(page.scene);
+  const sketch = startSketch(page);
+  await sketch?.moved();
+  run(await unpack("viewer"));
+  await sketch?.moved();
+  const loop = await build(page);
+  window.mecanique.sketch = sketch;
+  await sketch?.moved();
+  if (startsByItself(page.live)) page.clock.play();
   loop.start();
   await firstPicture();
+  performance.mark("drawn");
+  sketch?.end();
   document.body.classList.add("moving");
   wireBreaking(document.getElementById("panel-equations"));
   reach();

@@ -2,6 +2,8 @@
 // alone. With loops, W = ∂a/∂τ = U D Uᵀ has the rank of what they leave free; with L = U √D the small
 // motions q = L η follow η'' = −S η, where S = L⁺ (−∂a/∂q) L is symmetric.
 
+import { dot } from "../data/vectors.js";
+
 const SMALL = 1e-5;
 const RANK = 1e-9; // of the largest eigenvalue
 const SWEEPS = 60;
@@ -42,7 +44,6 @@ function rotate(A, V, [p, q], [c, s]) {
 
 const symmetric = (A) => A.map((row, i) => row.map((x, j) => (x + A[j][i]) / 2));
 const column = (A, k) => A.map((row) => row[k]);
-const dot = (a, b) => a.reduce((sum, x, i) => sum + x * b[i], 0);
 
 export class SmallMotions {
   constructor(machine, setting) {

@@ -1,6 +1,7 @@
 // The sums below the tables: virtual work by coordinate, forces and moments on a body cut free.
 
 import { measure } from "../data/numbers.js";
+import { cross } from "../data/vectors.js";
 
 // A sum smaller than this part of its terms is what rounding of the key frames leaves.
 const NOISE = { work: 2e-5, force: 1e-4 };
@@ -8,11 +9,6 @@ const NOISE = { work: 2e-5, force: 1e-4 };
 const add = (a, b) => a.map((x, i) => x + b[i]);
 const subtract = (a, b) => a.map((x, i) => x - b[i]);
 const negate = (a) => a.map((x) => -x);
-const cross = (a, b) => [
-  a[1] * b[2] - a[2] * b[1],
-  a[2] * b[0] - a[0] * b[2],
-  a[0] * b[1] - a[1] * b[0],
-];
 
 function measureSum(sum, size, rounding) {
   return Math.abs(sum) < rounding * size ? "0" : measure(sum);

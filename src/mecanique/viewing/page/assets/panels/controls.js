@@ -5,7 +5,7 @@ import { KINDS, colorOf } from "../picture/arrows.js";
 function checkbox(text, checked, onchange, parent) {
   const label = document.createElement("label");
   const box = Object.assign(document.createElement("input"), { type: "checkbox", checked });
-  box.onchange = () => onchange(box.checked);
+  if (onchange) box.onchange = () => onchange(box.checked);
   label.append(box, text);
   parent.append(label);
   return label;
@@ -69,23 +69,33 @@ export function wireShow(picture, bars, more) {
   }
 }
 
-export function wireForces(picture) {
-  const { arrows, scene } = picture;
+// The bar of forces takes its room before anything is drawn; it works once they are.
+export function listForces(scene) {
   const chips = document.getElementById("kinds");
   const present = Object.keys(KINDS).filter((kind) =>
     scene.arrows.some((arrow) => arrow.kind === kind),
   );
   for (const kind of present) {
-    const set = (on) => {
-      if (on) arrows.kinds.add(kind);
-      else arrows.kinds.delete(kind);
-      picture.redraw();
-    };
-    const chip = checkbox(KINDS[kind].label, arrows.kinds.has(kind), set, chips);
+    const chip = checkbox(KINDS[kind].label, false, null, chips);
     chip.dataset.force = kind;
     const swatch = document.createElement("i");
     swatch.style.backgroundColor = colorOf(kind);
     chip.insertBefore(swatch, chip.lastChild);
+  }
+  document.getElementById("forces").hidden = !present.length;
+}
+
+export function wireForces(picture) {
+  const { arrows } = picture;
+  for (const chip of document.querySelectorAll("[data-force]")) {
+    const { force } = chip.dataset;
+    const box = chip.querySelector("input");
+    box.checked = arrows.kinds.has(force);
+    box.onchange = () => {
+      if (box.checked) arrows.kinds.add(force);
+      else arrows.kinds.delete(force);
+      picture.redraw();
+    };
   }
   const slider = document.getElementById("arrow-scale");
   slider.oninput = () => {
@@ -103,7 +113,6 @@ export function wireForces(picture) {
   arrows.onscale = (text) => {
     if (text !== scale.textContent) scale.textContent = text;
   };
-  document.getElementById("forces").hidden = !present.length;
 }
 
 // Ticks or unticks a kind of forces.

@@ -1,11 +1,6 @@
 // Where one looks from: presets that frame the whole motion, and a camera that goes with a body.
 
-const DIRECTIONS = {
-  front: [0, -1, 0.16],
-  side: [1, 0, 0.12],
-  top: [0, -0.0001, 1],
-  free: [0.75, -1.25, 0.62],
-};
+import { aim, FIELD, room } from "../sketch/framing.js";
 
 export class Camera {
   constructor(stage, box) {
@@ -15,7 +10,7 @@ export class Camera {
     this.preset = null;
     this.share = 0.9;
     const camera = stage.viewer.camera;
-    camera.fov = 26;
+    camera.fov = FIELD;
     camera.near = 0.02 * stage.size;
     camera.far = 60 * stage.size;
     stage.viewer.controls.addEventListener("start", () => this.chosen(null));
@@ -34,39 +29,20 @@ export class Camera {
     this.chosen(preset);
   }
 
-  // The mechanism stands between the bars of buttons, which take up to half of a low picture.
   leaveRoom() {
-    const { clientWidth: w, clientHeight: h } = this.stage.pane.parentElement;
+    const { w, h, share, shift } = room(this.stage.pane.parentElement);
     if (!w || !h) return;
-    const [above, below] = ["tools", "forces"].map(
-      (id) => 14 + document.getElementById(id).offsetHeight,
-    );
-    const most = Math.min(1, (0.5 * h) / (above + below));
-    this.share = 1 - (most * (above + below)) / h;
-    this.stage.viewer.camera.setViewOffset(w, h, 0, (most * (below - above)) / 2, w, h);
+    this.share = share;
+    this.stage.viewer.camera.setViewOffset(w, h, 0, -shift, w, h);
   }
 
-  // Where to look, and from where: every corner of the box is in the picture, with a margin.
+  // Where to look, and from where.
   aim(preset) {
     const { Vector3 } = this.stage.three;
-    const camera = this.stage.viewer.camera;
-    const toEye = new Vector3(...DIRECTIONS[preset]).normalize();
-    const right = new Vector3(-toEye.y, toEye.x, 0).normalize();
-    if (preset === "top") right.set(1, 0, 0);
-    const up = toEye.clone().cross(right);
-    const tan = Math.tan((camera.fov * Math.PI) / 360);
-    const tanV = 0.94 * tan * this.share;
-    const tanH = 0.84 * tan * Math.max(camera.aspect, 0.2);
-    const center = this.box.getCenter(new Vector3());
-    let distance = 0;
-    for (const x of [this.box.min.x, this.box.max.x])
-      for (const y of [this.box.min.y, this.box.max.y])
-        for (const z of [this.box.min.z, this.box.max.z]) {
-          const d = new Vector3(x, y, z).sub(center);
-          const reach = Math.max(Math.abs(d.dot(right)) / tanH, Math.abs(d.dot(up)) / tanV);
-          distance = Math.max(distance, reach + d.dot(toEye));
-        }
-    return { target: center, eye: center.clone().addScaledVector(toEye, distance) };
+    const { aspect } = this.stage.viewer.camera;
+    const box = { low: this.box.min.toArray(), high: this.box.max.toArray() };
+    const { target, eye } = aim(preset, box, { aspect, share: this.share });
+    return { target: new Vector3(...target), eye: new Vector3(...eye) };
   }
 
   // meshcat's camera lives in axes with y up

@@ -2,9 +2,6 @@
 // goes far: the view widens a little where that is enough, and else travels along; ground and
 // graph paper come with it.
 
-// Of the mechanism's own size: what may be framed at the start, and what is a motion that goes far.
-const SPREAD = 2.5;
-const FAR = 5;
 // Of the first box's size: how wide the view may become, and how far off its middle all is lost.
 const WIDEST = 1.7;
 const LOST = 1.5;
@@ -12,35 +9,6 @@ const LOST = 1.5;
 const RAMP = 0.35;
 const CENTERING = 0.6;
 const CALM = 3;
-
-const sizeOf = (box) => (box.isEmpty() ? 0 : box.min.distanceTo(box.max));
-
-// How large the bodies that move are together. What rests says nothing of how large that is which
-// moves away from it, nor do lines, such as the slides along which it goes.
-function ownSize(stage, rows) {
-  const changes = (i) => rows.some((row) => row[i] !== rows[0][i]);
-  const moves = (b) => [0, 1, 2, 3, 4, 5, 6].some((i) => changes(7 * b + i));
-  return Math.max(...rows.map((row) => sizeOf(stage.boundsOfBodies([row], moves))));
-}
-
-// The box to begin with: all that the first rows sweep, unless that is much larger than the
-// mechanism as it starts.
-export function startBox(stage, rows, layout) {
-  const swept = stage.bounds([rows[0]], layout);
-  const largest = sizeOf(swept);
-  for (const row of rows) {
-    const wider = swept.clone().union(stage.bounds([row], layout));
-    if (sizeOf(wider) > SPREAD * largest) break;
-    swept.copy(wider);
-  }
-  return swept;
-}
-
-// Whether a motion goes so far that the mechanism would be small in a picture of all of it.
-export function travelsFar(stage, rows, layout) {
-  const size = ownSize(stage, rows);
-  return size > 0 && sizeOf(stage.bounds(rows, layout)) > FAR * size;
-}
 
 export class Companion {
   constructor(stage, camera, box, row) {

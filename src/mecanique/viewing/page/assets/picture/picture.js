@@ -2,8 +2,10 @@
 
 import { Arrows } from "./arrows.js";
 import { Camera } from "./camera.js";
-import { Companion, startBox, travelsFar } from "./companion.js";
+import { Companion } from "./companion.js";
 import { exaggerate } from "./exaggeration.js";
+import { frame } from "../sketch/framing.js";
+import { SAMPLES } from "../sketch/sketch.js";
 import { Ghost } from "./ghost.js";
 import { Labels } from "./labels.js";
 import { JointMarks, Lines, Traces } from "./lines.js";
@@ -13,9 +15,7 @@ import { Stage } from "./stage.js";
 const RECENT = 1500;
 // How many points there is room for where the length of the motion can be changed.
 const MOST_POINTS = 7200;
-// How many instants of a motion are looked at to frame it.
-const SAMPLES = 240;
-const FEWER = 120; // while a slider is moved
+const FEWER = 120; // instants looked at while a slider is moved
 
 export class Picture {
   constructor(scene, layout, table, parts, streamed) {
@@ -42,9 +42,8 @@ export class Picture {
   frame(table, layout, streamed, samples = SAMPLES) {
     const { stage, scene } = this;
     const rows = table.sample(samples, scene.bodies.length, layout.end);
-    const far = streamed || (!scene.bounds && travelsFar(stage, rows, layout));
-    if (scene.bounds) return { box: stage.boxFrom(scene.bounds), far };
-    return { box: far ? startBox(stage, rows, layout) : stage.bounds(rows, layout), far };
+    const found = frame(stage.extents, rows, layout, { bounds: scene.bounds, streamed });
+    return { box: stage.boxFrom(found.box), far: found.far };
   }
 
   // Draw the picture anew, even if time stands still.

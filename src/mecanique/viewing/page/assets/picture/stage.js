@@ -54,42 +54,9 @@ export class Stage {
     return box.isEmpty() ? null : box;
   }
 
-  // The box around all that ever moves, from rows of the table.
-  bounds(rows, layout) {
-    const { Vector3 } = this.three;
-    const box = this.boundsOfBodies(rows);
-    for (const row of rows)
-      for (let j = layout.lines; j < layout.series; j += 3)
-        // what a program does not know is not a number
-        if (!Number.isNaN(row[j])) box.expandByPoint(new Vector3(row[j], row[j + 1], row[j + 2]));
-    if (box.isEmpty()) box.set(new Vector3(-0.5, -0.5, -0.5), new Vector3(0.5, 0.5, 0.5));
-    const size = box.getSize(new Vector3());
-    const least = 0.1 * Math.max(size.x, size.y, size.z, 1e-3);
-    const grow = new Vector3(
-      Math.max(0, least - size.x),
-      Math.max(0, least - size.y),
-      Math.max(0, least - size.z),
-    );
-    return box.expandByVector(grow.multiplyScalar(0.5));
-  }
-
-  // The box of the bodies that count, empty if there are none.
-  boundsOfBodies(rows, counts = () => true) {
-    const { Box3, Vector3, Quaternion, Matrix4 } = this.three;
-    const box = new Box3();
-    const one = new Vector3(1, 1, 1);
-    for (const row of rows)
-      this.boxes.forEach((own, b) => {
-        if (!own || !counts(b)) return;
-        const [x, y, z, qx, qy, qz, qw] = row.subarray(7 * b, 7 * b + 7);
-        const pose = new Matrix4().compose(
-          new Vector3(x, y, z),
-          new Quaternion(qx, qy, qz, qw),
-          one,
-        );
-        box.union(own.clone().applyMatrix4(pose));
-      });
-    return box;
+  // The boxes of the bodies in plain numbers.
+  get extents() {
+    return this.boxes.map((box) => box && { low: box.min.toArray(), high: box.max.toArray() });
   }
 
   // Draws shapes that follow the parameters in another size and at another place: size and twelve
@@ -113,7 +80,7 @@ export class Stage {
     this.viewer.set_dirty();
   }
 
-  boxFrom([low, high]) {
+  boxFrom({ low, high }) {
     const { Box3, Vector3 } = this.three;
     return new Box3(new Vector3(...low), new Vector3(...high));
   }
