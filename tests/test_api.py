@@ -20,7 +20,8 @@ HEAVY = (
     "pinocchio",
     "meshcat",
     "rich",
-    "typer",
+    "click",
+    "pydantic",
     "lark",
     "matplotlib",
     "example_robot_data",
@@ -140,7 +141,7 @@ def test_the_version_is_that_of_the_package() -> None:
 
 @pytest.mark.parametrize("module", ["mecanique", "mecanique.cli", "mecanique.textbook"])
 def test_importing_loads_nothing_heavy(module: str) -> None:
-    allowed = {"rich", "typer"} if module == "mecanique.cli" else set()
+    allowed = {"click"} if module == "mecanique.cli" else set()
     heavy = [name for name in HEAVY if name not in allowed]
     run(f"""
         import sys

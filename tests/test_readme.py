@@ -7,8 +7,7 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.main import get_command
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 from mecanique.cli import app
 
@@ -65,7 +64,7 @@ def test_every_command_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_the_table_lists_every_command() -> None:
     shown = set(re.findall(r"^\| `mecanique (\w+)", README, re.MULTILINE))
-    assert shown == set(vars(get_command(app))["commands"])
+    assert shown == set(app.commands)
 
 
 def test_the_named_files_exist() -> None:

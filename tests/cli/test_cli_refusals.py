@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
@@ -11,13 +12,12 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
-from typer.main import get_command
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import mecanique as mq
-from mecanique.cli import app
+from mecanique.cli import app, equations
 
-COMMANDS = sorted(vars(get_command(app))["commands"])
+COMMANDS = sorted(app.commands)
 
 
 @pytest.fixture(autouse=True)
@@ -99,6 +99,7 @@ def test_help_and_version() -> None:
     text = CliRunner().invoke(app, ["--help"]).stdout
     assert all(command in text for command in COMMANDS)
     assert "mecanique run rigid_bar_pendulum" in " ".join(text.split())
+    assert re.findall(r"^  (\w+)  ", text.split("Commands:")[1], re.MULTILINE) == list(app.commands)
     result = CliRunner().invoke(app, ["--version"])
     assert (result.exit_code, result.stdout) == (0, f"mecanique {mq.__version__}\n")
 
@@ -126,6 +127,15 @@ def test_a_file_is_written_into_a_directory_that_exists(tmp_path: Path) -> None:
     words[-1] = tmp_path / "new.urdf"
     assert CliRunner().invoke(app, [str(word) for word in words]).exit_code == 0
     assert {path.name for path in tmp_path.iterdir()} == {*before, "new.urdf"}
+
+
+def test_ctrl_c_before_there_is_a_motion_needs_no_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(equations, "choose", interrupt)
+    result = CliRunner().invoke(app, ["derive", "two_blocks"])
+    assert (result.exit_code, result.output) == (130, "")
 
 
 @pytest.fixture

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from derivation_reading import residual
-from typer.testing import CliRunner
 
 import mecanique as mq
 from mecanique import textbook

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from derivation_reading import residual, value_of_text
-from typer.testing import CliRunner
 
 import mecanique as mq
 from mecanique import textbook

@@ -3,47 +3,45 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
 import mecanique as mq
+from mecanique.cli import options
 from mecanique.cli.printing import inform, say, write_text
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import AsJson, find_file, report_errors
+from mecanique.cli.words import find_file, report_errors
 
-__all__ = ["app"]
-
-app = typer.Typer()
+__all__ = ["inertia"]
 
 
-@app.command(epilog="Example: mecanique inertia arm.urdf --density 2700 --link wrist -o new.urdf")
+@click.command(epilog="Example: mecanique inertia arm.urdf --density 2700 --link wrist -o new.urdf")
+@click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")
+@click.option(
+    "--density",
+    type=float,
+    metavar="NUMBER",
+    help="Density of the bodies [kg/m³], e.g. 2700 for aluminum; each keeps its mass by default.",
+)
+@click.option("--collisions", is_flag=True, help="Take the shapes of <collision>, not <visual>.")
+@click.option(
+    "--link",
+    "links",
+    multiple=True,
+    metavar="NAME",
+    help="With -o: change only this link; repeatable.",
+)
+@click.option("--output", "-o", type=options.PATH, help="Write a copy with the inertias by shape.")
+@options.as_json
 @report_errors
 @reads_files
 def inertia(
-    file: Annotated[
-        str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")
-    ],
-    density: Annotated[
-        float | None,
-        typer.Option(
-            metavar="NUMBER",
-            help="Density of the bodies [kg/m³], e.g. 2700 for aluminum; each keeps its mass by "
-            "default.",
-        ),
-    ] = None,
-    collisions: Annotated[
-        bool, typer.Option("--collisions", help="Take the shapes of <collision>, not <visual>.")
-    ] = False,
-    links: Annotated[
-        list[str] | None,
-        typer.Option("--link", metavar="NAME", help="With -o: change only this link; repeatable."),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        typer.Option("--output", "-o", help="Write a copy with the inertias by shape."),
-    ] = None,
-    as_json: AsJson = False,
+    file: str,
+    density: float | None,
+    collisions: bool,
+    links: tuple[str, ...],
+    output: Path | None,
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -62,5 +60,5 @@ def inertia(
         raise mq.InputError("expected -o FILE with --link: it says what to change in a copy")
     say(found.to_json() if as_json else str(found))
     if output is not None:
-        write_text(output, found.write(links or ()))
+        write_text(output, found.write(links))
         inform(f"Wrote {output}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, final
 
-import typer
+import click
 
 import mecanique as mq
 from mecanique.cli.printing import inform, progress, say, write_text
@@ -54,7 +54,7 @@ class Check:
         return "\n".join([str(self.verdict), *map(str, self.facts)])
 
 
-def textbook_facts(system: str, parameters: Sequence[str] | None, seed: int) -> tuple[FactRow, ...]:
+def textbook_facts(system: str, parameters: Sequence[str], seed: int) -> tuple[FactRow, ...]:
     """Check the facts of a textbook system; there are none of any other.
 
     Args:
@@ -111,7 +111,7 @@ def lint_file(
         for change in find_balances(given) if balance else ():
             inform(f"nearest inertia of a real body, {change}")
         if output is None:
-            typer.echo(text, nl=False)
+            click.echo(text, nl=False)
             return _code(lint(text))
         write_text(output, text)
         findings = lint(output)

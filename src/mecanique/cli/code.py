@@ -4,69 +4,65 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
 
 import mecanique as mq
+from mecanique.cli import options
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import (
-    AsJson,
-    Coordinates,
-    Parameters,
-    Seed,
-    SystemName,
-    Velocities,
-    choose,
-    report_errors,
-    start_of,
+from mecanique.cli.words import choose, report_errors, start_of
+
+__all__ = ["code"]
+
+
+@click.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
+@options.system
+@click.option(
+    "--target",
+    default="c",
+    metavar="LANGUAGE",
+    help="c, javascript, python, jax, casadi or fmu (FMI 3.0).",
 )
-
-__all__ = ["app"]
-
-app = typer.Typer()
-
-
-@app.command(epilog="Example: mecanique code cart_pole --target c --what rhs,energy -o cart")
+@click.option(
+    "--what",
+    default="acceleration,energy",
+    metavar="NAMES",
+    help="Quantities with commas between: rhs, acceleration, mass_matrix, bias, gravity, "
+    "forces, inverse_dynamics, energy, poses, jacobians, reactions; of loops also "
+    "multipliers, closure; derivatives as rhs_by_y, rhs_by_tau, energy_by_p.",
+)
+@click.option(
+    "--output",
+    "-o",
+    type=options.PATH,
+    default=Path(),
+    metavar="DIR",
+    help="Directory to write in.",
+)
+@options.parameters
+@click.option("--numbers", is_flag=True, help="Write parameters as numbers instead of arguments.")
+@click.option("--name", metavar="NAME", help="What functions and files are called after.")
+@click.option("--samples", default=100, metavar="NUMBER", help="Number of states to compare at.")
+@options.seed
+@options.coordinates
+@options.velocities
+@options.as_json
 @report_errors
 @reads_files
 def code(
-    system: SystemName,
-    target: Annotated[
-        str,
-        typer.Option(
-            metavar="LANGUAGE", help="c, javascript, python, jax, casadi or fmu (FMI 3.0)."
-        ),
-    ] = "c",
-    what: Annotated[
-        str,
-        typer.Option(
-            metavar="NAMES",
-            help="Quantities with commas between: rhs, acceleration, mass_matrix, bias, gravity, "
-            "forces, inverse_dynamics, energy, poses, jacobians, reactions; of loops also "
-            "multipliers, closure; derivatives as rhs_by_y, rhs_by_tau, energy_by_p.",
-        ),
-    ] = "acceleration,energy",
-    output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="Directory to write in.")
-    ] = Path(),
-    parameters: Parameters = None,
-    numbers: Annotated[
-        bool,
-        typer.Option("--numbers", help="Write parameters as numbers instead of arguments."),
-    ] = False,
-    name: Annotated[
-        str | None,
-        typer.Option(metavar="NAME", help="What functions and files are called after."),
-    ] = None,
-    samples: Annotated[
-        int, typer.Option(metavar="NUMBER", help="Number of states to compare at.")
-    ] = 100,
-    seed: Seed = 0,
-    q: Coordinates = None,
-    v: Velocities = None,
-    as_json: AsJson = False,
+    system: str,
+    target: str,
+    what: str,
+    output: Path,
+    parameters: tuple[str, ...],
+    numbers: bool,
+    name: str | None,
+    samples: int,
+    seed: int,
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:

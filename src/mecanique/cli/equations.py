@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-import typer
+import click
+from click.exceptions import Exit
 
 import mecanique as mq
+from mecanique.cli import options
 from mecanique.cli.checks import Check, lint_file, survey, textbook_facts
 from mecanique.cli.derivations import (
     as_document,
@@ -19,32 +21,26 @@ from mecanique.cli.derivations import (
 )
 from mecanique.cli.printing import named_progress, say, working
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors, source
+from mecanique.cli.words import choose, report_errors, source
 
-__all__ = ["app"]
-
-app = typer.Typer()
+__all__ = ["book", "derive", "diff", "lint", "list_", "urdf", "verify"]
 
 SAMPLES, SAMPLES_OF_ROBOTS = 100, 50
 """Numbers of random states at which to compare a system, and each robot."""
 
 
-@app.command("list", epilog="Example: mecanique list --tag pendulum")
+@click.command("list", epilog="Example: mecanique list --tag pendulum")
+@click.option("--tag", multiple=True, metavar="TAG", help="Only systems with this tag; repeatable.")
+@options.as_json
 @report_errors
-def list_(
-    tag: Annotated[
-        list[str] | None,
-        typer.Option(metavar="TAG", help="Only systems with this tag; repeatable."),
-    ] = None,
-    as_json: AsJson = False,
-) -> None:
+def list_(tag: tuple[str, ...], as_json: bool) -> None:
     """List the textbook systems with their degrees of freedom N."""
     entries = {name: mq.textbook.entry(name) for name in mq.textbook.names()}
     known = sorted(set().union(*(entry.tags for entry in entries.values())))
-    for word in tag or ():
+    for word in tag:
         if word not in known:
             raise mq.UnknownNameError("tag", word, known)
-    rows = [_row(name) for name, entry in entries.items() if set(tag or ()) <= set(entry.tags)]
+    rows = [_row(name) for name, entry in entries.items() if set(tag) <= set(entry.tags)]
     if as_json:
         say(json.dumps(rows, ensure_ascii=False, indent=2))
         return
@@ -55,57 +51,59 @@ def list_(
         say(f"{columns}  N = {row['N']}  {', '.join(row['tags'])}")
 
 
-@app.command(epilog="Example: mecanique derive two_blocks --method all --steps")
+@click.command(epilog="Example: mecanique derive two_blocks --method all --steps")
+@options.system
+@click.option(
+    "--method",
+    default="lagrange",
+    metavar="METHOD",
+    help="newton_euler, virtual_work, lagrange, or all (in turn, with every step).",
+)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["text", "latex", "mathml"]),
+    default="text",
+    help="Output format.",
+)
+@click.option("--steps", is_flag=True, help="Show every step of the derivation.")
+@click.option("--units", is_flag=True, help="Show the unit that each line's terms have, in text.")
+@click.option("--document", is_flag=True, help="Print a complete LaTeX file, with every step.")
+@click.option(
+    "--routh",
+    is_flag=True,
+    help="Reduce the equations by the momenta of the cyclic coordinates (Routh), and "
+    "compare them with the full ones.",
+)
+@click.option(
+    "--in",
+    "alone",
+    metavar="COORDINATE",
+    help="Reduce a mechanism whose loops leave one motion free to one equation in this "
+    "coordinate, by kinematic coefficients.",
+)
+@options.parameters
 @report_errors
 @reads_files
 def derive(
-    system: SystemName,
-    method: Annotated[
-        str,
-        typer.Option(
-            metavar="METHOD",
-            help="newton_euler, virtual_work, lagrange, or all (in turn, with every step).",
-        ),
-    ] = "lagrange",
-    form: Annotated[
-        Literal["text", "latex", "mathml"], typer.Option("--format", help="Output format.")
-    ] = "text",
-    steps: Annotated[
-        bool, typer.Option("--steps", help="Show every step of the derivation.")
-    ] = False,
-    units: Annotated[
-        bool, typer.Option("--units", help="Show the unit that each line's terms have, in text.")
-    ] = False,
-    document: Annotated[
-        bool, typer.Option("--document", help="Print a complete LaTeX file, with every step.")
-    ] = False,
-    routh: Annotated[
-        bool,
-        typer.Option(
-            "--routh",
-            help="Reduce the equations by the momenta of the cyclic coordinates (Routh), and "
-            "compare them with the full ones.",
-        ),
-    ] = False,
-    alone: Annotated[
-        str | None,
-        typer.Option(
-            "--in",
-            metavar="COORDINATE",
-            help="Reduce a mechanism whose loops leave one motion free to one equation in this "
-            "coordinate, by kinematic coefficients.",
-        ),
-    ] = None,
-    parameters: Parameters = None,
+    system: str,
+    method: str,
+    form: Literal["text", "latex", "mathml"],
+    steps: bool,
+    units: bool,
+    document: bool,
+    routh: bool,
+    alone: str | None,
+    parameters: tuple[str, ...],
     *,
     reading: Reading,
 ) -> None:
     """Print what a system is, what its letters mean, and its equations of motion."""
     if units and (form != "text" or steps or document or method == "all"):
-        raise typer.BadParameter("expected --units without --steps, --format and --method all")
+        raise click.BadParameter("expected --units without --steps, --format and --method all")
     reduced = routh or alone is not None
     if reduced and (units or method != "lagrange" or (routh and alone is not None)):
-        raise typer.BadParameter("expected one of --routh, --in, --units, --method")
+        raise click.BadParameter("expected one of --routh, --in, --units, --method")
     chosen = choose(system, parameters, reading)
     form, steps = ("latex" if document else form), steps or document
     with working("Deriving the equations of motion"):
@@ -120,9 +118,10 @@ def derive(
     say(as_document([text]) if document else text)
 
 
-@app.command(epilog="Example: mecanique book --json")
+@click.command(epilog="Example: mecanique book --json")
+@options.as_json
 @report_errors
-def book(as_json: AsJson = False) -> None:
+def book(as_json: bool) -> None:
     """Check the catalogue's first chapter: its equations, and what its sentences state.
 
     What is not checked is said. The exit code is 1 if an equation or a sentence is in error and
@@ -135,61 +134,63 @@ def book(as_json: AsJson = False) -> None:
         rows = register()
     say(printed.as_json(rows) if as_json else printed.as_text(rows))
     if not all(row.sound for row in rows):
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
-@app.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
+@click.command(epilog="Example: mecanique verify cart_pole --samples 1000 --json")
+@click.argument(
+    "system",
+    required=False,
+    metavar="[SYSTEM]",
+    help="A textbook system, a URDF file or a robot's name.",
+)
+@click.option(
+    "--samples",
+    type=int,
+    metavar="NUMBER",
+    help="Number of random states at which to compare; 100, or 50 for --robots, and fewer "
+    "of one SYSTEM with more than 60 velocities.",
+)
+@options.seed
+@options.parameters
+@click.option(
+    "--against",
+    metavar="OTHER",
+    help="Compare with this instead of Pinocchio: another SYSTEM, FILE.csv (samples), or "
+    "a program, which is run: FILE.py (functions M, C, g …), FILE.fmu, or FILE.so.",
+)
+@click.option(
+    "--header", type=options.PATH, metavar="FILE.h", help="The C header of --against FILE.so."
+)
+@click.option(
+    "--tolerance",
+    type=float,
+    metavar="NUMBER",
+    help="Largest relative difference that is accepted; 1e-9 by default.",
+)
+@click.option(
+    "--engines",
+    default="pinocchio",
+    metavar="NAMES",
+    help="Engines that read the file itself, with commas: pinocchio, mujoco, drake.",
+)
+@click.option("--all", "every", is_flag=True, help="Verify every textbook system.")
+@click.option("--robots", is_flag=True, help="Verify every robot of example-robot-data.")
+@options.as_json
 @report_errors
 @reads_files
 def verify(
-    system: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="[SYSTEM]",
-            help="A textbook system, a URDF file or a robot's name.",
-            show_default=False,
-        ),
-    ] = None,
-    samples: Annotated[
-        int | None,
-        typer.Option(
-            metavar="NUMBER",
-            help="Number of random states at which to compare; 100, or 50 for --robots, and fewer "
-            "of one SYSTEM with more than 60 velocities.",
-        ),
-    ] = None,
-    seed: Seed = 0,
-    parameters: Parameters = None,
-    against: Annotated[
-        str | None,
-        typer.Option(
-            metavar="OTHER",
-            help="Compare with this instead of Pinocchio: another SYSTEM, FILE.csv (samples), or "
-            "a program, which is run: FILE.py (functions M, C, g …), FILE.fmu, or FILE.so.",
-        ),
-    ] = None,
-    header: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE.h", help="The C header of --against FILE.so."),
-    ] = None,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(
-            metavar="NUMBER", help="Largest relative difference that is accepted; 1e-9 by default."
-        ),
-    ] = None,
-    engines: Annotated[
-        str,
-        typer.Option(
-            metavar="NAMES",
-            help="Engines that read the file itself, with commas: pinocchio, mujoco, drake.",
-        ),
-    ] = "pinocchio",
-    every: Annotated[bool, typer.Option("--all", help="Verify every textbook system.")] = False,
-    robots: Annotated[
-        bool, typer.Option("--robots", help="Verify every robot of example-robot-data.")
-    ] = False,
-    as_json: AsJson = False,
+    system: str | None,
+    samples: int | None,
+    seed: int,
+    parameters: tuple[str, ...],
+    against: str | None,
+    header: Path | None,
+    tolerance: float | None,
+    engines: str,
+    every: bool,
+    robots: bool,
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -200,18 +201,18 @@ def verify(
     from mecanique.reference.engine.package import engine_name
 
     if against is not None and system is None:
-        raise typer.BadParameter("expected a SYSTEM with --against")
+        raise click.BadParameter("expected a SYSTEM with --against")
     if header is not None and against is None:
-        raise typer.BadParameter("expected --against with --header")
+        raise click.BadParameter("expected --against with --header")
     if (system is not None) + every + robots != 1:
-        raise typer.BadParameter("expected one of: a SYSTEM, --all, --robots")
+        raise click.BadParameter("expected one of: a SYSTEM, --all, --robots")
     if system is None and tolerance is not None:
-        raise typer.BadParameter("expected a SYSTEM with --tolerance")
+        raise click.BadParameter("expected a SYSTEM with --tolerance")
     if system is None:
         usual = SAMPLES_OF_ROBOTS if robots else SAMPLES
         surveyed = survey(usual if samples is None else samples, seed, robots=robots)
         say(surveyed.to_json() if as_json else str(surveyed))
-        raise typer.Exit(0 if surveyed.agrees else 1)
+        raise Exit(0 if surveyed.agrees else 1)
     chosen = choose(system, parameters, reading)
     other = None if against is None else source(against, reading)
     with named_progress(f"Comparing with {against or engine_name()}") as advance:
@@ -229,45 +230,42 @@ def verify(
     check = Check(verdict, facts)
     say(check.to_json() if as_json else str(check))
     if not check.right:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
-@app.command(epilog="Example: mecanique lint panda --json")
+@click.command(epilog="Example: mecanique lint panda --json")
+@click.argument("file", metavar="FILE", help="A URDF file, or the name of a robot.")
+@options.as_json
+@click.option("--sarif", "as_sarif", is_flag=True, help="Print SARIF, for editors and code hosts.")
+@click.option("--fix", is_flag=True, help="Write a copy with every safe repair made.")
+@click.option(
+    "--balance",
+    is_flag=True,
+    help="With --fix: give each inertia that no real body has the nearest one that a body "
+    "can have, and say what changed.",
+)
+@click.option(
+    "--output",
+    "-o",
+    type=options.PATH,
+    help="Where to write the repaired copy; printed by default.",
+)
+@click.option(
+    "--meshes",
+    is_flag=True,
+    help="Read mesh files, too, for centers of mass outside of them and impossible "
+    "densities (extra 'mesh').",
+)
 @report_errors
 @reads_files
 def lint(
-    file: Annotated[
-        str, typer.Argument(metavar="FILE", help="A URDF file, or the name of a robot.")
-    ],
-    as_json: AsJson = False,
-    as_sarif: Annotated[
-        bool, typer.Option("--sarif", help="Print SARIF, for editors and code hosts.")
-    ] = False,
-    fix: Annotated[
-        bool, typer.Option("--fix", help="Write a copy with every safe repair made.")
-    ] = False,
-    balance: Annotated[
-        bool,
-        typer.Option(
-            "--balance",
-            help="With --fix: give each inertia that no real body has the nearest one that a body "
-            "can have, and say what changed.",
-        ),
-    ] = False,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="Where to write the repaired copy; printed by default."
-        ),
-    ] = None,
-    meshes: Annotated[
-        bool,
-        typer.Option(
-            "--meshes",
-            help="Read mesh files, too, for centers of mass outside of them and impossible "
-            "densities (extra 'mesh').",
-        ),
-    ] = False,
+    file: str,
+    as_json: bool,
+    as_sarif: bool,
+    fix: bool,
+    balance: bool,
+    output: Path | None,
+    meshes: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -279,45 +277,39 @@ def lint(
     if as_json or as_sarif:
         form = "json" if as_json else "sarif"
     code = lint_file(file, form, reading, fix=fix, output=output, balance=balance, meshes=meshes)
-    raise typer.Exit(code)
+    raise Exit(code)
 
 
-@app.command(epilog="Example: mecanique diff old.urdf new.urdf")
+@click.command(epilog="Example: mecanique diff old.urdf new.urdf")
+@click.argument("first", metavar="A", help="A URDF file, robot or system.")
+@click.argument("second", metavar="B", help="The other.")
+@options.as_json
 @report_errors
 @reads_files
-def diff(
-    first: Annotated[str, typer.Argument(metavar="A", help="A URDF file, robot or system.")],
-    second: Annotated[str, typer.Argument(metavar="B", help="The other.")],
-    as_json: AsJson = False,
-    *,
-    reading: Reading,
-) -> None:
+def diff(first: str, second: str, as_json: bool, *, reading: Reading) -> None:
     """List what differs between two descriptions, by its weight in the dynamics.
 
     The exit code is 1 if anything differs.
     """
-    found = mq.diff(*(choose(word, None, reading).mechanism for word in (first, second)))
+    found = mq.diff(*(choose(word, (), reading).mechanism for word in (first, second)))
     say(found.to_json() if as_json else str(found))
     if not found.same:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
-@app.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
+@click.command(epilog="Example: mecanique urdf two_blocks -o two_blocks.urdf")
+@options.system
+@click.option("--output", "-o", type=options.PATH, help="Write to this file instead of printing.")
+@options.parameters
 @report_errors
 @reads_files
 def urdf(
-    system: SystemName,
-    output: Annotated[
-        Path | None, typer.Option("--output", "-o", help="Write to this file instead of printing.")
-    ] = None,
-    parameters: Parameters = None,
-    *,
-    reading: Reading,
+    system: str, output: Path | None, parameters: tuple[str, ...], *, reading: Reading
 ) -> None:
     """Write a system as URDF."""
     mechanism = choose(system, parameters, reading).mechanism
     if output is None:
-        typer.echo(mq.write_urdf(mechanism), nl=False)
+        click.echo(mq.write_urdf(mechanism), nl=False)
     else:
         mq.write_urdf(mechanism, output)
         say(f"Wrote {output}")

@@ -4,49 +4,53 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
+from click.exceptions import Exit
 
 import mecanique as mq
+from mecanique.cli import options
 from mecanique.cli.printing import progress, say, working, write_text
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import AsJson, Parameters, Seed, SystemName, choose, report_errors
+from mecanique.cli.words import choose, report_errors
 
-__all__ = ["app"]
-
-app = typer.Typer()
+__all__ = ["agents", "check", "exercise", "grade"]
 
 
-@app.command(epilog="Example: mecanique check rigid_bar_pendulum \"q'' + 3 g/(2 l) sin q = 0\"")
+@click.command(epilog="Example: mecanique check rigid_bar_pendulum \"q'' + 3 g/(2 l) sin q = 0\"")
+@options.system
+@click.argument(
+    "formulas",
+    nargs=-1,
+    required=True,
+    metavar="FORMULA…",
+    help="Equations in plain text, LaTeX, SymPy's text or MathML; the path of a file with "
+    "one a line; or - to read them from standard input.",
+)
+@click.option(
+    "--ask",
+    default="equation of motion",
+    metavar="WORDS",
+    help="What it is meant to be: equation of motion, kinetic energy, potential energy, "
+    "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
+    "equilibrium, equilibrium of BODY (cut free) or reaction.",
+)
+@click.option(
+    "--let", multiple=True, metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'
+)
+@options.parameters
+@options.seed
+@options.as_json
 @report_errors
 @reads_files
 def check(
-    system: SystemName,
-    formulas: Annotated[
-        list[str],
-        typer.Argument(
-            metavar="FORMULA…",
-            help="Equations in plain text, LaTeX, SymPy's text or MathML; the path of a file with "
-            "one a line; or - to read them from standard input.",
-        ),
-    ],
-    ask: Annotated[
-        str,
-        typer.Option(
-            metavar="WORDS",
-            help="What it is meant to be: equation of motion, kinetic energy, potential energy, "
-            "Lagrangian, energy, mass matrix, momentum of q, conserved quantity, frequency, "
-            "equilibrium, equilibrium of BODY (cut free) or reaction.",
-        ),
-    ] = "equation of motion",
-    let: Annotated[
-        list[str] | None,
-        typer.Option(metavar="LETTER=FORMULA", help='Define a letter: --let "J = m l^2/3"'),
-    ] = None,
-    parameters: Parameters = None,
-    seed: Seed = 0,
-    as_json: AsJson = False,
+    system: str,
+    formulas: tuple[str, ...],
+    ask: str,
+    let: tuple[str, ...],
+    parameters: tuple[str, ...],
+    seed: int,
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -56,29 +60,25 @@ def check(
     """
     mechanism = choose(system, parameters, reading).mechanism
     text = "\n".join(map(_read, formulas))
-    found = mq.check(mechanism, text, ask, let or (), seed)
+    found = mq.check(mechanism, text, ask, let, seed)
     say(found.to_json() if as_json else str(found))
     if not found.right:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
-@app.command(epilog="Example: mecanique grade sheet.toml answers --csv marks.csv")
+@click.command(epilog="Example: mecanique grade sheet.toml answers --csv marks.csv")
+@click.argument(
+    "sheet", type=options.PATH, metavar="SHEET", help="A TOML or JSON file of questions."
+)
+@click.argument(
+    "answers",
+    type=options.PATH,
+    metavar="ANSWERS",
+    help="A folder with a folder (1a.txt, 1b.tex …) or a .toml for each student.",
+)
+@click.option("--csv", type=options.PATH, metavar="FILE", help="Write the marks to this file.")
 @report_errors
-def grade(
-    sheet: Annotated[
-        Path, typer.Argument(metavar="SHEET", help="A TOML or JSON file of questions.")
-    ],
-    answers: Annotated[
-        Path,
-        typer.Argument(
-            metavar="ANSWERS",
-            help="A folder with a folder (1a.txt, 1b.tex …) or a .toml for each student.",
-        ),
-    ],
-    csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="FILE", help="Write the marks to this file.")
-    ] = None,
-) -> None:
+def grade(sheet: Path, answers: Path, csv: Path | None) -> None:
     """Grade answers to a sheet, with partial credit and reasons."""
     from mecanique.teaching import grade as grade_sheet
 
@@ -91,29 +91,25 @@ def grade(
         say(f"Wrote {csv}")
 
 
-@app.command(epilog='Example: mecanique exercise cart_pole --seed 7 --ask "equation of motion"')
+@click.command(epilog='Example: mecanique exercise cart_pole --seed 7 --ask "equation of motion"')
+@click.argument("system", metavar="SYSTEM", help="A textbook system.")
+@click.option(
+    "--ask",
+    default="equation of motion",
+    metavar="WORDS",
+    help="equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix "
+    "or frequency.",
+)
+@options.seed
+@click.option(
+    "--output",
+    "-o",
+    type=options.PATH,
+    metavar="DIR",
+    help="Write problem.md, figure.svg and solution.md there; printed by default.",
+)
 @report_errors
-def exercise(
-    system: Annotated[str, typer.Argument(metavar="SYSTEM", help="A textbook system.")],
-    ask: Annotated[
-        str,
-        typer.Option(
-            metavar="WORDS",
-            help="equation of motion, kinetic energy, potential energy, Lagrangian, mass matrix "
-            "or frequency.",
-        ),
-    ] = "equation of motion",
-    seed: Seed = 0,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="DIR",
-            help="Write problem.md, figure.svg and solution.md there; printed by default.",
-        ),
-    ] = None,
-) -> None:
+def exercise(system: str, ask: str, seed: int, output: Path | None) -> None:
     """Make an exercise: a problem with figure and numbers, and its verified solution."""
     from mecanique.teaching import make_exercise
 
@@ -123,7 +119,9 @@ def exercise(
     say("\n".join(f"Wrote {path}" for path in paths) or f"{made.problem}\n{made.solution}")
 
 
-@app.command(epilog="Example: mecanique agents, as the command of a server in a client's settings")
+@click.command(
+    epilog="Example: mecanique agents, as the command of a server in a client's settings"
+)
 @report_errors
 def agents() -> None:
     """Serve agents by the Model Context Protocol over standard input and output."""

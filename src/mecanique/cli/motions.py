@@ -6,60 +6,53 @@ import json
 import math
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
-import typer
+import click
 
 import mecanique as mq
+from mecanique.cli import options
 from mecanique.cli.printing import say, working
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import (
-    AsJson,
-    Coordinates,
-    Duration,
-    Parameters,
-    SystemName,
-    Tolerance,
-    Velocities,
-    choose,
-    numbers,
-    report_errors,
-    simulate_motion,
-)
+from mecanique.cli.words import choose, numbers, report_errors, simulate_motion
 
-__all__ = ["app"]
-
-app = typer.Typer()
+__all__ = ["inertial", "linearize", "simulate", "steady"]
 
 _MOST_SPEEDS = 1000
 
 
-@app.command(
+@click.command(
     epilog="Example: mecanique simulate cart_pole -q q=0.5 -v q=1 --duration 5 --csv cart.csv"
 )
+@options.system
+@options.parameters
+@options.coordinates
+@options.velocities
+@options.duration
+@options.tolerance
+@click.option(
+    "--limits",
+    metavar="stop|NUMBER",
+    help="Stop where a joint reaches its limit, or bounce with this restitution.",
+)
+@click.option("--csv", type=options.PATH, metavar="FILE", help="Write t, q, v, a as CSV.")
+@click.option(
+    "--npz", type=options.PATH, metavar="FILE", help="Save the motion for Motion.load in Python."
+)
+@options.as_json
 @report_errors
 @reads_files
 def simulate(
-    system: SystemName,
-    parameters: Parameters = None,
-    q: Coordinates = None,
-    v: Velocities = None,
-    duration: Duration = None,
-    rtol: Tolerance = 1e-10,
-    limits: Annotated[
-        str | None,
-        typer.Option(
-            metavar="stop|NUMBER",
-            help="Stop where a joint reaches its limit, or bounce with this restitution.",
-        ),
-    ] = None,
-    csv: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write t, q, v, a as CSV.")
-    ] = None,
-    npz: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Save the motion for Motion.load in Python.")
-    ] = None,
-    as_json: AsJson = False,
+    system: str,
+    parameters: tuple[str, ...],
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    duration: float | None,
+    rtol: float,
+    limits: str | None,
+    csv: Path | None,
+    npz: Path | None,
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -79,46 +72,50 @@ def simulate(
     )
 
 
-@app.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
+@click.command(epilog="Example: mecanique linearize two_blocks --compare --page mode.html --mode 2")
+@options.system
+@options.parameters
+@click.option(
+    "--at",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Near this position, in rad or m: --at theta=3",
+)
+@click.option(
+    "--mode",
+    type=int,
+    metavar="NUMBER",
+    help="Mode for --compare and --page, 1 the slowest; by default the first to oscillate.",
+)
+@click.option(
+    "--amplitude",
+    type=float,
+    metavar="NUMBER",
+    help="Largest component of the mode in --compare and --page [rad or m].",
+)
+@click.option("--compare", is_flag=True, help="Compare the mode with the exact motion.")
+@click.option(
+    "--page", type=options.PATH, metavar="FILE", help="Write the mode as an offline page."
+)
+@click.option(
+    "--force",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Print the frequency response to this harmonic force as CSV.",
+)
+@options.as_json
 @report_errors
 @reads_files
 def linearize(
-    system: SystemName,
-    parameters: Parameters = None,
-    at: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--at", metavar="NAME=VALUE", help="Near this position, in rad or m: --at theta=3"
-        ),
-    ] = None,
-    mode: Annotated[
-        int | None,
-        typer.Option(
-            metavar="NUMBER",
-            help="Mode for --compare and --page, 1 the slowest; by default the first to oscillate.",
-        ),
-    ] = None,
-    amplitude: Annotated[
-        float | None,
-        typer.Option(
-            metavar="NUMBER",
-            help="Largest component of the mode in --compare and --page [rad or m].",
-        ),
-    ] = None,
-    compare: Annotated[
-        bool, typer.Option("--compare", help="Compare the mode with the exact motion.")
-    ] = False,
-    page: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the mode as an offline page.")
-    ] = None,
-    force: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME=VALUE",
-            help="Print the frequency response to this harmonic force as CSV.",
-        ),
-    ] = None,
-    as_json: AsJson = False,
+    system: str,
+    parameters: tuple[str, ...],
+    at: tuple[str, ...],
+    mode: int | None,
+    amplitude: float | None,
+    compare: bool,
+    page: Path | None,
+    force: tuple[str, ...],
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -145,37 +142,41 @@ def linearize(
         say(f"\nWrote {page}")
 
 
-@app.command(epilog="Example: mecanique steady whipple_bicycle --at z=0.3 -v x=1 --speeds 0:10:11")
+@click.command(
+    epilog="Example: mecanique steady whipple_bicycle --at z=0.3 -v x=1 --speeds 0:10:11"
+)
+@options.system
+@options.parameters
+@click.option("--at", multiple=True, metavar="NAME=VALUE", help="Position, in rad or m: --at z=0.3")
+@options.velocities
+@click.option(
+    "--speeds", metavar="FROM:TO:COUNT", help="A table over so many multiples of the velocities."
+)
+@click.option(
+    "--by", multiple=True, metavar="NAME", help="A coordinate to be independent; repeatable."
+)
+@click.option(
+    "--expand",
+    multiple=True,
+    metavar="NAME",
+    help="M, C, K of it as functions of the speed; repeatable.",
+)
+@click.option(
+    "--plot", type=options.PATH, metavar="FILE", help="Draw the table, as SVG, PDF or PNG."
+)
+@options.as_json
 @report_errors
 @reads_files
 def steady(
-    system: SystemName,
-    parameters: Parameters = None,
-    at: Annotated[
-        list[str] | None,
-        typer.Option("--at", metavar="NAME=VALUE", help="Position, in rad or m: --at z=0.3"),
-    ] = None,
-    v: Velocities = None,
-    speeds: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FROM:TO:COUNT", help="A table over so many multiples of the velocities."
-        ),
-    ] = None,
-    by: Annotated[
-        list[str] | None,
-        typer.Option("--by", metavar="NAME", help="A coordinate to be independent; repeatable."),
-    ] = None,
-    expand: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--expand", metavar="NAME", help="M, C, K of it as functions of the speed; repeatable."
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the table, as SVG, PDF or PNG.")
-    ] = None,
-    as_json: AsJson = False,
+    system: str,
+    parameters: tuple[str, ...],
+    at: tuple[str, ...],
+    v: tuple[str, ...],
+    speeds: str | None,
+    by: tuple[str, ...],
+    expand: tuple[str, ...],
+    plot: Path | None,
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -188,17 +189,17 @@ def steady(
     mechanism = choose(system, parameters, reading).mechanism
     place, moving = numbers(at, "--at"), numbers(v, "-v")
     if expand:
-        matrices = mq.expand_in_speed(mechanism, place, moving, expand, by=by or ())
+        matrices = mq.expand_in_speed(mechanism, place, moving, expand, by=by)
         say(matrix_figures(matrices) if as_json else str(matrices))
         if speeds is None:
             return
     if speeds is None:
         if plot is not None:
-            raise typer.BadParameter("expected --speeds with --plot")
-        say(exponents(mq.linearize_steady(mechanism, place, moving, by=by or ()), as_json=as_json))
+            raise click.BadParameter("expected --speeds with --plot")
+        say(exponents(mq.linearize_steady(mechanism, place, moving, by=by), as_json=as_json))
         return
     with working("Linearizing about each speed"):
-        table = mq.sweep_speeds(mechanism, place, moving, _range(speeds), by=by or ())
+        table = mq.sweep_speeds(mechanism, place, moving, _range(speeds), by=by)
     say(speed_figures(table) if as_json else str(table))
     if plot is not None:
         table.plot().savefig(plot)
@@ -211,31 +212,45 @@ def _range(text: str) -> list[float]:
         first, last, count = text.split(":")
         start, stop, steps = float(first), float(last), int(count)
     except ValueError:
-        raise typer.BadParameter(f"expected --speeds FROM:TO:COUNT, got {text!r}") from None
+        raise click.BadParameter(f"expected --speeds FROM:TO:COUNT, got {text!r}") from None
     if not 2 <= steps <= _MOST_SPEEDS or not start < stop:
-        raise typer.BadParameter(
+        raise click.BadParameter(
             f"expected --speeds with FROM below TO and 2 to {_MOST_SPEEDS} of them, got {text!r}"
         )
     return [start + (stop - start) * k / (steps - 1) for k in range(steps)]
 
 
-@app.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
+@click.command(epilog="Example: mecanique inertial rigid_bar_pendulum --latitude 48")
+@options.system
+@click.option(
+    "--latitude",
+    required=True,
+    type=float,
+    metavar="DEGREES",
+    help="Latitude, positive in the north.",
+)
+@click.option(
+    "--facing",
+    type=click.Choice(["south", "east", "north", "west"]),
+    default="south",
+    help="Direction of the x axis; z points up.",
+)
+@options.parameters
+@options.coordinates
+@options.velocities
+@options.duration
+@options.as_json
 @report_errors
 @reads_files
 def inertial(
-    system: SystemName,
-    latitude: Annotated[
-        float, typer.Option(metavar="DEGREES", help="Latitude, positive in the north.")
-    ],
-    facing: Annotated[
-        Literal["south", "east", "north", "west"],
-        typer.Option(help="Direction of the x axis; z points up."),
-    ] = "south",
-    parameters: Parameters = None,
-    q: Coordinates = None,
-    v: Velocities = None,
-    duration: Duration = None,
-    as_json: AsJson = False,
+    system: str,
+    latitude: float,
+    facing: Literal["south", "east", "north", "west"],
+    parameters: tuple[str, ...],
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    duration: float | None,
+    as_json: bool,
     *,
     reading: Reading,
 ) -> None:

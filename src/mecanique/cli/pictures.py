@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
 
-import typer
+import click
+from click.exceptions import Exit
 
 import mecanique as mq
+from mecanique.cli import options
 from mecanique.cli.printing import (
     complain,
     heading,
@@ -18,45 +19,34 @@ from mecanique.cli.printing import (
     working,
 )
 from mecanique.cli.reading import Reading, reads_files
-from mecanique.cli.words import (
-    Coordinates,
-    Duration,
-    Parameters,
-    Samples,
-    Seed,
-    SystemName,
-    Tolerance,
-    Velocities,
-    choose,
-    find_file,
-    report_errors,
-    simulate_motion,
-    start_of,
-)
+from mecanique.cli.words import choose, find_file, report_errors, simulate_motion, start_of
 from mecanique.wording import say_count
 
-Page = Annotated[
-    Path | None, typer.Option("--output", "-o", help="The page to write; ./SYSTEM.html by default.")
-]
-
-__all__ = ["app"]
-
-app = typer.Typer()
+__all__ = ["export", "gallery", "picture", "run", "view"]
 
 
-@app.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
+@click.command(epilog="Example: mecanique run rigid_bar_pendulum -p l=2 -q q=1")
+@options.system
+@options.parameters
+@options.coordinates
+@options.velocities
+@options.duration
+@options.samples
+@options.seed
+@options.tolerance
+@options.page
 @report_errors
 @reads_files
 def run(
-    system: SystemName,
-    parameters: Parameters = None,
-    q: Coordinates = None,
-    v: Velocities = None,
-    duration: Duration = None,
-    samples: Samples = None,
-    seed: Seed = 0,
-    rtol: Tolerance = 1e-10,
-    output: Page = None,
+    system: str,
+    parameters: tuple[str, ...],
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    duration: float | None,
+    samples: int | None,
+    seed: int,
+    rtol: float,
+    output: Path | None,
     *,
     reading: Reading,
 ) -> None:
@@ -88,20 +78,27 @@ def run(
     say("")
     say(f"Wrote {path}: open it in a browser, no network needed.")
     if not verdict.agrees:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
-@app.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
+@click.command(epilog="Example: mecanique export double_pendulum -o chaos.html --duration 20")
+@options.system
+@options.page
+@options.parameters
+@options.coordinates
+@options.velocities
+@options.duration
+@options.tolerance
 @report_errors
 @reads_files
 def export(
-    system: SystemName,
-    output: Page = None,
-    parameters: Parameters = None,
-    q: Coordinates = None,
-    v: Velocities = None,
-    duration: Duration = None,
-    rtol: Tolerance = 1e-10,
+    system: str,
+    output: Path | None,
+    parameters: tuple[str, ...],
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    duration: float | None,
+    rtol: float,
     *,
     reading: Reading,
 ) -> None:
@@ -114,43 +111,49 @@ def export(
     say(f"Wrote {path}")
 
 
-@app.command(epilog="Example: mecanique view panda")
+@click.command(epilog="Example: mecanique view panda")
+@options.system
+@options.parameters
+@options.coordinates
+@options.velocities
+@click.option(
+    "--duration", type=float, metavar="SECONDS", help="How long to simulate; forever by default."
+)
+@options.tolerance
+@click.option(
+    "--speed",
+    type=float,
+    metavar="NUMBER",
+    help="Simulated seconds per second; 1 by default, less for very short motions.",
+)
+@click.option(
+    "--port", default=0, metavar="NUMBER", help="Port on this machine; 0 for any free one."
+)
+@click.option(
+    "--browser/--no-browser",
+    "open_browser",
+    default=True,
+    help="Open the page in a browser, or only print its address.",
+)
+@click.option(
+    "--move",
+    is_flag=True,
+    help="Simulate a file or robot, too; by default, and without -v, --duration and "
+    "--speed, it is shown at rest with its findings and a slider for each joint.",
+)
 @report_errors
 @reads_files
 def view(
-    system: SystemName,
-    parameters: Parameters = None,
-    q: Coordinates = None,
-    v: Velocities = None,
-    duration: Annotated[
-        float | None,
-        typer.Option(metavar="SECONDS", help="How long to simulate; forever by default."),
-    ] = None,
-    rtol: Tolerance = 1e-10,
-    speed: Annotated[
-        float | None,
-        typer.Option(
-            metavar="NUMBER",
-            help="Simulated seconds per second; 1 by default, less for very short motions.",
-        ),
-    ] = None,
-    port: Annotated[
-        int, typer.Option(metavar="NUMBER", help="Port on this machine; 0 for any free one.")
-    ] = 0,
-    open_browser: Annotated[
-        bool,
-        typer.Option(
-            "--browser/--no-browser", help="Open the page in a browser, or only print its address."
-        ),
-    ] = True,
-    move: Annotated[
-        bool,
-        typer.Option(
-            "--move",
-            help="Simulate a file or robot, too; by default, and without -v, --duration and "
-            "--speed, it is shown at rest with its findings and a slider for each joint.",
-        ),
-    ] = False,
+    system: str,
+    parameters: tuple[str, ...],
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    duration: float | None,
+    rtol: float,
+    speed: float | None,
+    port: int,
+    open_browser: bool,
+    move: bool,
     *,
     reading: Reading,
 ) -> None:
@@ -182,37 +185,35 @@ def view(
     )
 
 
-@app.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
+@click.command(epilog="Example: mecanique picture cart_pole -o cart_pole.svg --free-body cart")
+@options.system
+@click.option(
+    "--output",
+    "-o",
+    type=options.PATH,
+    help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default.",
+)
+@click.option("--time", type=float, metavar="SECONDS", help="Draw this instant of the motion.")
+@click.option("--free-body", metavar="BODY", help="Draw this body cut free, with all forces on it.")
+@click.option("--resultants", is_flag=True, help="Draw each reaction on it as one arrow.")
+@click.option("--numbers", is_flag=True, help="Write the values of the forces on it.")
+@options.parameters
+@options.coordinates
+@options.velocities
+@options.tolerance
 @report_errors
 @reads_files
 def picture(
-    system: SystemName,
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", help="The file: .svg, .png or .pdf; ./SYSTEM.svg by default."
-        ),
-    ] = None,
-    time: Annotated[
-        float | None,
-        typer.Option("--time", metavar="SECONDS", help="Draw this instant of the motion."),
-    ] = None,
-    free_body: Annotated[
-        str | None,
-        typer.Option(
-            "--free-body", metavar="BODY", help="Draw this body cut free, with all forces on it."
-        ),
-    ] = None,
-    resultants: Annotated[
-        bool, typer.Option("--resultants", help="Draw each reaction on it as one arrow.")
-    ] = False,
-    numbers: Annotated[
-        bool, typer.Option("--numbers", help="Write the values of the forces on it.")
-    ] = False,
-    parameters: Parameters = None,
-    q: Coordinates = None,
-    v: Velocities = None,
-    rtol: Tolerance = 1e-10,
+    system: str,
+    output: Path | None,
+    time: float | None,
+    free_body: str | None,
+    resultants: bool,
+    numbers: bool,
+    parameters: tuple[str, ...],
+    q: tuple[str, ...],
+    v: tuple[str, ...],
+    rtol: float,
     *,
     reading: Reading,
 ) -> None:
@@ -229,34 +230,37 @@ def picture(
     say(f"Wrote {path}")
 
 
-@app.command(epilog="Example: mecanique gallery pages")
+@click.command(epilog="Example: mecanique gallery pages")
+@click.argument(
+    "directory",
+    type=options.PATH,
+    metavar="DIR",
+    help="Directory for the pages; created if needed.",
+)
+@click.option(
+    "--only", "systems", multiple=True, metavar="SYSTEM", help="Only this system; repeatable."
+)
+@options.duration
+@click.option(
+    "--pictures", "only_pictures", is_flag=True, help="Write only the pictures, as SVG files."
+)
 @report_errors
 def gallery(
-    directory: Annotated[
-        Path, typer.Argument(metavar="DIR", help="Directory for the pages; created if needed.")
-    ],
-    systems: Annotated[
-        list[str] | None,
-        typer.Option("--only", metavar="SYSTEM", help="Only this system; repeatable."),
-    ] = None,
-    duration: Duration = None,
-    only_pictures: Annotated[
-        bool, typer.Option("--pictures", help="Write only the pictures, as SVG files.")
-    ] = False,
+    directory: Path, systems: tuple[str, ...], duration: float | None, only_pictures: bool
 ) -> None:
     """Write an offline page for every textbook system, and an index."""
     from mecanique.viewing.gallery import gallery as write
     from mecanique.viewing.gallery import pictures
 
     if only_pictures:
-        say(f"Wrote {len(pictures(directory, systems))} pictures to {directory}")
+        say(f"Wrote {len(pictures(directory, systems or None))} pictures to {directory}")
         return
     with named_progress("Writing pages") as advance:
-        cards = write(directory, systems, duration=duration, progress=advance)
+        cards = write(directory, systems or None, duration=duration, progress=advance)
     failed = [card for card in cards if card.fault]
     for card in failed:
         complain(f"{card.name}: {card.fault}")
     all_of_them = say_count(len(cards), "system")
     say(f"Wrote {directory / 'index.html'}: {len(cards) - len(failed)} of {all_of_them}")
     if failed:
-        raise typer.Exit(1)
+        raise Exit(1)

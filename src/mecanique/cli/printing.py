@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import typer
+import click
 
 from mecanique.errors import InputError
 from mecanique.files import write_whole
@@ -36,7 +36,7 @@ __all__ = [
 
 def say(text: str) -> None:
     """Print text as it is."""
-    typer.echo(text)
+    click.echo(text)
 
 
 def heading(text: str, style: str = "bold") -> None:
@@ -53,13 +53,13 @@ def show(table: Table) -> None:
 
 def complain(text: str) -> None:
     """Print an error to standard error."""
-    typer.secho("error: ", fg=typer.colors.RED, bold=True, err=True, nl=False)
-    typer.echo(text, err=True)
+    click.secho("error: ", fg="red", bold=True, err=True, nl=False)
+    click.echo(text, err=True)
 
 
 def inform(text: str) -> None:
     """Print a remark to standard error."""
-    typer.echo(text, err=True)
+    click.echo(text, err=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import functools
-import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeAlias, TypeVar, final
+from typing import Any, Literal, TypeAlias, TypeVar, final
 
-import typer
+import click
 
 import mecanique as mq
+from mecanique.cli import options
 
 __all__ = ["Reading", "reads_files"]
 
@@ -58,68 +58,6 @@ class Reading:
         )
 
 
-_OPTIONS = {
-    "root": (
-        Annotated[
-            Root, typer.Option("--root", help="Whether the root link of a URDF is fixed or free.")
-        ],
-        "fixed",
-    ),
-    "floating": (
-        Annotated[bool, typer.Option("--floating", help="The same as --root floating.")],
-        False,
-    ),
-    "strict": (
-        Annotated[
-            bool,
-            typer.Option(
-                "--strict",
-                help="Refuse a file with any error, also one that its equations do without.",
-            ),
-        ],
-        False,
-    ),
-    "package_path": (
-        Annotated[
-            list[Path] | None,
-            typer.Option(
-                metavar="DIR",
-                help="Search this directory for packages, before ROS_PACKAGE_PATH; repeatable.",
-            ),
-        ],
-        None,
-    ),
-    "arg": (
-        Annotated[
-            list[str] | None,
-            typer.Option(metavar="NAME=VALUE", help="Set an argument of a xacro file; repeatable."),
-        ],
-        None,
-    ),
-    "loops": (
-        Annotated[
-            Path | None,
-            typer.Option(
-                metavar="FILE.toml", help="Loops, springs and dampers beside a URDF, as TOML."
-            ),
-        ],
-        None,
-    ),
-    "keep": (
-        Annotated[
-            list[str] | None,
-            typer.Option(
-                metavar="NAMES",
-                help="Letters to keep of a file, with commas: masses, lengths, inertias, letters, "
-                "properties of a xacro file.",
-            ),
-        ],
-        None,
-    ),
-}
-"""Annotation and default of each option, by the name of its parameter."""
-
-
 def reads_files(command: Callable[..., R]) -> Callable[..., R]:
     """Give a command the options of reading; it takes them together as `reading`.
 
@@ -127,31 +65,66 @@ def reads_files(command: Callable[..., R]) -> Callable[..., R]:
         command: has a parameter `reading`.
     """
 
+    @click.option(
+        "--root",
+        type=click.Choice(["fixed", "floating"]),
+        default="fixed",
+        help="Whether the root link of a URDF is fixed or free.",
+    )
+    @click.option("--floating", is_flag=True, help="The same as --root floating.")
+    @click.option(
+        "--strict",
+        is_flag=True,
+        help="Refuse a file with any error, also one that its equations do without.",
+    )
+    @click.option(
+        "--package-path",
+        multiple=True,
+        type=options.PATH,
+        metavar="DIR",
+        help="Search this directory for packages, before ROS_PACKAGE_PATH; repeatable.",
+    )
+    @click.option(
+        "--arg",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="Set an argument of a xacro file; repeatable.",
+    )
+    @click.option(
+        "--loops",
+        type=options.PATH,
+        metavar="FILE.toml",
+        help="Loops, springs and dampers beside a URDF, as TOML.",
+    )
+    @click.option(
+        "--keep",
+        multiple=True,
+        metavar="NAMES",
+        help="Letters to keep of a file, with commas: masses, lengths, inertias, letters, "
+        "properties of a xacro file.",
+    )
     @functools.wraps(command)
-    def reads(*args: Any, **kwargs: Any) -> R:
-        given = {name: kwargs.pop(name, default) for name, (_, default) in _OPTIONS.items()}
-        root: Root = "floating" if given["floating"] else given["root"]
-        arguments = dict(map(_split, given["arg"] or ()))
+    def reads(
+        *args: Any,
+        root: Root,
+        floating: bool,
+        strict: bool,
+        package_path: tuple[Path, ...],
+        arg: tuple[str, ...],
+        loops: Path | None,
+        keep: tuple[str, ...],
+        **kwargs: Any,
+    ) -> R:
         reading = Reading(
-            root,
-            given["strict"],
-            tuple(given["package_path"] or ()),
-            arguments,
-            given["loops"],
-            tuple(word for words in given["keep"] or () for word in words.split(",") if word),
+            "floating" if floating else root,
+            strict,
+            package_path,
+            dict(map(_split, arg)),
+            loops,
+            tuple(word for words in keep for word in words.split(",") if word),
         )
         return command(*args, reading=reading, **kwargs)
 
-    own = inspect.signature(command, eval_str=True)
-    kept = [parameter for name, parameter in own.parameters.items() if name != "reading"]
-    added = [
-        inspect.Parameter(
-            name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation
-        )
-        for name, (annotation, default) in _OPTIONS.items()
-    ]
-    kept = [parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY) for parameter in kept]
-    reads.__signature__ = own.replace(parameters=[*kept, *added])  # type: ignore[attr-defined]
     return reads
 
 

@@ -8,9 +8,9 @@ import runpy
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeAlias, TypeVar, final
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar, final
 
-import typer
+from click.exceptions import Exit
 
 import mecanique as mq
 from mecanique.cli.printing import complain, progress
@@ -20,16 +20,7 @@ if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
 
 __all__ = [
-    "AsJson",
     "Chosen",
-    "Coordinates",
-    "Duration",
-    "Parameters",
-    "Samples",
-    "Seed",
-    "SystemName",
-    "Tolerance",
-    "Velocities",
     "choose",
     "find_file",
     "report_errors",
@@ -40,51 +31,6 @@ __all__ = [
 
 P = ParamSpec("P")
 R = TypeVar("R")
-
-SystemName: TypeAlias = Annotated[
-    str,
-    typer.Argument(
-        metavar="SYSTEM",
-        help="A textbook system (see 'mecanique list'), the path of a URDF file, "
-        "or the name of a robot, e.g. panda.",
-    ),
-]
-Parameters: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--parameter", "-p", metavar="NAME=VALUE", help="Set a parameter, in its SI unit: -p l=2"
-    ),
-]
-Coordinates: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-q", metavar="NAME=VALUE", help="Set an initial coordinate, in rad or m: -q theta=1.5"
-    ),
-]
-Velocities: TypeAlias = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-v", metavar="NAME=VALUE", help="Set an initial velocity, in rad/s or m/s: -v theta=0.5"
-    ),
-]
-Duration: TypeAlias = Annotated[
-    float | None,
-    typer.Option(
-        metavar="SECONDS", help="How long to simulate; the catalogue has a default for each system."
-    ),
-]
-Tolerance: TypeAlias = Annotated[
-    float, typer.Option(metavar="NUMBER", help="Relative tolerance of the integration.")
-]
-Samples: TypeAlias = Annotated[
-    int | None,
-    typer.Option(
-        metavar="NUMBER",
-        help="Number of random states at which to compare; 100, fewer above 60 velocities.",
-    ),
-]
-Seed: TypeAlias = Annotated[int, typer.Option(metavar="NUMBER", help="Seed of the random states.")]
-AsJson: TypeAlias = Annotated[bool, typer.Option("--json", help="Print JSON for scripts.")]
 
 _PLAINLY = Reading()
 
@@ -107,7 +53,7 @@ class Chosen:
     duration: float = 10.0
 
 
-def choose(system: str, parameters: Sequence[str] | None, reading: Reading = _PLAINLY) -> Chosen:
+def choose(system: str, parameters: Sequence[str], reading: Reading = _PLAINLY) -> Chosen:
     """Return the mechanism that a word names: a textbook system, else a file, else a robot.
 
     Args:
@@ -165,7 +111,7 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
         return path
     if path.suffix != ".py":
         return choose(
-            word, None, _PLAINLY if mq.textbook.catalogue.is_known(word) else reading
+            word, (), _PLAINLY if mq.textbook.catalogue.is_known(word) else reading
         ).mechanism
     if not path.is_file():
         raise mq.InputError(f"expected a Python file, but there is no file {word!r}")
@@ -192,7 +138,7 @@ def source(word: str, reading: Reading) -> Mapping[str, Callable[..., Any]] | Pa
     return functions
 
 
-def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
+def numbers(words: Sequence[str], option: str) -> dict[str, float]:
     """Return the numbers of words like "name=value".
 
     Args:
@@ -200,7 +146,7 @@ def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
         option: the option they came with, for the message.
     """
     found: dict[str, float] = {}
-    for word in words or ():
+    for word in words:
         name, sign, text = word.partition("=")
         try:
             value = float(text)
@@ -215,7 +161,7 @@ def numbers(words: Sequence[str] | None, option: str) -> dict[str, float]:
 
 
 def start_of(
-    chosen: Chosen, q: Sequence[str] | None, v: Sequence[str] | None
+    chosen: Chosen, q: Sequence[str], v: Sequence[str]
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return coordinates and velocities at the start, by name.
 
@@ -232,8 +178,8 @@ def start_of(
 
 def simulate_motion(
     chosen: Chosen,
-    q: Sequence[str] | None,
-    v: Sequence[str] | None,
+    q: Sequence[str],
+    v: Sequence[str],
     duration: float | None,
     rtol: float,
     limits: str | None = None,
@@ -272,7 +218,9 @@ def simulate_motion(
 
 
 def report_errors(command: Callable[P, R]) -> Callable[P, R]:
-    """Report errors that the user can correct in one message; exit with code 2.
+    """Report errors that the user can correct in one message.
+
+    The exit code is 2, and 130 after Ctrl-C, which needs no message.
 
     Args:
         command: raises errors of mecanique, or cannot open a file.
@@ -285,11 +233,13 @@ def report_errors(command: Callable[P, R]) -> Callable[P, R]:
         except mq.MecaniqueError as error:
             complain(str(error))
             if isinstance(error.__cause__, KeyboardInterrupt):
-                raise typer.Exit(130) from None
+                raise Exit(130) from None
+        except KeyboardInterrupt:
+            raise Exit(130) from None
         except BrokenPipeError:
             raise
         except OSError as error:
             complain(f"{error.filename or 'a file'}: {error.strerror or error}")
-        raise typer.Exit(2)
+        raise Exit(2)
 
     return safe
