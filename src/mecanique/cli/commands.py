@@ -6,6 +6,7 @@ from typing import final
 
 import click
 
+import mecanique as mq
 from mecanique.cli import bodies, code, equations, formulas, motions, pictures
 
 __all__ = ["app"]
@@ -28,9 +29,7 @@ class _Program(click.Group):
     "Start with: mecanique run rigid_bar_pendulum",
 )
 @click.version_option(
-    package_name="mecanique",
-    message="%(package)s %(version)s",
-    help="Print the version and exit.",
+    mq.__version__, message="mecanique %(version)s", help="Print the version and exit."
 )
 def app() -> None:
     """Derive equations of motion, check them against Pinocchio, and set them in motion.
