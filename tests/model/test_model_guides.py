@@ -124,6 +124,25 @@ def test_undetermined_components_have_names_and_a_reason() -> None:
     assert axle.in_axes("child").moment[1] == 0
 
 
+def test_a_universal_joint_transmits_no_moment_about_its_axes() -> None:
+    """The first stands still in the parent, however the second turns the child."""
+    cross = mq.Mechanism(
+        "cross",
+        (mq.Body("ground"), *(mq.Body(name, mq.ball(1.0, 0.1)) for name in ("arm", "slider"))),
+        (
+            mq.Universal("joint", "ground", "arm", names=("a", "b")),
+            mq.Prismatic("rail", "ground", "slider", coordinate="x"),
+        ),
+        coordinates=mq.Coordinates(("a", "b"), {"x": mq.coordinate("a")}),
+    )
+    q = {"a": 0.4, "b": 0.3}
+    ours = mq.derive(cross, method="newton_euler").reactions(q, None)["joint"]
+    theirs = mq.Reference(cross).reactions(q)["joint"]
+    assert theirs.undetermined == ("force x", "force y", "force z", "moment y", "moment z")
+    for moment in (ours.moment, theirs.moment):
+        np.testing.assert_array_equal(np.isnan(moment), [False, True, True])
+
+
 @pytest.mark.parametrize("name", ["atwood_machine", "bars_and_springs", "double_atwood_machine"])
 def test_the_sum_on_each_body_is_determined(name: str) -> None:
     mechanism = load(name)

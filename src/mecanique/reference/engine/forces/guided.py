@@ -60,12 +60,12 @@ class Guided:
         turns = poses[:, self._place[joint.child], :3, :3]
         origin = self._mechanism.matrix(joint.origin)[:3, :3]
         before = poses[:, self._place[joint.parent], :3, :3] @ origin
-        found = [np.zeros((len(poses), 6, 0))]
-        for motion in joint.chain:
+        found, chain = [np.zeros((len(poses), 6, 0))], joint.chain
+        for motion in chain:
             if not names.issuperset(motion.coordinates):
                 continue
             # what comes before the last motion of a chain never turns its axis
-            frame = turns if motion is joint.chain[-1] else before
+            frame = turns if motion is chain[-1] else before
             axes = np.eye(3) if motion.kind in ("ball", "free") else np.array([motion.axis]).T
             along, nothing = frame @ axes, np.zeros((len(poses), 3, axes.shape[1]))
             if motion.kind in ("slide", "free"):
