@@ -1,6 +1,6 @@
 """How many changes of one operator the tests of the core catch. Run by hand.
 
-    python tests/benchmarks/mutate.py [NUMBER [SEED]]
+    python tests/benchmarks/mutate.py [NUMBER] [--seed SEED] [--again OUTPUT] [--tests FILE …]
 
 Takes NUMBER places of derivation, reference and verification at random and changes one operator
 at each: a sign, + for −, · for /, a product's order, a comparison, an index or a number. Each
@@ -8,12 +8,15 @@ change meets the tests that run its line, fastest first, in a fork of a process 
 all tests; the code of the loaded functions is exchanged, nothing is written into the source. A
 test that fails, or that never ends, has caught the change. Text is left alone: strings, error
 messages, functions that return a string. A part of a run is a fair sample: the order is random.
+--again tries what survived a former run once more, --tests with these tests alone.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import gc
+import hashlib
 import json
 import os
 import random
@@ -24,7 +27,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import _lru_cache_wrapper, partial
 from importlib import import_module
-from itertools import accumulate, zip_longest
+from itertools import accumulate, pairwise, zip_longest
 from pathlib import Path
 from time import process_time
 from types import CodeType, FunctionType, ModuleType
@@ -33,7 +36,7 @@ from typing import Any, NamedTuple
 os.environ |= {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
 
 import coverage
-import hypothesis.strategies  # noqa: F401  loaded once, for all forks
+import hypothesis.strategies  # loaded once, for all forks
 import pinocchio  # noqa: F401
 import pytest
 import scipy.integrate
@@ -45,15 +48,15 @@ SOURCE = ROOT / "src"
 ROOMS = ("derivation", "reference", "verification")
 TEXT = ("derivation/printing", "derivation/document", "derivation/glossary")
 SUITES = [
-    *(str(ROOT / "tests" / room) for room in (*ROOMS, "rolling", "textbook")),
+    *(str(ROOT / "tests" / room) for room in (*ROOMS, "model", "rolling", "textbook")),
     *(str(ROOT / "tests" / "motion" / f"test_motion_{name}.py") for name in ("loops", "linear")),
     str(ROOT / "tests" / "motion" / "test_motion_linear_letters.py"),
 ]
-"""Those of the core, and of motions what tests singular positions and letters."""
+"""Those of the core and of what it derives, and of motions singular positions and letters."""
 ENOUGH = 30
 """CPU seconds of tests that a change meets, the fastest first."""
-PATIENCE = 60
-"""CPU seconds that a change may take beyond ten times these."""
+PATIENCE = 20
+"""CPU seconds that these may take beyond five times what they take with nothing changed."""
 
 PAIRS = (
     (ast.Add, ast.Sub),
@@ -69,82 +72,21 @@ OPERATORS: dict[type, type] = {
     **{one: other for pair in PAIRS for one, other in (pair, pair[::-1])},
 }
 
+WITHOUT_SHRINKING = (hypothesis.Phase.explicit, hypothesis.Phase.generate)
+"""A test of random cases that fails once has caught the change."""
+
+SURVIVED = "SURVIVED"
+
+EQUIVALENT = {
+    tuple(entry.splitlines()[:3])
+    for entry in (Path(__file__).parent / "equivalent.txt")
+    .read_text(encoding="utf-8")
+    .split("\n\n")[1:]
+}
+"""Changes that nothing can catch: module, line and change."""
+
 LISTS = (ast.List, ast.ListComp, ast.Set, ast.JoinedStr)
 """What is joined by +, so that − would only raise."""
-
-EQUIVALENT: dict[tuple[str, str], str] = {
-    ("loads", "-1 → +1"): "the second axis is the last",
-    ("newton_euler", "-1 → +1"): "the second axis is the last",
-    ("lagrange", "-1 → +1"): "the second axis is the last",
-    ("closed_form", "-1 → +1"): "the second axis is the last",
-    ("constraints", "along @ parting → parting @ along"): "an inner product",
-    ("jets", "orders - 1 → orders - 0"): "one coefficient more, before a power that vanishes",
-    ("chart", "2 * count → 1 * count"): "constant slopes without drift have no second rate either",
-    (
-        "rhs",
-        "list(engine.model.joints)[1:] → list(engine.model.joints)[0:]",
-    ): "the first joint overwrites what the universe put there",
-    ("independent", "x[0] → x[1]"): "all these jets have one shape",
-    (
-        "newton_euler",
-        "6 * len(at.bodies) → 5 * len(at.bodies)",
-    ): "the size above which the faster of two ways is taken",
-    (
-        "search",
-        "max(mechanism.nv, 1) ** 2 → max(mechanism.nv, 1) ** 1",
-    ): "how many states are looked at, a matter of time",
-    ("freedom", "1e-06 * size → 2e-06 * size"): "a tolerance; nothing lies between",
-    ("axes", "1 - 1e-12 → 1 - 2e-12"): "a tolerance; nothing lies between",
-    (
-        "links",
-        "1e-12 * max(np.abs(inertia).max(), 1e-300) → 2e-12 * max(np.abs(inertia).max(), 1e-300)",
-    ): "a tolerance; nothing lies between",
-    (
-        "singular",
-        "min(distance - _FAR, _FAR) / 2 → min(distance - _FAR, _FAR) / 1",
-    ): "a margin of a search to first order, a matter of time",
-    ("singular", "2 * bend → 1 * bend"): "where Newton's method begins; it ends at the same point",
-    (
-        "freedom",
-        "_AWAY * 0.8 ** k / float(np.abs(direction).max()) → "
-        "_AWAY * 0.8 ** k * float(np.abs(direction).max())",
-    ): "how far aside is looked, at random anyway",
-    ("frames", "X[:3, 3] → X[:3, 2]"): "a joint at the origin: what changes nothing is no cause",
-    ("closed", "whole[:, 3:] → whole[:, 2:]"): "a scale, beside a tolerance of rounding",
-    (
-        "facts",
-        "0.1 * (np.max(np.abs(v)) or 1.0) → 0.2 * (np.max(np.abs(v)) or 1.0)",
-    ): "any state nearby gives the size",
-    ("facts", "moved[k] += 1e-30j → moved[k] -= 1e-30j"): "a rate that is compared with zero",
-    ("constraints", "row @ second[k, 3:] → second[k, 3:] @ row"): "an inner product",
-    (
-        "links",
-        "axes.T @ inertia @ axes → axes @ (axes.T @ inertia)",
-    ): "the right one is also among the permutations",
-    ("joints", "1e-09 * size → 2e-09 * size"): "a tolerance; nothing lies between",
-    ("independent", "-1 → +1"): "the second axis is the last",
-    (
-        "independent",
-        "given.shape[1] → given.shape[0]",
-    ): "more columns alike, of which the first is taken",
-    ("virtual_work", "products[0] → products[1]"): "all are of one ring",
-    (
-        "freedom",
-        "_AWAY * 0.8 ** k → _AWAY / 0.8 ** k",
-    ): "how far aside is looked, at random anyway",
-    ("freedom", "0.8 ** k → 1.6 ** k"): "how far aside is looked, at random anyway",
-    ("distribution", "1 - 1e-12 → 1 - 2e-12"): "a tolerance; nothing lies between",
-    (
-        "joints",
-        "-1e-09 * abs(amounts[0]) → -2e-09 * abs(amounts[0])",
-    ): "a tolerance; nothing lies between",
-    (
-        "joints",
-        "1e-09 * np.linalg.norm(own + amounts) → 2e-09 * np.linalg.norm(own + amounts)",
-    ): "a tolerance; nothing lies between",
-    ("survey", "perf_counter() - start → perf_counter() + start"): "a duration that is printed",
-}
-"""Changes that nothing can catch, by module and what is changed, and why."""
 
 
 class Change(NamedTuple):
@@ -152,8 +94,14 @@ class Change(NamedTuple):
 
     path: Path
     lines: range
+    code: str
     text: str
     tree: ast.Module
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """The module's name, the line that begins with what is changed, and the change."""
+        return self.path.stem, self.code, self.text
 
 
 class Place(NamedTuple):
@@ -231,12 +179,14 @@ def every_place() -> list[tuple[Path, int]]:
 
 def change_at(path: Path, number: int) -> Change:
     """Return a module with one place changed."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+    source = path.read_text(encoding="utf-8")
+    tree = ast.parse(source)
     node, shown = list(places(tree))[number]
     before = ast.unparse(shown)
     changed(node)
     lines = range(node.lineno, node.end_lineno + 1)
-    return Change(path, lines, f"{before} → {ast.unparse(shown)}", tree)
+    code = source.splitlines()[node.lineno - 1].strip()
+    return Change(path, lines, code, f"{before} → {ast.unparse(shown)}", tree)
 
 
 class Record(NamedTuple):
@@ -244,6 +194,17 @@ class Record(NamedTuple):
 
     seconds: dict[str, float]
     tests: dict[str, dict[int, list[str]]]
+
+    @classmethod
+    def read(cls, path: Path) -> Record:
+        """Read what note() has written."""
+        found = json.loads(path.read_text(encoding="utf-8"))
+        names = [*found["seconds"], ""]
+        tests = {
+            file: {int(line): [names[k] for k in run] for line, run in lines.items()}
+            for file, lines in found["tests"].items()
+        }
+        return cls(found["seconds"], tests)
 
     def covering(self, change: Change) -> list[str]:
         """Return the tests that run what was changed, the fastest first, until it is enough."""
@@ -296,8 +257,8 @@ def install(change: Change) -> None:
 class Mutation:
     """Takes the place of pytest's loop over the tests."""
 
-    def __init__(self, number: int, seed: int, noted: Path) -> None:
-        self._drawn = random.Random(seed).sample(every_place(), number)
+    def __init__(self, drawn: list[tuple[Path, int]], noted: Path) -> None:
+        self._drawn = drawn
         self._noted = noted
         self._out = os.fdopen(os.dup(1), "w")
 
@@ -307,31 +268,33 @@ class Mutation:
             import_module(name_of(path))  # also what is imported late
         if not self._noted.exists() and fork(lambda: note(session, self._noted)):
             raise SystemExit("the tests fail as they are")
-        found = json.loads(self._noted.read_text())
-        names = [*found["seconds"], ""]
-        noted = Record(
-            found["seconds"],
-            {
-                file: {int(line): [names[k] for k in tests] for line, tests in lines.items()}
-                for file, lines in found["tests"].items()
-            },
-        )
+        noted = Record.read(self._noted)
         count: Counter[str] = Counter()
         for number, (path, place) in enumerate(self._drawn, 1):
             change = change_at(path, place)
             tests = noted.covering(change)
-            caught = bool(tests) and fork(partial(meet, session, change, tests)) != 0
-            known = EQUIVALENT.get((path.stem, change.text))
-            outcome = "caught" if caught else "equivalent" if known else "SURVIVED"
+            usual = sum(noted.seconds[test] for test in tests)
+            if change.key in EQUIVALENT:
+                outcome = "equivalent"
+            elif tests and fork(partial(meet, session, change, tests, usual)) != 0:
+                outcome = "caught"
+            else:
+                outcome = SURVIVED
             count[outcome] += 1
             where = f"{path.relative_to(SOURCE / 'mecanique')}:{change.lines.start}"
-            print(
-                f"{number:4} {outcome:10} {len(tests):4} tests  {where}  {change.text}",
-                file=self._out,
-                flush=True,
-            )
-        print(f"{len(self._drawn)} changes: {dict(count)}", file=self._out, flush=True)
+            self._say(f"{number:4} {outcome:10} {len(tests):4} tests  {where}  {change.text}")
+            if outcome == SURVIVED:
+                self._say(f"       {change.code}")
+        met = max(count["caught"] + count[SURVIVED], 1)
+        self._say(
+            f"{len(self._drawn)} tried, {count['caught']} caught, "
+            f"{count['equivalent']} equivalent, {count[SURVIVED]} open: "
+            f"{count['caught'] / met:.1%} of those that are not equivalent are caught"
+        )
         return True
+
+    def _say(self, line: str) -> None:
+        print(line, file=self._out, flush=True)
 
 
 def fork(work: Callable[[], int]) -> int:
@@ -355,9 +318,9 @@ def run(session: pytest.Session, items: list[pytest.Item]) -> Iterator[pytest.It
             return
 
 
-def meet(session: pytest.Session, change: Change, tests: list[str]) -> int:
-    """Return how many tests fail with a change; one is enough."""
-    limit = int(PATIENCE + 10 * ENOUGH)
+def meet(session: pytest.Session, change: Change, tests: list[str], usual: float) -> int:
+    """Return how many tests fail with a change; one is enough. They take usual CPU seconds."""
+    limit = int(PATIENCE + 5 * usual)
     resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 5))
     install(change)
     items = {item.nodeid: item for item in session.items}
@@ -392,18 +355,68 @@ def note(session: pytest.Session, into: Path) -> int:
     return session.testsfailed
 
 
+def again(output: Path) -> Iterator[tuple[Path, int]]:
+    """Yield the places of what survived a former run, wherever their modules are now."""
+    printed = output.read_text(encoding="utf-8").splitlines()
+    lost = [
+        (*line.split("  ")[-2:], code.strip())
+        for line, code in pairwise(printed)
+        if SURVIVED in line
+    ]
+    wanted = {(Path(where.split(":")[0]).stem, code, change) for where, change, code in lost}
+    for path in modules():
+        before = {change.split(" → ")[0] for stem, _, change in wanted if stem == path.stem}
+        for number, place in enumerate(places(ast.parse(path.read_text())) if before else ()):
+            if ast.unparse(place.shown) in before and change_at(path, number).key in wanted:
+                yield path, number
+
+
+def unknown() -> Iterator[str]:
+    """Yield the lines of equivalent changes that stand in no module any more."""
+    lines = {
+        (path.stem, line.strip())
+        for path in modules()
+        for line in path.read_text(encoding="utf-8").splitlines()
+    }
+    yield from (f"{entry[0]}: {entry[1]}" for entry in EQUIVALENT if entry[:2] not in lines)
+
+
+def record_of(suites: list[str]) -> Path:
+    """Return the file of what these tests run, which holds until the source or a test changes."""
+    sources = [SOURCE, *(Path(suite) for suite in suites)]
+    files = (path for top in sources for path in ([top] if top.is_file() else top.rglob("*.py")))
+    state = hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
+    return Path(tempfile.gettempdir()) / f"mecanique_tests_by_line_{state[:12]}.json"
+
+
 def main() -> None:
     """Load all tests; see Mutation."""
-    number, seed = (int(x) for x in (sys.argv[1:] + ["300", "1"][len(sys.argv) - 1 :])[:2])
-    noted = Path(tempfile.gettempdir()) / "mecanique_tests_by_line.json"
-    mutation = Mutation(number, seed, noted)
+    asked = argparse.ArgumentParser(description="Count how many changed operators are caught.")
+    asked.add_argument("number", type=int, nargs="?", default=300)
+    asked.add_argument("--seed", type=int, default=1)
+    asked.add_argument("--again", type=Path, help="try what survived in this output once more")
+    asked.add_argument("--tests", nargs="+", default=SUITES, help="files or folders")
+    asked.add_argument("--record", type=Path, help="the file of what these tests run")
+    given = asked.parse_args()
+    drawn = (
+        list(again(given.again))
+        if given.again
+        else random.Random(given.seed).sample(every_place(), given.number)
+    )
+    suites = [str(Path(suite).resolve()) for suite in given.tests]
+    print(f"seed {given.seed}, {len(drawn)} changes", flush=True)
+    for line in unknown():
+        print(f"in equivalent.txt but no longer in the source: {line}", flush=True)
+    mutation = Mutation(drawn, given.record or record_of(suites))
     sys.path.insert(0, str(SOURCE))
     os.chdir(ROOT)
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
         os.dup2(nowhere.fileno(), 1)
         os.dup2(nowhere.fileno(), 2)
-    options = ["-q", "-x", "-n", "0", "--assert=plain", "-p", "no:cacheprovider"]
-    pytest.main([*options, *SUITES], plugins=[mutation])
+    hypothesis.settings.register_profile("found", phases=WITHOUT_SHRINKING)
+    hypothesis.settings.load_profile("found")
+    options = ["-q", "-x", "-n", "0", "--assert=plain", "--tb=no", "-p", "no:cacheprovider"]
+    pytest.main([*options, *suites], plugins=[mutation])
 
 
 if __name__ == "__main__":
