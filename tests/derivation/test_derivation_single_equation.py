@@ -41,6 +41,8 @@ def test_slider_crank_as_eksergian_writes_it() -> None:
         "C": "m2 K_x L_x",
     }
     assert str(one.equation) == "J theta'' + C theta'^2 + m1 g r cos(theta)/2 = 0"
+    _, speeds, rest, forces = one.found.parts
+    assert one.found.derivation.h == (speeds + rest + forces,)
 
 
 def test_what_is_printed_reads_back_and_agrees_with_x_of_theta() -> None:

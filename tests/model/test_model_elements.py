@@ -154,6 +154,22 @@ def test_bodies_are_in_balance_with_the_elements(name: str) -> None:
         np.testing.assert_allclose(sum(moments), 0, atol=1e-8)
 
 
+@pytest.mark.parametrize("name", [*HELD, "planetary_gear", "rack_and_pinion"])
+def test_what_an_element_does_to_one_body_it_undoes_to_the_other(name: str) -> None:
+    mechanism = mq.textbook.load(name)
+    q, v = next(states(mechanism))
+    actions = mq.Reference(mechanism).guide_actions(q, v)
+    for element in {action.name for action in actions}:
+        parts = [action for action in actions if action.name == element]
+        between = [(part.body, part.other) for part in parts]
+        assert sorted(between) == sorted((other, body) for body, other in between)
+        size = max(float(np.abs(part.force).max()) for part in parts)
+        np.testing.assert_allclose(sum(part.force for part in parts), 0, atol=1e-12 * size)
+        moments = (part.moment + np.cross(part.point, part.force) for part in parts)
+        np.testing.assert_allclose(sum(moments), 0, atol=1e-12 * max(size, 1.0))
+        assert size > 0
+
+
 def test_urdf_keeps_the_cord_and_lint_says_who_reads_it(tmp_path: Path) -> None:
     machine = mq.textbook.load("atwood_machine")
     text = mq.write_urdf(machine)

@@ -30,6 +30,7 @@ from mecanique.model import (
 )
 from mecanique.reference import Reference, assemble, assembly_branches, degrees_of_freedom
 from mecanique.reference.loops.assembly.assembly import close_velocity, project
+from mecanique.reference.loops.assembly.closing import _damped_step
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.independent import Independent
 
@@ -278,6 +279,14 @@ def test_assembly_keeps_what_it_can() -> None:
     moved = assemble(mechanism, np.array([1.1, 0.0, 0.0]))
     assert moved[0] != 1.1
     assert assemble(textbook.load("cart_pole"), {"x": 0.5}).tolist() == [0.5, 0.0]
+
+
+def test_a_step_of_an_assembly_goes_as_far_as_is_safe_and_no_farther() -> None:
+    J = np.diag([1.0, 0.01])
+    for gaps, far in ((np.array([0.1, 0.001]), 0.1), (np.array([8.0, 0.04]), 0.5)):
+        newton = -gaps / np.diag(J)
+        expected = newton / np.abs(newton).max() * far
+        np.testing.assert_allclose(_damped_step(J, gaps, None), expected, rtol=1e-12)
 
 
 def test_the_branches_of_an_assembly_are_the_open_and_the_crossed_one() -> None:

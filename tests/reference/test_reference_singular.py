@@ -11,7 +11,16 @@ from mecanique.model import Body, Floating, Mechanism, ball
 from mecanique.reference import Reference, assembly_branches
 from mecanique.reference.engine.load import load
 from mecanique.reference.loops.closed import Closed
-from mecanique.reference.loops.freedom.singular import _distance, _find_way, _smooth_step, _State
+from mecanique.reference.loops.freedom.singular import (
+    _FAR,
+    _NEAR,
+    _distance,
+    _find_way,
+    _pass,
+    _Slope,
+    _smooth_step,
+    _State,
+)
 from mecanique.reference.loops.tolerances import WEAK
 
 TURN = np.array([1.0, 1.0, 1.0, -1.0, -1.0])
@@ -70,7 +79,7 @@ def test_what_is_hardly_closed_counts_as_singular(chain: Closed) -> None:
         assert (distance == 0.0) == singular
 
 
-@pytest.mark.parametrize("speed", [-3.5, 1e-3])
+@pytest.mark.parametrize("speed", [-3.5, 1e-3, 50.0])
 def test_exactly_in_a_singular_position_the_acceleration_is_that_of_the_branch(
     speed: float,
 ) -> None:
@@ -82,6 +91,17 @@ def test_exactly_in_a_singular_position_the_acceleration_is_that_of_the_branch(
     pendulum = reference.acceleration(at_rest)[0] / np.cos(0.1)
     found = reference.acceleration(np.zeros(5), speed * TURN)
     np.testing.assert_allclose(found, pendulum * TURN, rtol=1e-6)
+
+
+def test_next_to_a_singular_position_only_what_is_closest_there_counts(chain: Closed) -> None:
+    here = state(chain, 1e-3)
+    way = _find_way(chain, here)
+    slopes = [_Slope(x * here.v, x * here.v) for x in (1.0, 7.0)]
+    near, other = (_pass(chain, here, slope, way, _NEAR) for slope in slopes)
+    np.testing.assert_array_equal(near.acceleration, other.acceleration)
+    np.testing.assert_allclose(near.rates, here.v, rtol=1e-5)
+    far = _pass(chain, here, slopes[1], way, _FAR)
+    np.testing.assert_array_equal(far.acceleration, slopes[1].acceleration)
 
 
 def test_in_a_singular_position_at_rest_nothing_decides_how_it_goes_on() -> None:

@@ -169,11 +169,15 @@ def bowl(radius: float = 2.0, plane: Placement | None = None) -> Mechanism:
 
 
 def turning_bowl() -> Mechanism:
-    """The same in a bowl that swings about a hinge."""
-    inside = Rolling("inside", "ball", r, axis=None, on="shell", bowl=2.0)
+    """A ball whose body's origin is not its center, in a bowl askew that swings about a hinge."""
+    center = (0.1, -0.2, 0.15)
+    place = Placement((0.3, -0.1, 0.2), (0.2, 0.3, 0.1))
+    inside = Rolling(
+        "inside", "ball", r, axis=None, center=center, on="shell", plane=place, bowl=2.0
+    )
     return Mechanism(
         "turning_bowl",
-        (Body("ground"), Body("shell", ball(5.0, 2.0)), Body("ball", ball(m, r))),
+        (Body("ground"), Body("shell", ball(5.0, 2.0)), Body("ball", ball(m, r).at(center))),
         (
             Revolute("hinge", "ground", "shell", axis=(0.6, 0, 0.8)),
             Floating("free", "ground", "ball"),
@@ -185,9 +189,19 @@ def turning_bowl() -> Mechanism:
 
 
 def stone() -> Mechanism:
-    """An ellipsoid with its center of mass below the middle and its axes askew."""
+    """An ellipsoid about no origin, its center of mass below and its axes askew, on a board."""
+    center, place = (0.03, 0.02, -0.04), Placement((0.1, -0.2, 0.05), (0.2, -0.1, 0.3))
     shape = Shape(1.0, (0.0, 0.0, -0.01), (2e-3, 1.6e-2, 1.7e-2, -2e-3, 0.0, 0.0))
-    below = Rolling("below", "stone", 0.2, axis=None, stretch=(1.0, 0.6, 0.4), on="board")
+    below = Rolling(
+        "below",
+        "stone",
+        0.2,
+        axis=None,
+        center=center,
+        stretch=(1.0, 0.6, 0.4),
+        on="board",
+        plane=place,
+    )
     return Mechanism(
         "stone",
         (Body("ground"), Body("board", box(3.0, (1, 1, 0.1))), Body("stone", shape)),

@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
+from typing import Any
 
 import numpy as np
 import pytest
 from verification_injections import (
     INJECTIONS,
+    Array,
     Theirs,
     parts,
     seen,
+    steiner,
     told_by,
     with_body,
     with_joint,
@@ -25,7 +30,9 @@ from mecanique.model.states import States
 from mecanique.verification import derivations as sources
 from mecanique.verification.causes.coordinates import state_changes
 from mecanique.verification.causes.evidence import Evidence
+from mecanique.verification.causes.fitted import deviations
 from mecanique.verification.causes.frames import frame_changes
+from mecanique.verification.causes.inertias import fit_inertias
 from mecanique.verification.causes.joints import gravity_changes, joint_changes
 from mecanique.verification.causes.links import link_changes
 from mecanique.verification.causes.search import causes_of
@@ -295,6 +302,34 @@ def test_less_than_no_damping_is_not_offered(own: float, more: float) -> None:
         assert f": {own + more:.6g} N·m·s instead of {own:.6g}" in change.text
 
 
+@pytest.mark.parametrize("more", [0.2, -0.05, -0.2])
+def test_damping_mistaken_in_every_joint_is_offered_where_none_falls_below_zero(
+    more: float,
+) -> None:
+    arm = mq.textbook.load("two_link_arm")
+    dampers = [
+        mq.JointDamper(f"damper {joint.name}", joint.name, c)
+        for joint, c in zip(arm.joints, (0.3, 0.1), strict=True)
+    ]
+    damped = replace(arm, forces=tuple(dampers))
+
+    def theirs(states: States) -> dict[str, np.ndarray]:
+        values = told_by(damped)(states)
+        return values | {"forces": values["forces"] - more * states.v}
+
+    texts = [c.text for c in joint_changes(evidence_of(damped, theirs)) if c.kind == "damping"]
+    words = f"damping in every joint: {more:+.6g} more in each (SI units)"
+    assert (words in texts) == (more > -0.1)
+
+
+def test_numbers_that_were_fitted_deviate_as_the_covariance_says() -> None:
+    """s² (XᵀX)⁻¹ with s² = |r|²/(n − k), of columns at right angles s²/|x|²."""
+    slopes = np.array([[3.0, 4.0, 0.0, 0.0], [0.0, 0.0, 2.0, 0.0]])
+    left, count = 0.6, 11
+    expected = left / 3 / np.array([5.0, 2.0])
+    np.testing.assert_allclose(deviations(slopes, left, count), expected, rtol=1e-12)
+
+
 @pytest.mark.parametrize(
     ("own", "other", "text"),
     [
@@ -484,3 +519,71 @@ def test_two_mistakes_in_different_links_are_named_together() -> None:
     assert f"mass of link 'wrist_2_link': {1.2 * mass:.6g} kg" in first.text
     assert first.removes
     assert [part["kind"] for part in first.to_dict()["parts"]] == ["joint origin", "link mass"]
+
+
+def other_inertias() -> Iterator[tuple[str, str, Callable[[float, Array, Array], Any]]]:
+    """Kinds of mistakes in a link, the words that name them with their number, and the change."""
+    point, turn = np.array([0.05, -0.1, 0.15]), np.array(rotation((0.2, 0, 0)), dtype=float)
+    whole = np.array([[0.02, -0.03, 0.01], [-0.03, 0.05, 0.02], [0.01, 0.02, -0.01]])
+    yield "link mass", "mass of link 'arm': 2.6 kg instead", lambda m, c, i: (1.3 * m, c, i)
+    yield (
+        "link mass",
+        "mass and inertia of link 'arm' times 0.7 (mass 1.4 kg)",
+        lambda m, c, i: (0.7 * m, c, 0.7 * i),
+    )
+    for more, words in ((0.4, "0.4 kg more"), (-0.1, "0.1 kg less")):
+        yield (
+            "link mass",
+            f"a point mass of {words} at the origin of link 'arm'",
+            partial(with_point_mass, more),
+        )
+    for k, name in enumerate("xyz"):
+        yield (
+            "center of mass",
+            f"moved by {point[k]:g} m along {name}",
+            lambda m, c, i, k=k: (m, c + point[k] * np.eye(3)[k], i),
+        )
+    yield "center of mass", "moved by (0.05, -0.1, 0.15) m", lambda m, c, i: (m, c + point, i)
+    yield "inertia", "inertia of link 'arm' times 1.5", lambda m, c, i: (m, c, 1.5 * i)
+    for j, k in ((0, 0), (0, 2), (1, 2)):
+        E = np.zeros((3, 3))
+        E[j, k] = E[k, j] = 0.01
+        name = f"i{'xyz'[j]}{'xyz'[k]}"
+        yield "inertia", f"{name} of link 'arm'", lambda m, c, i, E=E: (m, c, i + E)
+    yield "inertia turn", "turned by 11.4592° about (1, ", lambda m, c, i: (m, c, turn @ i @ turn.T)
+    yield (
+        "inertia",
+        "ixx, ixy, ixz, iyy, iyz, izz = 0.22, -0.01, 0.04, 0.35, 0.05, 0.39 kg",
+        lambda m, c, i: (m, c, i + whole),
+    )
+
+
+def with_point_mass(more: float, m: float, c: Array, i: Array) -> tuple[float, Array, Array]:
+    """Mass, center and inertia about it with a point mass more at the origin."""
+    center = m * c / (m + more)
+    return m + more, center, i + steiner(m, c - center) + steiner(more, -center)
+
+
+@pytest.mark.parametrize(("kind", "words", "change"), list(other_inertias()))
+def test_each_kind_of_another_inertia_is_fitted_and_named_with_its_number(
+    kind: str, words: str, change: Callable[[float, Array, Array], Any]
+) -> None:
+    inertia = np.array([[0.2, 0.02, 0.03], [0.02, 0.3, 0.03], [0.03, 0.03, 0.4]])
+    free = mq.Mechanism(
+        "free",
+        (mq.Body("ground"), mq.Body("hull", mq.box(3.0, (0.3, 0.4, 0.5))), mq.Body("arm")),
+        (
+            mq.Floating("free", "ground", "hull"),
+            mq.Revolute("hinge", "hull", "arm", axis=(0.6, 0, 0.8), origin=mq.Placement((1, 0, 0))),
+        ),
+        gravity=(0, 0, -9.81),
+    )
+    own = 2.0, np.array([0.1, -0.2, 0.3]), inertia
+    ours, theirs = (with_body(free, "arm", *body) for body in (own, change(*own)))
+    evidence = evidence_of(ours, told_by(theirs))
+    fitting = [
+        (one.kind, one.text)
+        for one in fit_inertias(evidence)
+        if one.where == "link 'arm'" and evidence.residual(one.answers) < 1e-9
+    ]
+    assert any(kind == one and words in text for one, text in fitting), fitting

@@ -20,7 +20,7 @@ from mecanique.verification.compare import judge
 from mecanique.verification.derivations import derive_quickly
 from mecanique.verification.difference import scale
 from mecanique.verification.rounding.conditioning import rounding
-from mecanique.verification.rounding.contributions import entry_rounding
+from mecanique.verification.rounding.contributions import ENTRY, entry_rounding
 from mecanique.verification.rows import evaluate, rows_of
 from mecanique.verification.states.random import random_states
 
@@ -102,6 +102,14 @@ def test_an_error_of_a_millionth_is_found_in_every_system(name: str) -> None:
 @pytest.mark.parametrize("name", ["icub", "panda", "double_pendulum"])
 def test_an_error_of_a_millionth_is_found_in_robots(name: str) -> None:
     assert not missed(mq.read_urdf(mq.robot(name)), 1)
+
+
+def test_a_rotor_rounds_in_proportion_to_its_inertia() -> None:
+    arm = mq.textbook.load("two_link_arm")
+    geared = with_joint(arm, arm.joints[0].name, armature=100.0)
+    bounds = [entry_rounding(m, random_states(m, 5, 0)) for m in (arm, geared)]
+    more = bounds[1]["mass matrix"] - bounds[0]["mass matrix"]
+    np.testing.assert_allclose(more, 5 * [np.diag([100.0 * ENTRY, 0])], rtol=1e-9, atol=1e-18)
 
 
 def test_the_bound_follows_the_distance_from_gimbal_lock() -> None:
