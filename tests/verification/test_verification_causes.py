@@ -541,7 +541,7 @@ def other_inertias() -> Iterator[tuple[str, str, Callable[[float, Array, Array],
         yield (
             "center of mass",
             f"moved by {point[k]:g} m along {name}",
-            lambda m, c, i, k=k: (m, c + point[k] * np.eye(3)[k], i),
+            partial(with_shift, point[k] * np.eye(3)[k], np.zeros((3, 3))),
         )
     yield "center of mass", "moved by (0.05, -0.1, 0.15) m", lambda m, c, i: (m, c + point, i)
     yield "inertia", "inertia of link 'arm' times 1.5", lambda m, c, i: (m, c, 1.5 * i)
@@ -549,13 +549,20 @@ def other_inertias() -> Iterator[tuple[str, str, Callable[[float, Array, Array],
         E = np.zeros((3, 3))
         E[j, k] = E[k, j] = 0.01
         name = f"i{'xyz'[j]}{'xyz'[k]}"
-        yield "inertia", f"{name} of link 'arm'", lambda m, c, i, E=E: (m, c, i + E)
+        yield "inertia", f"{name} of link 'arm'", partial(with_shift, np.zeros(3), E)
     yield "inertia turn", "turned by 11.4592° about (1, ", lambda m, c, i: (m, c, turn @ i @ turn.T)
     yield (
         "inertia",
         "ixx, ixy, ixz, iyy, iyz, izz = 0.22, -0.01, 0.04, 0.35, 0.05, 0.39 kg",
         lambda m, c, i: (m, c, i + whole),
     )
+
+
+def with_shift(
+    step: Array, more: Array, m: float, c: Array, i: Array
+) -> tuple[float, Array, Array]:
+    """Mass, center and inertia about it, the last two moved."""
+    return m, c + step, i + more
 
 
 def with_point_mass(more: float, m: float, c: Array, i: Array) -> tuple[float, Array, Array]:
