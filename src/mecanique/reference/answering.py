@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,8 +16,11 @@ from mecanique.reference.engine.tree import Tree
 from mecanique.reference.engine.whole import Whole
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.freedom import generic_rank
+from mecanique.reference.loops.loading import Loaded
 
 __all__ = ["Answering"]
+
+_Asked = TypeVar("_Asked", bound="Answering")
 
 
 class Answering:
@@ -33,6 +37,14 @@ class Answering:
         self.mechanism = mechanism
         self._tree = Tree(mechanism)
         self._closed = Closed(self._tree) if mechanism.constrained else None
+
+    @classmethod
+    def _over(cls: type[_Asked], loaded: Loaded) -> _Asked:
+        """Return what answers over a mechanism that Pinocchio has loaded already."""
+        answering = cls.__new__(cls)
+        answering.mechanism = loaded.tree.mechanism
+        answering._tree, answering._closed = loaded
+        return answering
 
     @cached_property
     def _whole(self) -> Whole:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from functools import partial
 from typing import TypeVar
 
@@ -18,6 +17,7 @@ from mecanique.reference.answering import Answering
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.driving import driving_forces, free_motions
 from mecanique.reference.loops.freedom.freedom import generic_rank
+from mecanique.reference.loops.loading import Loaded
 from mecanique.reference.loops.nullspace import solve
 
 __all__ = ["LoopConstraints"]
@@ -49,10 +49,8 @@ class LoopConstraints(Answering):
         """
         if self._closed is None:
             return self
-        counted = copy(self)
         rank = generic_rank(self._closed, self.mechanism.position(q), finite(t, "time t"))
-        counted._closed = self._closed.with_rank(rank)
-        return counted
+        return self._over(Loaded(self._tree, self._closed.with_rank(rank)))
 
     @property
     def constraint_names(self) -> tuple[str, ...]:

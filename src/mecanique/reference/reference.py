@@ -19,7 +19,7 @@ from mecanique.reference.kinematics import Kinematics
 from mecanique.reference.loop_constraints import LoopConstraints
 from mecanique.reference.loops.closed import Closed
 from mecanique.reference.loops.freedom.singular import branch_acceleration, closed_rhs, plain_rhs
-from mecanique.reference.loops.loading import load_once
+from mecanique.reference.loops.loading import Loaded, load_once
 from mecanique.reference.wrenches import Wrenches
 
 __all__ = ["Reference"]
@@ -59,11 +59,8 @@ class Reference(Dynamics, Kinematics, LoopConstraints, Wrenches):
         Raises:
             EngineError: if it is too large for Pinocchio, or is not read as it is written.
         """
-        found = cls.__new__(cls)
-        found._tree, closed = load_once(mechanism)
-        found._closed = None if closed is None else closed.with_rank(rank)
-        found.mechanism = found._tree.mechanism
-        return found
+        tree, closed = load_once(mechanism)
+        return cls._over(Loaded(tree, None if closed is None else closed.with_rank(rank)))
 
     @cached_property
     def version(self) -> str:

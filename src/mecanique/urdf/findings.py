@@ -25,19 +25,21 @@ class Report:
 
     Args:
         file: name of the file, if there is one.
+        findings: where to note them; a list of its own by default.
+        stops: whether an error refuses the file.
     """
 
-    def __init__(self, file: str | None) -> None:
+    def __init__(
+        self, file: str | None, findings: list[Finding] | None = None, *, stops: bool = True
+    ) -> None:
         self.file = file
-        self.findings: list[Finding] = []
-        self._stops = True
+        self.findings: list[Finding] = [] if findings is None else findings
+        self._stops = stops
 
     @cached_property
     def aside(self) -> Report:
         """The same report for what no equation of motion uses: its errors stop nobody."""
-        aside = Report(self.file)
-        aside.findings, aside._stops = self.findings, False
-        return aside
+        return Report(self.file, self.findings, stops=False)
 
     def add(
         self,

@@ -9,8 +9,7 @@ quasi-velocities as well).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
-from typing import Any, final
+from typing import Any, NamedTuple, final
 
 import numpy as np
 
@@ -27,31 +26,75 @@ from mecanique.model.states import States
 __all__ = ["Recursion", "solve"]
 
 
+class _Form(NamedTuple):
+    """The tree of a mechanism: its links, their motions S and the first column of each."""
+
+    tree: tuple[Link, ...]
+    chart: Chart
+    loads: Loads
+    S: list[np.ndarray]
+    first: list[int]
+    armature: np.ndarray
+
+    @classmethod
+    def of(cls, mechanism: Mechanism) -> _Form:
+        """Return that of a mechanism."""
+        tree = links(mechanism)
+        S = [motions(link) for link in tree]
+        columns = np.cumsum([0, *map(len, S)])
+        first = columns[:-1].tolist()
+        armature = np.zeros(columns[-1])
+        for column, link in zip(first, tree, strict=True):
+            last = column + len(link.velocities)
+            armature[column:last] = mechanism.evaluate(link.armature)
+        return cls(tree, Chart(mechanism, tree), Loads(mechanism, tree), S, first, armature)
+
+
+class _Numbers(NamedTuple):
+    """Where the links' frames stand, their mass moments J and the acceleration of free fall."""
+
+    origins: list[np.ndarray]
+    J: list[np.ndarray]
+    gravity: np.ndarray
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, tree: tuple[Link, ...]) -> _Numbers:
+        """Return those of a mechanism."""
+        constants, places = mechanism.values, place_of(tree, mechanism)
+        J: list[np.ndarray] = [np.zeros((4, 4)) for _ in tree]
+        for body in mechanism.bodies:
+            place = places[body.name]
+            if place >= 0:
+                J[place] = np.array(moments(body, constants, Arithmetic()), dtype=float)
+        origins = [placement_matrix(link.origin, constants) for link in tree]
+        return cls(origins, J, _fall(np.array(mechanism.evaluate_all(mechanism.gravity))))
+
+
+def _fall(gravity: np.ndarray) -> np.ndarray:
+    """The second derivative of a freely falling pose, shape (4, 4) or (n, 4, 4)."""
+    rate = np.zeros((*gravity.shape[:-1], 4, 4))
+    rate[..., :3, 3] = gravity
+    return rate
+
+
 @final
 class Recursion(BatchDynamics):
-    """Mass matrix, bias, forces, accelerations and energies, for many states at once."""
+    """Mass matrix, bias, forces, accelerations and energies, for many states at once.
 
-    def __init__(self, mechanism: Mechanism) -> None:
+    Args:
+        mechanism: any mechanism.
+        form: its tree, if that is known.
+        numbers: what to compute with instead of the mechanism's own.
+    """
+
+    def __init__(
+        self, mechanism: Mechanism, form: _Form | None = None, numbers: _Numbers | None = None
+    ) -> None:
         self._mechanism = mechanism
-        self._tree = links(mechanism)
-        self._chart = Chart(mechanism, self._tree)
-        self._loads = Loads(mechanism, self._tree)
-        floats, constants = Arithmetic(), mechanism.values
-        self._origin = [placement_matrix(link.origin, mechanism.values) for link in self._tree]
-        self._S = [motions(link) for link in self._tree]
-        columns = np.cumsum([0, *(len(S) for S in self._S)])
-        self._first = columns[:-1].tolist()
-        self._J: list[np.ndarray] = [np.zeros((4, 4)) for _ in self._tree]
-        for body in mechanism.bodies:
-            place = place_of(self._tree, mechanism)[body.name]
-            if place >= 0:
-                self._J[place] = np.array(moments(body, constants, floats), dtype=float)
-        self._armature = np.zeros(columns[-1])
-        for first, link in zip(self._first, self._tree, strict=True):
-            last = first + len(link.velocities)
-            self._armature[first:last] = mechanism.evaluate(link.armature)
-        self._gravity = np.zeros((4, 4))
-        self._gravity[:3, 3] = mechanism.evaluate_all(mechanism.gravity)
+        self._form = form or _Form.of(mechanism)
+        self._tree, self._chart, self._loads, self._S, self._first, self._armature = self._form
+        numbers = numbers or _Numbers.of(mechanism, self._tree)
+        self._origin, self._J, self._gravity = numbers
 
     def mass_matrix(self, states: States) -> np.ndarray:
         """Return M, shape (n, nv, nv)."""
@@ -126,13 +169,12 @@ class Recursion(BatchDynamics):
             moments: mass moments of a link, shape (4, 4) or (n, 4, 4), by its place.
             gravity: acceleration of free fall, shape (3,) or (n, 3) [m/s²].
         """
-        other = copy(self)
-        other._origin = [(origins or {}).get(k, X) for k, X in enumerate(self._origin)]
-        other._J = [(moments or {}).get(k, J) for k, J in enumerate(self._J)]
-        if gravity is not None:
-            other._gravity = np.zeros((*gravity.shape[:-1], 4, 4))
-            other._gravity[..., :3, 3] = gravity
-        return other
+        numbers = _Numbers(
+            [(origins or {}).get(k, X) for k, X in enumerate(self._origin)],
+            [(moments or {}).get(k, J) for k, J in enumerate(self._J)],
+            self._gravity if gravity is None else _fall(gravity),
+        )
+        return Recursion(self._mechanism, self._form, numbers)
 
     def regressor(self, states: States, a: np.ndarray) -> np.ndarray:
         """Return Y with M a + bias = Σ Y J over the mass moments J of each link, without rotors.
