@@ -169,7 +169,15 @@ def linearize_equations(derivation: Derivation, q: Mapping[str, float]) -> Linea
     }
     zero = not any(place[name] for name in mechanism.coordinates)
     matrices = Linear(names, M, C, K, f)
-    return Linearized(matrices, equations(rows), at, used, square, ratio, zero)
+    return Linearized(
+        matrices=matrices,
+        equations=equations(rows),
+        place=at,
+        letters=used,
+        square=square,
+        ratio=ratio,
+        zero=zero,
+    )
 
 
 def _letters(value: Series, used: Mapping[str, float]) -> bool:

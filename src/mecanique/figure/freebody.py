@@ -213,7 +213,7 @@ def _resolve(setting: Setting, action: Action, axes: Sequence[_Axis]) -> Iterato
             return
         seen = float(np.hypot(*paper)) / size
         if seen > 0.05:
-            yield _Arrow(at, unit(paper), size, symbol, style, seen)
+            yield _Arrow(at=at, along=unit(paper), size=size, symbol=symbol, style=style, seen=seen)
         return
     for axis in axes:
         sense = axis.along * axis.sign * _sense(setting, action)

@@ -171,7 +171,16 @@ def setting(
     least = max(sizes, default=0.0) or 1e-3
     wide, high = (max(float(extent), least) for extent in np.ptp(seen, axis=0))
     scale = min(extent[0] / wide, extent[1] / high)
-    return Setting(mechanism, reference, q, v, t, poses, Camera(axes, scale), found)
+    return Setting(
+        mechanism=mechanism,
+        reference=reference,
+        q=q,
+        v=v,
+        t=t,
+        poses=poses,
+        camera=Camera(axes, scale),
+        solids=found,
+    )
 
 
 def _ends(mechanism: Mechanism, poses: Floats, link: LineLoad) -> Floats:

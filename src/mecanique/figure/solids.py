@@ -111,14 +111,14 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
             far = int(np.argmax(half))
             arm = half[far] * at[:3, far]
             yield Solid(
-                body,
-                "box",
-                np.array([center - arm, center + arm]),
-                float(np.linalg.norm(half)),
-                corners,
-                at,
-                shape,
-                clear,
+                body=body,
+                kind="box",
+                ends=np.array([center - arm, center + arm]),
+                size=float(np.linalg.norm(half)),
+                corners=corners,
+                pose=at,
+                geometry=shape,
+                clear=clear,
             )
         case Cylinder(radius, length) as shape:
             r, l2 = mechanism.evaluate(radius), mechanism.evaluate(length) / 2
@@ -127,19 +127,28 @@ def _solid(mechanism: Mechanism, body: str, pose: Floats, visual: Visual) -> Ite
             corners = np.concatenate([center - l2 * z + ring, center + l2 * z + ring])
             kind = "rod" if 2 * l2 > SLENDER * r else "cylinder"
             yield Solid(
-                body,
-                kind,
-                np.array([center - l2 * z, center + l2 * z]),
-                r,
-                corners,
-                at,
-                shape,
-                clear,
+                body=body,
+                kind=kind,
+                ends=np.array([center - l2 * z, center + l2 * z]),
+                size=r,
+                corners=corners,
+                pose=at,
+                geometry=shape,
+                clear=clear,
             )
         case Sphere(radius) as shape:
             r = mechanism.evaluate(radius)
             corners = center + r * np.concatenate([np.eye(3), -np.eye(3)])
-            yield Solid(body, "ball", np.array([center, center]), r, corners, at, shape, clear)
+            yield Solid(
+                body=body,
+                kind="ball",
+                ends=np.array([center, center]),
+                size=r,
+                corners=corners,
+                pose=at,
+                geometry=shape,
+                clear=clear,
+            )
         case _:
             pass
 

@@ -136,7 +136,16 @@ class States:
         if not times.ndim and all(rows.ndim == 1 for rows in parts.values()):
             rows = {name: part[None] for name, part in parts.items()}
             efforts = Efforts(mechanism, names, rows["tau"]) if names else None
-            return cls(mechanism, rows["q"], rows["v"], times[None], rows["a"], True, efforts, q)
+            return cls(
+                mechanism=mechanism,
+                q=rows["q"],
+                v=rows["v"],
+                t=times[None],
+                a=rows["a"],
+                single=True,
+                efforts=efforts,
+                asked=q,
+            )
         lengths = {name: len(rows) for name, rows in parts.items() if rows.ndim == 2}
         lengths |= {"t": len(times)} if times.ndim else {}
         if len(set(lengths.values())) > 1:

@@ -162,7 +162,16 @@ class Wrenches(Answering):
                 found[-1] = replace(found[-1], force=found[-1].force + force)
             else:
                 name = names[unit.force]
-                found.append(AppliedForce(name, unit.body, unit.other, point, force, moment))
+                found.append(
+                    AppliedForce(
+                        name=name,
+                        body=unit.body,
+                        other=unit.other,
+                        point=point,
+                        force=force,
+                        moment=moment,
+                    )
+                )
         return tuple(found)
 
     def contact_points(self, q: Given, t: float | Array = 0.0) -> dict[str, Array]:

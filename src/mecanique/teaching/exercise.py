@@ -168,7 +168,15 @@ def make_exercise(system: str, ask: str = "equation of motion", seed: int = 0) -
             f"Checked: {verdict.summary}.",
         ]
     )
-    return Exercise(found.title, mechanism, ask, f"{problem}\n", f"{solution}\n", answer, verdict)
+    return Exercise(
+        title=found.title,
+        mechanism=mechanism,
+        ask=ask,
+        problem=f"{problem}\n",
+        solution=f"{solution}\n",
+        answer=answer,
+        check=verdict,
+    )
 
 
 def _word_task(ask: str, names: tuple[str, ...]) -> str:

@@ -135,7 +135,14 @@ def grade_answer(question: Question, checker: Checker, student: str, text: str) 
 
     def mark(part: float, outcome: str, reason: str) -> Mark:
         points = round(part * question.points, 4)
-        return Mark(student, question.name, points, question.points, outcome, reason)
+        return Mark(
+            student=student,
+            question=question.name,
+            points=points,
+            possible=question.points,
+            outcome=outcome,
+            reason=reason,
+        )
 
     if not text.strip():
         return mark(0.0, "missing", "no answer")

@@ -107,7 +107,15 @@ def _loop(entry: Mapping[str, Any], where: str) -> Loop:
         raise InputError(f"{where}: expected a length of a distance, and of nothing else")
     length = _number(entry, "length", where) if kind == "distance" else 0.0
     (a, frame_a), (b, frame_b) = ends
-    return Loop(name, kind, a, frame_a, b, frame_b, length)  # type: ignore[arg-type]
+    return Loop(
+        name=name,
+        kind=kind,  # type: ignore[arg-type]
+        body_a=a,
+        frame_a=frame_a,
+        body_b=b,
+        frame_b=frame_b,
+        length=length,
+    )
 
 
 def _forces(entry: Mapping[str, Any], where: str) -> Iterator[AnyForce]:

@@ -111,15 +111,15 @@ def compare_with(
         tolerance=tolerance,
     )
     verdict = Verdict(
-        mechanism.name,
-        rows,
-        len(states),
-        seed,
-        tolerance,
-        mechanism.coordinates.names,
-        mechanism.velocities,
-        versions(),
-        notes,
+        mechanism=mechanism.name,
+        rows=rows,
+        samples=len(states),
+        seed=seed,
+        tolerance=tolerance,
+        coordinates=mechanism.coordinates.names,
+        velocities=mechanism.velocities,
+        versions=versions(),
+        notes=notes,
         given=given,
         flaws=mechanism.origin.flaws if mechanism.origin else (),
         difference=None if difference is None or difference.same else difference,
@@ -162,15 +162,15 @@ def _compare_some(
     names = ("projected", "functions")
     rows = rows_of(names, shared, {**ours, **theirs}, states, mechanism, tolerance=tolerance)
     verdict = Verdict(
-        mechanism.name,
-        rows,
-        len(states),
-        seed,
-        tolerance,
-        mechanism.coordinates.names,
-        mechanism.velocities,
-        versions(),
-        (),
+        mechanism=mechanism.name,
+        rows=rows,
+        samples=len(states),
+        seed=seed,
+        tolerance=tolerance,
+        coordinates=mechanism.coordinates.names,
+        velocities=mechanism.velocities,
+        versions=versions(),
+        notes=(),
     )
     if verdict.agrees:
         return verdict

@@ -122,12 +122,12 @@ class Reduced:
             c[k, rest] = found[:, -1]
         q, v, t = states.q, states.v, states.t
         return _Tree(
-            np.asarray(equations.mass_matrix(q, t)),
-            np.asarray(equations.bias(q, v, t)),
-            np.asarray(equations.forces(q, v, t)),
-            np.asarray(equations.bias(q, still, t)),
-            S,
-            c,
+            M=np.asarray(equations.mass_matrix(q, t)),
+            h=np.asarray(equations.bias(q, v, t)),
+            Q=np.asarray(equations.forces(q, v, t)),
+            g=np.asarray(equations.bias(q, still, t)),
+            S=S,
+            c=c,
         )
 
 

@@ -177,13 +177,13 @@ def rows_of(
         worst, entry = np.unravel_index(int(np.argmax(part)), part.shape)
         rows.append(
             Row(
-                quantity,
-                names,
-                float(difference[worst, entry]),
-                tuple(states.q[worst].tolist()),
-                tuple(states.v[worst].tolist()),
-                float(states.t[worst]),
-                remark,
+                quantity=quantity,
+                sources=names,
+                worst=float(difference[worst, entry]),
+                q=tuple(states.q[worst].tolist()),
+                v=tuple(states.v[worst].tolist()),
+                t=float(states.t[worst]),
+                remark=remark,
                 rounding=float(excused[worst, entry]),
                 entry=_names_of(int(entry), quantity, mechanism) if by_entry else (),
                 by_entry=by_entry,

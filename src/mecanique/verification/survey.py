@@ -252,7 +252,17 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
         # told
         quantity = f"{type(error).__name__}: {error}"
     seconds = perf_counter() - start
-    return Entry(name, root, size, worst, quantity, refused, seconds, excused, allowed)
+    return Entry(
+        name=name,
+        root=root,
+        velocities=size,
+        worst=worst,
+        quantity=quantity,
+        refused=refused,
+        seconds=seconds,
+        rounding=excused,
+        allowed=allowed,
+    )
 
 
 def _load(name: str, root: str) -> Mechanism:

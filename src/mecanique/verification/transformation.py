@@ -136,18 +136,18 @@ def compare_coordinates(
         least = 1.0 if quantity == "mass matrix" else mass**0.5
         worst[quantity] = float(relative_difference(a, b, least).max())
     return Transformation(
-        first.name,
-        second.name,
-        dict(zip(x, chart.phi, strict=True)),
-        tuple(x),
-        tuple(y),
-        tuple(tuple(row) for row in chart.jacobian),
-        {
+        first=first.name,
+        second=second.name,
+        map=dict(zip(x, chart.phi, strict=True)),
+        rows=tuple(x),
+        columns=tuple(y),
+        jacobian=tuple(tuple(row) for row in chart.jacobian),
+        worst={
             "mass matrix": worst["mass matrix"],
             "all other terms": worst["bias"],
             "acceleration": worst["acceleration"],
         },
-        len(states),
+        samples=len(states),
     )
 
 

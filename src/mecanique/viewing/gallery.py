@@ -83,7 +83,16 @@ def gallery(
         except MecaniqueError as error:
             fault = str(error)
         picture, freedom = picture_of(name, small=True), _count_freedom(name)
-        cards.append(Card(name, system.title, system.tags, picture, fault, freedom))
+        cards.append(
+            Card(
+                name=name,
+                title=system.title,
+                tags=system.tags,
+                picture=picture,
+                fault=fault,
+                freedom=freedom,
+            )
+        )
     _write(folder / "index.html", index(cards))
     return tuple(cards)
 

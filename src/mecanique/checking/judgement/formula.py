@@ -80,7 +80,16 @@ def _judge_value(
     for statement in statements:
         one = _residual(statement, truth, sample, known, quantity.letters[0], text)
         if quantity.again is None:
-            found.append(Judged(statement, one, one.worst, (), one.root, quantity.series))
+            found.append(
+                Judged(
+                    statement=statement,
+                    residual=one,
+                    worst=one.worst,
+                    forms=(),
+                    root=one.root,
+                    series=quantity.series,
+                )
+            )
             continue
         # two states with the same parameters may differ from the truth by the same constant
         other_values, letters = quantity.again
@@ -90,7 +99,16 @@ def _judge_value(
             difference = np.abs(one.values.whole - moved.whole)
             relative = difference / np.maximum(one.values.size, moved.size)
         worst = float(np.nanmax(np.where(np.isfinite(relative), relative, 0.0)))
-        found.append(Judged(statement, one, worst, (), one.root, quantity.series))
+        found.append(
+            Judged(
+                statement=statement,
+                residual=one,
+                worst=worst,
+                forms=(),
+                root=one.root,
+                series=quantity.series,
+            )
+        )
     return found
 
 
@@ -114,7 +132,14 @@ def _residual(
     if len(sides) == 1:
         values[name] = known[name]
     sample = replace(sample, values=values)
-    return Residual(statement, root, tape, tape.evaluate(values, sample.count), truth, sample)
+    return Residual(
+        statement=statement,
+        root=root,
+        tape=tape,
+        values=tape.evaluate(values, sample.count),
+        truth=truth,
+        sample=sample,
+    )
 
 
 def _judge_matrix(
@@ -155,7 +180,9 @@ def _judge_matrix(
         place = replace(statement, sides=(entry,), text=_quote(entry, text, i, j))
         one = _of_entry(entry, place, truth, true[:, i, j])
         series = {_ENTRY: quantity.series[str(k)]}
-        judged.append(Judged(place, one, far, (), one.root, series))
+        judged.append(
+            Judged(statement=place, residual=one, worst=far, forms=(), root=one.root, series=series)
+        )
     return judged
 
 
@@ -259,7 +286,16 @@ def _judge_letters(
             names = ", ".join(quantity.letters)
             raise FormulaError(f"expected an equation for one of {names}", text, statement.start)
         one = _residual(statement, truth, truth.sample, known, "", text)
-        found.append(Judged(statement, one, one.worst, (), one.root, quantity.series))
+        found.append(
+            Judged(
+                statement=statement,
+                residual=one,
+                worst=one.worst,
+                forms=(),
+                root=one.root,
+                series=quantity.series,
+            )
+        )
     return found
 
 
@@ -292,7 +328,16 @@ def _judge_free_body(
             if relative <= TOLERANCE:
                 worst = relative
                 forms.append("it holds at rest only: the inertia forces are missing")
-        found.append(Judged(statement, one, worst, tuple(forms), one.root, series))
+        found.append(
+            Judged(
+                statement=statement,
+                residual=one,
+                worst=worst,
+                forms=tuple(forms),
+                root=one.root,
+                series=series,
+            )
+        )
     return found
 
 

@@ -194,7 +194,9 @@ def residuals(
         for root in roots:
             tape = Tape(root)
             values = tape.evaluate(sample.letters, sample.count)
-            one = Residual(statement, root, tape, values, truth, sample)
+            one = Residual(
+                statement=statement, root=root, tape=tape, values=values, truth=truth, sample=sample
+            )
             if one.finite.sum() < min(_FEWEST, sample.count):
                 raise FormulaError(
                     f"the formula has a value at {int(one.finite.sum())} of {sample.count} states; "

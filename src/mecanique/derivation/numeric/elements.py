@@ -110,7 +110,14 @@ def _ground(mechanism: Mechanism, at: Snapshot) -> Ground:
         size = mechanism.evaluate(angle)
         return math.cos(size), math.sin(size)
 
-    return Ground(point, turn, mechanism.evaluate, np.sqrt, wave, lambda a, b: a / b)
+    return Ground(
+        point=point,
+        turn=turn,
+        scalar=mechanism.evaluate,
+        root=np.sqrt,
+        wave=wave,
+        ratio=lambda a, b: a / b,
+    )
 
 
 def find_unexplained(

@@ -162,7 +162,14 @@ class FreeBodies:
             chain = self._chain(joint)
             bodies.append(self._body(k, [found[place] for place in chain], move, *wrenches[k]))
         springs = self._loads.energy(poses, move.r, len(states))
-        return Snapshot(tuple(bodies), move, axes, self._holders, self._armature, springs)
+        return Snapshot(
+            bodies=tuple(bodies),
+            motions=move,
+            axes=axes,
+            holders=self._holders,
+            armature=self._armature,
+            springs=springs,
+        )
 
     def moving(self, states: States) -> list[FreeBody]:
         """Return the free bodies that can move relative to the ground."""

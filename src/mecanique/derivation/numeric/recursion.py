@@ -32,7 +32,7 @@ class _Form(NamedTuple):
     tree: tuple[Link, ...]
     chart: Chart
     loads: Loads
-    S: list[np.ndarray]
+    S: list[tuple[np.ndarray, ...]]
     first: list[int]
     armature: np.ndarray
 
@@ -47,7 +47,14 @@ class _Form(NamedTuple):
         for column, link in zip(first, tree, strict=True):
             last = column + len(link.velocities)
             armature[column:last] = mechanism.evaluate(link.armature)
-        return cls(tree, Chart(mechanism, tree), Loads(mechanism, tree), S, first, armature)
+        return cls(
+            tree=tree,
+            chart=Chart(mechanism, tree),
+            loads=Loads(mechanism, tree),
+            S=S,
+            first=first,
+            armature=armature,
+        )
 
 
 class _Numbers(NamedTuple):

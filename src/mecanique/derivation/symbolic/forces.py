@@ -60,7 +60,15 @@ def works_of(kinematics: Kinematics, force: AnyForce) -> Iterator[Work]:
         taken = along.assumption if law.kind == "potential" else None
         assumptions = () if taken is None else (taken,)
         square = _square(law, along)
-        yield Work(force.name, law.kind, scalar, forces, assumptions, along.length, square)
+        yield Work(
+            name=force.name,
+            kind=law.kind,
+            scalar=scalar,
+            forces=forces,
+            assumptions=assumptions,
+            length=along.length,
+            square=square,
+        )
 
 
 def _square(law: Law, along: Span | Travel) -> tuple[Series, Series] | None:

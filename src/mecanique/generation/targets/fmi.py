@@ -63,7 +63,16 @@ def variables_of(program: Program) -> tuple[Variable, ...]:
     for letter in letters["p"]:
         kind = "parameter" if letter.name in program.mechanism.values else "input"
         held = letter.place in fixed
-        found.append(Variable(letter.name, kind, letter.unit, letter.meaning, letter.value, held))
+        found.append(
+            Variable(
+                name=letter.name,
+                kind=kind,
+                unit=letter.unit,
+                meaning=letter.meaning,
+                start=letter.value,
+                fixed=held,
+            )
+        )
     for letter in letters["tau"]:
         meaning = "added to the forces of the mechanism"
         found.append(Variable(letter.name, "input", letter.unit, meaning, 0.0))

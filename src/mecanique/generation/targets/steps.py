@@ -49,7 +49,8 @@ def write_steps(moving: Moving) -> str:
 
     tableau: Any = DOP853
     mechanism, landing = moving.mechanism, moving.landing
-    balls, table = _quaternions(mechanism), map(list_numbers, tableau.A[:12, :12])
+    balls = [at[0] for _, at in mechanism.quaternions]
+    table = map(list_numbers, tableau.A[:12, :12])
     lines = [
         "#include <math.h>",
         "#include <string.h>",
@@ -113,9 +114,3 @@ def list_numbers(values: Sequence[float] | Array) -> str:
         values: the numbers.
     """
     return f"{{{', '.join(repr(float(value)) for value in values)}}}"
-
-
-def _quaternions(mechanism: Mechanism) -> list[int]:
-    """Where quaternions begin in q."""
-    names = mechanism.coordinates.names
-    return [names.index(j.coordinates[-4]) for j in mechanism.joints if j.quaternion]

@@ -102,11 +102,11 @@ def judge(program: Program, target: Target, cases: Cases, seed: int) -> CodeVerd
             f"{'; '.join(done.stderr.splitlines()[:3])}"
         )
     return CodeVerdict(
-        len(cases),
-        seed,
-        TOLERANCE,
-        worst,
-        {name: float(np.max(rows, initial=0.0)) for name, rows in cases.allowed.items()},
-        {**versions(), "run by": target.version()},
-        count_varied(program, cases),
+        samples=len(cases),
+        seed=seed,
+        tolerance=TOLERANCE,
+        worst=worst,
+        rounded={name: float(np.max(rows, initial=0.0)) for name, rows in cases.allowed.items()},
+        versions={**versions(), "run by": target.version()},
+        varied=count_varied(program, cases),
     )

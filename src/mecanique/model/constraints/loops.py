@@ -90,7 +90,14 @@ class Loop:
             body_b: name of the other body.
             point_b: shape (3,), in the frame of body b [m].
         """
-        return cls(name, "ball", body_a, _frame(point_a), body_b, _frame(point_b))
+        return cls(
+            name=name,
+            kind="ball",
+            body_a=body_a,
+            frame_a=_frame(point_a),
+            body_b=body_b,
+            frame_b=_frame(point_b),
+        )
 
     @classmethod
     def hinge(
@@ -115,7 +122,14 @@ class Loop:
             axis_b: shape (3,), numbers, in the frame of body b; as axis a by default.
         """
         other = axis_a if axis_b is None else axis_b
-        return cls(name, "hinge", body_a, _frame(point_a, axis_a), body_b, _frame(point_b, other))
+        return cls(
+            name=name,
+            kind="hinge",
+            body_a=body_a,
+            frame_a=_frame(point_a, axis_a),
+            body_b=body_b,
+            frame_b=_frame(point_b, other),
+        )
 
     @classmethod
     def weld(
@@ -130,7 +144,9 @@ class Loop:
             body_b: name of the other body.
             frame_b: in body b.
         """
-        return cls(name, "weld", body_a, frame_a, body_b, frame_b)
+        return cls(
+            name=name, kind="weld", body_a=body_a, frame_a=frame_a, body_b=body_b, frame_b=frame_b
+        )
 
     @classmethod
     def distance(
@@ -146,7 +162,15 @@ class Loop:
             point_b: shape (3,), in the frame of body b [m].
             length: the distance, greater than zero [m].
         """
-        return cls(name, "distance", body_a, _frame(point_a), body_b, _frame(point_b), length)
+        return cls(
+            name=name,
+            kind="distance",
+            body_a=body_a,
+            frame_a=_frame(point_a),
+            body_b=body_b,
+            frame_b=_frame(point_b),
+            length=length,
+        )
 
     @classmethod
     def pin(
@@ -168,7 +192,14 @@ class Loop:
             point_b: shape (3,), in the frame of body b [m].
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
-        return cls(name, "pin", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+        return cls(
+            name=name,
+            kind="pin",
+            body_a=body_a,
+            frame_a=_frame(point_a, normal),
+            body_b=body_b,
+            frame_b=_frame(point_b, normal),
+        )
 
     @classmethod
     def plate(
@@ -190,7 +221,14 @@ class Loop:
             point_b: shape (3,), in the frame of body b [m].
             normal: shape (3,), numbers, of the plane, in the frame of body a.
         """
-        return cls(name, "plate", body_a, _frame(point_a, normal), body_b, _frame(point_b, normal))
+        return cls(
+            name=name,
+            kind="plate",
+            body_a=body_a,
+            frame_a=_frame(point_a, normal),
+            body_b=body_b,
+            frame_b=_frame(point_b, normal),
+        )
 
 
 def explain_lock(name: str) -> str:

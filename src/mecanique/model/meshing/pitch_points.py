@@ -59,12 +59,12 @@ def find_pitch_point(mechanism: Mechanism, mesh: Gear | Rack, A: Array, B: Array
         # from the apex the centers are at a n and b n'
         a, b = (y + c * x) / s, (x + c * y) / s
         return PitchPoint(
-            n,
-            bevel.sides[0] * (line - c * n) / s,
-            line,
-            bevel.sides[1] * (n - c * line) / s,
-            (_rise(a, r), _rise(b, R)),
-            float(np.hypot(a, r)),
+            axis=n,
+            toward=bevel.sides[0] * (line - c * n) / s,
+            other_axis=line,
+            other_toward=bevel.sides[1] * (n - c * line) / s,
+            rises=(_rise(a, r), _rise(b, R)),
+            ray=float(np.hypot(a, r)),
         )
     point = mesh.point if isinstance(mesh, Rack) else (0.0, 0.0, 0.0)
     d = B[:3, :3] @ mechanism.evaluate_all(point) + B[:3, 3] - A[:3, 3]

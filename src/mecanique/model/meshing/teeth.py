@@ -248,28 +248,28 @@ def _mesh(
         apart = sign * mechanism.evaluate(mesh.other_radius) * turn + pitch / 2
     first, second = touch.rises
     yield WheelTeeth(
-        wheel.child,
-        A[:3, :3].T @ np.stack([u, t, n], axis=1),
-        mesh.radius,
-        counts[0],
-        apart / radius,
-        internal,
-        width,
-        first,
+        body=wheel.child,
+        axes=A[:3, :3].T @ np.stack([u, t, n], axis=1),
+        radius=mesh.radius,
+        count=counts[0],
+        phase=apart / radius,
+        internal=internal,
+        width=width,
+        rise=first,
     )
     between = apart + pitch / 2
     if isinstance(mesh, Gear):
         size = mechanism.evaluate(mesh.other_radius)
         frame = np.stack([touch.other_toward, along, touch.other_axis], axis=1)
         yield WheelTeeth(
-            other.child,
-            B[:3, :3].T @ frame,
-            mesh.other_radius,
-            counts[1],
-            sign * between / size,
-            False,
-            width,
-            second,
+            body=other.child,
+            axes=B[:3, :3].T @ frame,
+            radius=mesh.other_radius,
+            count=counts[1],
+            phase=sign * between / size,
+            internal=False,
+            width=width,
+            rise=second,
         )
         return
     back = B[:3, :3].T
@@ -277,7 +277,9 @@ def _mesh(
     axes = back @ np.stack([t, -u, np.cross(t, -u)], axis=1)
     module = 2 * mesh.radius / counts[0]
     reach = _reach(mechanism, other.child, start, axes[:, 0]) or (-4 * pitch, 4 * pitch)
-    yield RackTeeth(other.child, axes, start, module, reach, width)
+    yield RackTeeth(
+        body=other.child, axes=axes, start=start, module=module, reach=reach, width=width
+    )
 
 
 def _count(mechanism: Mechanism, meshes: list[Gear | Rack]) -> dict[int, tuple[int, int]]:

@@ -203,7 +203,14 @@ def inertial_check(
 
     length = float(characteristic_length(mechanism))
     return InertialCheck(
-        float(latitude), facing, rate, tuple(rows), still, turning, tolerance, length
+        latitude=float(latitude),
+        facing=facing,
+        rate=rate,
+        rows=tuple(rows),
+        still=still,
+        turning=turning,
+        tolerance=tolerance,
+        length=length,
     )
 
 

@@ -96,7 +96,14 @@ def trust(motion: Motion, accuracy: float) -> Trust:
 def _lyapunov(motion: Motion, begin: float, end: float) -> float:
     """The largest exponent, averaged over the second half of the motion and the first alike."""
     rhs = motion.reference.rhs()
-    task = Task(rhs, not motion.curve.smooth, 1e-12, 1e-12, np.inf, 1_000_000)
+    task = Task(
+        rhs=rhs,
+        implicit=not motion.curve.smooth,
+        rtol=1e-12,
+        atol=1e-12,
+        max_step=np.inf,
+        max_steps=1_000_000,
+    )
     nq = motion.mechanism.nq
     rng = np.random.default_rng(0)
     times = np.linspace(begin, end, STRETCHES + 1)

@@ -139,7 +139,16 @@ def simulate_many(
     store = Store(None if directory is None else Path(directory), about)
     if not mechanism.constrained:
         reason += list_left_out(mechanism, q, v, start[0])
-    runs = Runs(mechanism, times, start, varied, f"{_TITLES[chosen]}{reason}", rtol, size, store)
+    runs = Runs(
+        mechanism=mechanism,
+        t=times,
+        start=start,
+        parameters=varied,
+        method=f"{_TITLES[chosen]}{reason}",
+        rtol=rtol,
+        chunk=size,
+        store=store,
+    )
     pickled = _pickle(mechanism)
     threads = threads_here() if executor is None else 1
 

@@ -167,7 +167,15 @@ def compare(
     span = 2 * _period(linearization, mode)
     motion = _exact(linearization, mode, amplitude, reference, span, samples=241)
     linear, _, _ = linear_solution(linearization, mode, amplitude, motion.t - linearization.t)
-    return Comparison(linearization, mode, amplitude, tolerance, limit, motion, linear)
+    return Comparison(
+        linearization=linearization,
+        mode=mode,
+        amplitude=amplitude,
+        tolerance=tolerance,
+        limit=limit,
+        motion=motion,
+        linear=linear,
+    )
 
 
 def _period(linearization: Linearization, mode: int) -> float:

@@ -23,6 +23,7 @@ from mecanique.model.constraints.contacts import Rolling
 from mecanique.model.joints import Floating, Joint, Prismatic, Revolute, Spherical
 from mecanique.model.mechanism import Mechanism
 from mecanique.model.placement import Placement, angles_of
+from mecanique.model.quaternions import to_matrices
 
 __all__ = ["Hinged", "put_hinges"]
 
@@ -98,7 +99,7 @@ def put_hinges(mechanism: Mechanism, q: Array, v: Array, a: Array) -> Hinged:
             joints.append(joint)
             continue
         position, turns = joint.names[:-4], joint.velocities[-3:]
-        attitude = _matrix([place.pop(name) for name in joint.names[-4:]])
+        attitude = to_matrices(np.array([place.pop(name) for name in joint.names[-4:]]))
         w = np.array([rate.pop(name) for name in turns])
         turning = _split(mechanism, joint, attitude, w, np.array([second[name] for name in turns]))
         chain = list(_chain(joint, attitude, turning))
@@ -216,10 +217,3 @@ def _symmetry(mechanism: Mechanism, name: str) -> tuple[list[Array], bool]:
     aside = (np.linalg.norm(np.cross(axis, center)) for axis in axes)
     size = max(float(np.linalg.norm(center)), _LEAST)
     return [axis for axis, off in zip(axes, aside, strict=True) if off <= _ALIKE * size], False
-
-
-def _matrix(quaternion: list[float]) -> Array:
-    from scipy.spatial.transform import Rotation
-
-    found: Array = Rotation.from_quat(quaternion).as_matrix()
-    return found

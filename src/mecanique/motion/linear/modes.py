@@ -62,13 +62,15 @@ def mode_motion(
     nodes = np.linspace(0.0, duration, max(5, int(np.ceil(duration / period * NODES)) + 1))
     mechanism, rates = linearization.mechanism, Rates.of(linearization.mechanism)
     q, v, a = _closed_solution(linearization, mode, size, nodes)
-    curve = Curve(nodes, q, v, a, np.array([0]), rates)
+    curve = Curve(t=nodes, q=q, v=v, a=a, breaks=np.array([0]), rates=rates)
     times = sample_times(0.0, duration, fps, None)
     q, v, _ = _closed_solution(linearization, mode, size, times)
     frequency = abs(root.imag) / (2 * np.pi)
     text = f"mode {mode + 1} of the linear equations, {frequency:.6g} Hz, amplitude {size:.4g}"
     statistics = Statistics(0, 0, perf_counter() - begin, 0.0, 0.0)
-    return Motion(mechanism, times, q, v, curve, text, statistics)
+    return Motion(
+        mechanism=mechanism, t=times, q=q, v=v, path=curve, method=text, statistics=statistics
+    )
 
 
 def slowest(linearization: Linearization) -> int:

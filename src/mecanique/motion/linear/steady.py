@@ -206,7 +206,17 @@ def linearize_steady(
     rates = free.rates(np.zeros((1, len(A))))[0]
     _refuse_changing(mechanism, rates, positions, velocities, idle)
     M = free.tangent.T @ reference.mass_matrix(q) @ free.tangent
-    return SteadyLinearization(mechanism, q, velocity, positions, velocities, A, M, idle, error)
+    return SteadyLinearization(
+        mechanism=mechanism,
+        q=q,
+        v=velocity,
+        positions=positions,
+        velocities=velocities,
+        A=A,
+        M=M,
+        idle=idle,
+        error=error,
+    )
 
 
 def _begin(mechanism: Mechanism, at: Given, v: Given) -> tuple[Reference, np.ndarray, np.ndarray]:

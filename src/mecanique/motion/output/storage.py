@@ -127,14 +127,31 @@ def load(path: str | PathLike[str], mechanism: Mechanism | None = None) -> Motio
     if not _fits(mechanism, t, q, v, steps, happened, names):
         raise InputError(f"{os.fspath(path)!r} is damaged: its arrays do not fit each other")
     step_t, step_q, step_v, step_a, breaks = steps
-    curve = Curve(step_t, step_q, step_v, step_a, breaks, Rates.of(mechanism), smooth, close)
+    curve = Curve(
+        t=step_t,
+        q=step_q,
+        v=step_v,
+        a=step_a,
+        breaks=breaks,
+        rates=Rates.of(mechanism),
+        smooth=smooth,
+        close=close,
+    )
     cut = np.cumsum([1, mechanism.nq, mechanism.nv])
     events = []
     for name, row in zip(names, happened, strict=True):
         time, *state = np.split(row, cut)
         events.append(Occurrence(name, float(time[0]), *state))
     motion = Motion(
-        mechanism, t, q, v, curve, method, statistics, tuple(events), event_names=watched
+        mechanism=mechanism,
+        t=t,
+        q=q,
+        v=v,
+        path=curve,
+        method=method,
+        statistics=statistics,
+        events=tuple(events),
+        event_names=watched,
     )
     _check_accelerations(motion, os.fspath(path))
     return motion

@@ -213,14 +213,14 @@ class Curve:
         place = at + 1
         breaks = self.breaks + np.searchsorted(place, self.breaks, side="right")
         curve = Curve(
-            np.insert(self.t, place, t),
-            np.insert(self.q, place, q, axis=0),
-            np.insert(self.v, place, v, axis=0),
-            np.insert(self.a, place, a, axis=0),
-            breaks,
-            self.rates,
-            self.smooth,
-            self.close,
+            t=np.insert(self.t, place, t),
+            q=np.insert(self.q, place, q, axis=0),
+            v=np.insert(self.v, place, v, axis=0),
+            a=np.insert(self.a, place, a, axis=0),
+            breaks=breaks,
+            rates=self.rates,
+            smooth=self.smooth,
+            close=self.close,
         )
         starts = curve.intervals
         new = place + np.arange(len(place))

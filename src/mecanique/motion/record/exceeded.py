@@ -72,5 +72,15 @@ def find_exceeded(motion: Motion) -> tuple[Exceeded, ...]:
                 float(motion.t[worst]),
                 float(motion.t[first]),
             )
-            found.append(Exceeded(joint.name, joint.coordinate, lower, upper, value, time, since))
+            found.append(
+                Exceeded(
+                    joint=joint.name,
+                    coordinate=joint.coordinate,
+                    lower=lower,
+                    upper=upper,
+                    value=value,
+                    time=time,
+                    since=since,
+                )
+            )
     return tuple(sorted(found, key=lambda each: each.since))

@@ -132,5 +132,12 @@ class Steps:
         y, dy = np.array(self.y), np.array(self.dy)
         q = rates.normalize(y[:, :nq])
         return Curve(
-            np.array(self.t), q, y[:, nq:], dy[:, nq:], np.array(self.breaks), rates, smooth, close
+            t=np.array(self.t),
+            q=q,
+            v=y[:, nq:],
+            a=dy[:, nq:],
+            breaks=np.array(self.breaks),
+            rates=rates,
+            smooth=smooth,
+            close=close,
         )

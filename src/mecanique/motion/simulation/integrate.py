@@ -48,28 +48,44 @@ def integrate(problem: Problem, choice: Choice) -> Integration:
         return integrate_in_c(problem, choice.share, partial(_watch, choice), look)
     if problem.loops is not None and isinstance(choice.equations, ClosedProgram):
         problem = problem.with_way_back(choice.equations.close)
-    task, steps = _task(problem, choice), Steps()
+    task, steps = _task(problem, choice), Steps(spread=not METHODS[choice.method].smooth)
     try:
         rate = task.rhs(problem.t0, problem.start)
     except MecaniqueError:
         raise
     except Exception as error:
-        return Integration(Outcome("fault", error), problem.t0, None, 0, 0, task.rtol, None)
+        return Integration(
+            outcome=Outcome("fault", error),
+            t=problem.t0,
+            y=None,
+            steps=0,
+            evaluations=0,
+            rtol=task.rtol,
+            course=None,
+        )
     steps.add(problem.t0, problem.start, rate)
     if not np.isfinite(rate).all():
         outcome = Outcome("not finite")
-        return Integration(outcome, problem.t0, steps.y[0], 0, 0, task.rtol, None)
+        return Integration(
+            outcome=outcome,
+            t=problem.t0,
+            y=steps.y[0],
+            steps=0,
+            evaluations=0,
+            rtol=task.rtol,
+            course=None,
+        )
     with _interruptible() as interruption:
         watcher = Watcher(problem, task, steps, interruption, look)
         outcome = _integrate_stretches(problem, choice, task, steps, watcher)
     return Integration(
-        outcome,
-        steps.t[-1],
-        steps.y[-1],
-        steps.taken,
-        steps.evaluations,
-        task.rtol,
-        partial(_course, problem, choice, task, steps, watcher, outcome),
+        outcome=outcome,
+        t=steps.t[-1],
+        y=steps.y[-1],
+        steps=steps.taken,
+        evaluations=steps.evaluations,
+        rtol=task.rtol,
+        course=partial(_course, problem, choice, task, steps, watcher, outcome),
     )
 
 

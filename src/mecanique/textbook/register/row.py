@@ -96,7 +96,16 @@ def decision(number: str, states: str, how: str, *facts: bool) -> Row:
 
 def misread(number: str, states: str, *, right: str, proof: str) -> Row:
     """Return the row of a sentence whose wording is at fault: read, not computed."""
-    return Row(number, states, "the sentence itself", "read", False, None, right, proof)
+    return Row(
+        number=number,
+        states=states,
+        how="the sentence itself",
+        kind="read",
+        holds=False,
+        residual=None,
+        right=right,
+        proof=proof,
+    )
 
 
 def open_point(number: str, states: str, why: str) -> Row:
@@ -122,7 +131,17 @@ def misprint(
     if row.holds:
         return row
     proven = all(map(_vanishes, corrected))
-    return Row(number, states, how, row.kind, False, None, right, proof, proven)
+    return Row(
+        number=number,
+        states=states,
+        how=how,
+        kind=row.kind,
+        holds=False,
+        residual=None,
+        right=right,
+        proof=proof,
+        proven=proven,
+    )
 
 
 def _vanishes(difference: Any) -> bool:

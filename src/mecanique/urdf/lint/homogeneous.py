@@ -216,7 +216,12 @@ def _compare(link: Link, solid: Solid, density: float | None) -> LinkInertia:
     own = np.linalg.eigvalsh(solid.inertia * (mass / solid.volume)).max()
     off = float(np.linalg.norm(center - solid.center))
     return LinkInertia(
-        link.name, link.mass, solid, mass, off, float(written / own) if own > 0 else math.inf
+        name=link.name,
+        mass=link.mass,
+        solid=solid,
+        by_shape=mass,
+        off=off,
+        ratio=float(written / own) if own > 0 else math.inf,
     )
 
 

@@ -87,7 +87,16 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]
                 "M106", element, where, f"it is there already at line {links[name].element.line}"
             )
             continue
-        links[name] = Link(name, element, mass, frame, inertia, visuals, collisions, real)
+        links[name] = Link(
+            name=name,
+            element=element,
+            mass=mass,
+            frame=frame,
+            inertia=inertia,
+            visuals=visuals,
+            collisions=collisions,
+            real=real,
+        )
     if not links and not report.stopped:
         report.add("M102", robot, "", "the robot has no link")
     return list(links.values())

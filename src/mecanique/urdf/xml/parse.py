@@ -67,7 +67,12 @@ class _Open:
     def close(self) -> Element:
         text = "".join(self.text).strip()
         return Element(
-            self.tag, self.attributes, tuple(self.children), text, self.line, self.offset
+            tag=self.tag,
+            attributes=self.attributes,
+            children=tuple(self.children),
+            text=text,
+            line=self.line,
+            offset=self.offset,
         )
 
 

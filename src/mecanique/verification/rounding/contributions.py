@@ -187,7 +187,15 @@ class _Chart:
         angles = [sizes[link.coordinates[0]] for link in tree if link.kind == "turn"]
         turned = np.max([np.full(n, 1.0), *(angle / _TURN for angle in angles)], axis=0)
         turns = np.concatenate([np.zeros(0, dtype=bool), *map(_turns, tree)])
-        return cls(move, sizes, np.abs(move.u), np.abs(move.gamma), turns, turned, linear)
+        return cls(
+            motions=move,
+            sizes=sizes,
+            u=np.abs(move.u),
+            gamma=np.abs(move.gamma),
+            turns=turns,
+            turned=turned,
+            linear=linear,
+        )
 
     def reach(self, link: Link) -> Array:
         """Return how far a link's coordinates move its origin, shape (n,) [m]."""

@@ -138,7 +138,7 @@ class Maker:
             first=float(motion.t[0]),
             duration=_duration(motion),
             rtol=LOOPS_RTOL if mechanism.constrained else RTOL,
-            quaternions=tuple(_quaternions(mechanism)),
+            quaternions=tuple(at[0] for _, at in mechanism.quaternions),
             loops=len(closing),
             restrained=tuple(k for k, gap in enumerate(closing) if gap == 0.0),
             unknown=unknown,
@@ -235,10 +235,3 @@ def _duration(motion: Motion) -> float:
         return length
     digit = 10.0 ** (floor(log10(length)) - 1)
     return float(f"{digit * (floor(length / digit) + 1):.2g}")
-
-
-def _quaternions(mechanism: Mechanism) -> Iterator[int]:
-    names = tuple(mechanism.coordinates)
-    for joint in mechanism.joints:
-        if joint.quaternion:
-            yield names.index(joint.coordinates[-4])

@@ -109,7 +109,14 @@ def _arrows(actions: Sequence[Action], complete: bool) -> Iterator[Arrow]:
     for name, action, unit in name_arrows(actions):
         vector = action.force if unit == "N" else action.moment
         if complete or np.abs(vector).max(initial=0.0) > 1e-9:
-            yield Arrow(name, action.kind, action.body, action.origin, vector, unit)
+            yield Arrow(
+                name=name,
+                kind=action.kind,
+                body=action.body,
+                origin=action.origin,
+                vector=vector,
+                unit=unit,
+            )
 
 
 def _lines(mechanism: Mechanism, poses: Floats, at: dict[str, int]) -> Iterator[Line]:

@@ -214,7 +214,14 @@ def _sliders(mechanism: Mechanism, start: Array) -> Iterator[Slider]:
         if bounds is not None and limited:
             low = bounds.lower if math.isfinite(bounds.lower) else low
             high = bounds.upper if math.isfinite(bounds.upper) else high
-        yield Slider(name, simple[name], min(low, value), max(high, value), value, limited)
+        yield Slider(
+            name=name,
+            unit=simple[name],
+            low=min(low, value),
+            high=max(high, value),
+            value=value,
+            limited=limited,
+        )
 
 
 def _paths(mechanism: Mechanism, start: Array, sliders: Sequence[str]) -> Iterator[Path]:

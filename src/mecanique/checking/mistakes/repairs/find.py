@@ -59,7 +59,16 @@ def repairs(
         usable = finite & np.isfinite(want)
         if usable.sum() < min(_FEWEST, len(finite)) or not usable.any():
             continue
-        one = Part(tape, k, have[usable], want[usable], usable, context, text, values)
+        one = Part(
+            tape=tape,
+            place=k,
+            have=have[usable],
+            want=want[usable],
+            usable=usable,
+            context=context,
+            text=text,
+            values=values,
+        )
         whole = list(_find(one))
         if any(repair.kind in ("sign", "extra", "factor", "inertia") for repair in whole):
             explained.add(k)

@@ -38,11 +38,13 @@ def mistake_operator(right: RightEquations) -> Iterator[Hypothesis]:
         if series:
             less = rest.copy()
             less[:, k] -= changing[:, k]
-            yield Hypothesis("rate constant", text, 1.4, M, less, k, series)
+            yield Hypothesis(
+                kind="rate constant", text=text, weight=1.4, M=M, rest=less, row=k, term=series
+            )
             less = rest.copy()
             less[:, k] += slopes[:, k]
             what = f"the term −∂T/∂{names[k][:-1]} is missing (centripetal)"
-            yield Hypothesis("missing", what, 1.3, M, less, k)
+            yield Hypothesis(kind="missing", text=what, weight=1.3, M=M, rest=less, row=k)
     what = "all terms with squares and products of velocities are missing"
     yield Hypothesis("missing", what, 1.2, M, rest - squares)
     what = "every rate is treated as constant in d/dt of the momenta"

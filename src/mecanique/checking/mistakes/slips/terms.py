@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import permutations
-from typing import Any
+from typing import Any, NamedTuple
 
 from mecanique.arrays import Array
 from mecanique.checking.mistakes.slips.hypothesis import (
@@ -25,24 +25,51 @@ _MOST_TERMS = 12
 """A longer entry of the equations is taken as a whole, not term by term."""
 
 
+class _Mistake(NamedTuple):
+    """A kind of mistake, how it is said of a term, and how likely it is."""
+
+    kind: str
+    text: str
+    weight: float
+
+
+class _Term(NamedTuple):
+    """A term of a row of the equations, or a group of terms.
+
+    Args:
+        row: of the equations.
+        series: the term, without the acceleration it stands before.
+        column: of M; −1 for a term without an acceleration.
+        name: in words; empty if it has none.
+        weight: how likely it is forgotten; smaller is likelier.
+    """
+
+    row: int
+    series: Series
+    column: int
+    name: str
+    weight: float
+
+
 def mistake_terms(right: RightEquations) -> Iterator[Hypothesis]:
     """Yield what follows with terms left out, of the other sign, doubled or halved."""
-    for row, term, column, name, weight in _list_terms(right):
-        missing = f"{name} {{}} is missing" if name else "the term {} is missing"
-        yield _change(right, "missing", missing, weight, row, term, column, 0.0)
+    for term in _list_terms(right):
+        missing = f"{term.name} {{}} is missing" if term.name else "the term {} is missing"
+        yield _change(right, term, 0.0, _Mistake("missing", missing, term.weight))
         sign = "the sign of the term {} is wrong"
-        yield _change(right, "sign", sign, weight, row, term, column, -1.0)
+        yield _change(right, term, -1.0, _Mistake("sign", sign, term.weight))
         twice = "the term {} is taken twice"
-        yield _change(right, "factor", twice, weight + 0.5, row, term, column, 2.0)
+        yield _change(right, term, 2.0, _Mistake("factor", twice, term.weight + 0.5))
         half = "the term {} is taken half"
-        yield _change(right, "factor", half, weight + 0.5, row, term, column, 0.5)
+        yield _change(right, term, 0.5, _Mistake("factor", half, term.weight + 0.5))
 
 
 def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
     """Yield what follows with one letter for another of the same unit in a single term."""
     parameters = right.truth.mechanism.parameters
     values = right.sample.values
-    for row, whole, column, _, _ in _list_terms(right):
+    for term in _list_terms(right):
+        whole = term.series
         if len(whole) > 1:
             continue
         ((_, monomial, _),) = whole.terms()
@@ -51,11 +78,11 @@ def mistake_letters(right: RightEquations) -> Iterator[Hypothesis]:
             if one.unit == other.unit and one.symbol in powers:
                 ratio = (values[other.symbol] / values[one.symbol]) ** powers[one.symbol]
                 text = f"in the term {{}} stands {other.symbol} for {one.symbol}"
-                yield _change(right, "letter", text, 2.1, row, whole, column, ratio)
+                yield _change(right, term, ratio, _Mistake("letter", text, 2.1))
 
 
-def _list_terms(right: RightEquations) -> Iterator[tuple[int, Series, int, str, float]]:
-    """Yield row, term, column of M or −1, its name and how likely it is forgotten."""
+def _list_terms(right: RightEquations) -> Iterator[_Term]:
+    """Yield the terms that somebody may get wrong: entries of M, groups of h and Q, their parts."""
     derivation = right.derivation
     velocities = derivation.algebra.velocities
     for row, entries in enumerate(derivation.M):
@@ -64,46 +91,37 @@ def _list_terms(right: RightEquations) -> Iterator[tuple[int, Series, int, str, 
                 continue
             own = row == column
             name = "the inertia term" if own else "the coupling term"
-            yield row, entry, column, name, 1.6 if own else 1.0
+            yield _Term(row, entry, column, name, 1.6 if own else 1.0)
             for part in _split(entry):
-                yield row, part, column, "the inertia term", 2.0
+                yield _Term(row, part, column, "the inertia term", 2.0)
     for row, (h, Q) in enumerate(zip(derivation.h, derivation.Q, strict=True)):
         groups = group_by_velocities(h, velocities)
         for powers, group in groups.items():
             name = _name_of(powers)
-            yield row, group, -1, name, 1.0
+            yield _Term(row, group, -1, name, 1.0)
             for part in _split(group):
-                yield row, part, -1, name, 2.0
+                yield _Term(row, part, -1, name, 2.0)
         for group in group_by_velocities(Q, velocities).values():
-            yield row, -group, -1, "the force", 1.2
+            yield _Term(row, -group, -1, "the force", 1.2)
             for part in _split(group):
-                yield row, -part, -1, "the force", 1.5
+                yield _Term(row, -part, -1, "the force", 1.5)
 
 
 def _change(
-    right: RightEquations,
-    kind: str,
-    text: str,
-    weight: float,
-    row: int,
-    term: Series,
-    column: int,
-    factor: float | Array,
+    right: RightEquations, term: _Term, factor: float | Array, mistake: _Mistake
 ) -> Hypothesis:
-    """Return the equations with a term of one row multiplied by a factor."""
-    M, rest = right.sample.M, right.rest
-    change = (factor - 1) * right.value(term)
-    if column >= 0:
+    """Return the equations with a term multiplied by a factor, by mistake."""
+    M, rest, shown = right.sample.M, right.rest, term.series
+    change = (factor - 1) * right.value(term.series)
+    if term.column >= 0:
         M = M.copy()
-        M[:, row, column] += change
+        M[:, term.row, term.column] += change
+        ring = right.derivation.algebra.ring
+        shown = term.series * ring[right.truth.accelerations[term.column]]
     else:
         rest = rest.copy()
-        rest[:, row] += change
-    shown = term
-    if column >= 0:
-        ring = right.derivation.algebra.ring
-        shown = term * ring[right.truth.accelerations[column]]
-    return Hypothesis(kind, text, weight, M, rest, row, shown)
+        rest[:, term.row] += change
+    return Hypothesis(*mistake, M=M, rest=rest, row=term.row, term=shown)
 
 
 def list_parts(series: Series, velocities: Sequence[str]) -> list[Series]:

@@ -71,7 +71,14 @@ def distribution_of(cuts: Cuts, cut: Cut) -> Distribution | None:
         points.append(_quotient(moment, force))
     turn = kinematics.turn(kinematics.place[cut.body])
     away = lift(algebra.ring, [combination(row, direction) for row in turn]).tidy()
-    return Distribution(name, length, away, density, tuple(resultants), tuple(points))
+    return Distribution(
+        coordinate=name,
+        length=length,
+        direction=away,
+        density=density,
+        resultant=tuple(resultants),
+        point=tuple(points),
+    )
 
 
 def _rod(cuts: Cuts, shape: Shape) -> tuple[Series, list[int], list[Series]] | None:

@@ -116,7 +116,9 @@ def _quasi(algebra: Algebra, link: Link, body: str) -> Iterator[JointRate]:
     for k, (name, kind) in enumerate(zip(link.velocities, kinds, strict=True)):
         axis = Vector(*(number(int(i == k % 3)) for i in range(3)))
         partials = tuple(number(int(v == name)) for v in algebra.velocities)
-        yield JointRate(body, kind, axis, name, partials, number(0))
+        yield JointRate(
+            body=body, kind=kind, axis=axis, name=name, partials=partials, rotor=number(0)
+        )
 
 
 def project(

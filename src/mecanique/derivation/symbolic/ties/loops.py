@@ -111,7 +111,14 @@ def _cut(kinematics: Kinematics, loop: Loop) -> Closing:
         directions.append(row.direction)
         turns.append(row.turn)
     # axes that turn with body a carry the end on it along
-    return Closing(loop, on_b if own else on_a, on_b, tuple(ties), tuple(directions), tuple(turns))
+    return Closing(
+        loop=loop,
+        on_a=on_b if own else on_a,
+        on_b=on_b,
+        ties=tuple(ties),
+        directions=tuple(directions),
+        turns=tuple(turns),
+    )
 
 
 def _along(

@@ -104,7 +104,18 @@ def demands_of(letters: Letters, recursion: Recursion) -> list[Demand]:
             gap = touch.gap if row == "normal" else 0.0
             name, by_v = f"{contact.name}: {row}", recursion.chart.project(slopes)
             slipped = dot(direction, slip)
-            found.append(Demand(name, k, gap, slipped, by_v, rate, touch.place, direction))
+            found.append(
+                Demand(
+                    name=name,
+                    block=k,
+                    gap=gap,
+                    slip=slipped,
+                    slopes=by_v,
+                    rate=rate,
+                    place=touch.place,
+                    direction=direction,
+                )
+            )
     for k, constraint in enumerate(mechanism.velocity_constraints):
         found.append(_constrain(letters, constraint, len(mechanism.contacts) + k))
     return found
@@ -116,7 +127,7 @@ def _constrain(letters: Letters, constraint: VelocityConstraint, block: int) -> 
     b = letters.arithmetic(constraint.rate, letters.values)
     *turning, b_rate = along(letters, [*slopes, b])
     slip, rate = dot(slopes, letters.v) - b, dot(turning, letters.v) - b_rate
-    return Demand(constraint.name, block, 0.0, slip, slopes, rate)
+    return Demand(name=constraint.name, block=block, gap=0.0, slip=slip, slopes=slopes, rate=rate)
 
 
 def _touch(letters: Letters, world: World, contact: Contact) -> _Touch:

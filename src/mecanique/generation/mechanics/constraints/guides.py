@@ -130,4 +130,6 @@ class Guides:
         def root(square: Any) -> Any:
             return letters.call("sqrt", square)
 
-        return Ground(point, turn, number, root, wave, lambda a, b: a / b)
+        return Ground(
+            point=point, turn=turn, scalar=number, root=root, wave=wave, ratio=lambda a, b: a / b
+        )

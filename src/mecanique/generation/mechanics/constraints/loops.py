@@ -60,13 +60,13 @@ def loops_of(letters: Letters, recursion: Recursion) -> Loops:
     jacobian = [on_velocities(letters, [row], [1.0]) for row in residual]
     demands = demands_of(letters, recursion)
     return Loops(
-        (*names, *(demand.name for demand in demands)),
-        (*blocks, *(2 * len(letters.mechanism.loops) + demand.block for demand in demands)),
-        [*residual, *(demand.gap for demand in demands)],
-        [*rate, *(demand.slip for demand in demands)],
-        [*jacobian, *(demand.slopes for demand in demands)],
-        [*along(letters, rate), *(demand.rate for demand in demands)],
-        demands,
+        names=(*names, *(demand.name for demand in demands)),
+        blocks=(*blocks, *(2 * len(letters.mechanism.loops) + demand.block for demand in demands)),
+        residual=[*residual, *(demand.gap for demand in demands)],
+        rate=[*rate, *(demand.slip for demand in demands)],
+        jacobian=[*jacobian, *(demand.slopes for demand in demands)],
+        gamma=[*along(letters, rate), *(demand.rate for demand in demands)],
+        demands=demands,
     )
 
 

@@ -113,13 +113,13 @@ def integrate_in_c(
     except KeyboardInterrupt:
         outcome = Outcome("interrupted")
     return Integration(
-        outcome,
-        march.t,
-        march.y.copy(),
-        steps.taken,
-        march.evaluations + steps.evaluations,
-        rtol,
-        partial(run.sample, steps, outcome, occurrences),
+        outcome=outcome,
+        t=march.t,
+        y=march.y.copy(),
+        steps=steps.taken,
+        evaluations=march.evaluations + steps.evaluations,
+        rtol=rtol,
+        course=partial(run.sample, steps, outcome, occurrences),
     )
 
 

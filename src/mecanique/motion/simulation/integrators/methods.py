@@ -304,7 +304,6 @@ def _implicit(
         from scipy import integrate
 
         types = {"LSODA": integrate.LSODA, "Radau": integrate.Radau, "BDF": integrate.BDF}
-        steps.spread = True
 
         def fail() -> Outcome:
             fault = guard.fault

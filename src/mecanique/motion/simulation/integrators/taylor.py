@@ -76,13 +76,13 @@ def integrate_series(problem: Problem, optimized: bool | None) -> Integration:
     last, y = float(machine.time), np.array(machine.state)
     code.give_back(rtol, machine, steps, optimized=fast)
     return Integration(
-        outcome or Outcome("end"),
-        last,
-        y,
-        steps,
-        steps,
-        rtol,
-        partial(_course, problem, states, last, fast),
+        outcome=outcome or Outcome("end"),
+        t=last,
+        y=y,
+        steps=steps,
+        evaluations=steps,
+        rtol=rtol,
+        course=partial(_course, problem, states, last, fast),
     )
 
 
@@ -136,7 +136,7 @@ def _curve(problem: Problem, last: float, optimized: bool) -> Curve:
         rate = np.empty(y.T.shape)
         # t may be an array, because every operation on it is elementwise
         rhs(t, np.hstack([q, v]).T, rate)
-        return Curve(t, q, v, rate[nq:].T.copy(), np.array([0]), rates)
+        return Curve(t=t, q=q, v=v, a=rate[nq:].T.copy(), breaks=np.array([0]), rates=rates)
 
     if not series:
         return through(np.array([problem.t0]), problem.start[None])

@@ -185,10 +185,24 @@ class ContactRows:
         pose = data.oMi[holder.joint] * holder.placement
         if not moving:
             zero = np.zeros(3)
-            return _Body(pose.rotation, pose.translation, zero, zero, zero, zero)
+            return _Body(
+                turn=pose.rotation,
+                origin=pose.translation,
+                linear=zero,
+                spin=zero,
+                linear_rate=zero,
+                spin_rate=zero,
+            )
         own = u * self._carried[holder.joint]
         twist, rate = data.J.reshape(6, -1) @ own, data.dJ.reshape(6, -1) @ own
-        return _Body(pose.rotation, pose.translation, twist[:3], twist[3:], rate[:3], rate[3:])
+        return _Body(
+            turn=pose.rotation,
+            origin=pose.translation,
+            linear=twist[:3],
+            spin=twist[3:],
+            linear_rate=rate[:3],
+            spin_rate=rate[3:],
+        )
 
 
 class _Wheel(NamedTuple):
@@ -291,14 +305,14 @@ def _numbers(mechanism: Mechanism, contact: Contact) -> _Wheel | _Edge:
     match contact:
         case Rolling():
             return _Wheel(
-                vector(tuple(contact.center)),
-                None if contact.axis is None else np.array(contact.axis),
-                mechanism.evaluate(contact.radius),
-                mechanism.evaluate(contact.crown),
-                vector(contact.plane.xyz),
-                np.array([vector(row) for row in contact.plane.rotation]),
-                vector(tuple(contact.stretch)),
-                mechanism.evaluate(contact.bowl),
+                center=vector(tuple(contact.center)),
+                axis=None if contact.axis is None else np.array(contact.axis),
+                radius=mechanism.evaluate(contact.radius),
+                crown=mechanism.evaluate(contact.crown),
+                point=vector(contact.plane.xyz),
+                axes=np.array([vector(row) for row in contact.plane.rotation]),
+                stretch=vector(tuple(contact.stretch)),
+                bowl=mechanism.evaluate(contact.bowl),
             )
         case Blade():
             return _Edge(vector(tuple(contact.point)), np.array(contact.side))

@@ -141,7 +141,16 @@ def degrees_of_freedom(
     """
     given, t = mechanism.position(q), finite(t, "time t")
     if not mechanism.constrained:
-        return Freedom(mechanism.nv, 0, 0, (), False, 0, given, _heavy_bodies(mechanism))
+        return Freedom(
+            coordinates=mechanism.nv,
+            constraints=0,
+            rank=0,
+            redundant=(),
+            singular=False,
+            rank_here=0,
+            q=given,
+            bodies=_heavy_bodies(mechanism),
+        )
     closed = load_loops(mechanism)
     none_held = np.zeros(mechanism.nv, dtype=bool)
     return freedom_of(closed, position_near(closed, q, given, t, none_held), t, seed=seed)
@@ -171,15 +180,15 @@ def freedom_of(closed: Closed, q: Array, t: float, *, seed: int = 0) -> Freedom:
         rank, singular, redundant = mechanism.nv, True, ()
     of_positions = _split(best[closed.closures.positional]).rank
     return Freedom(
-        mechanism.nv,
-        len(here),
-        rank,
-        redundant,
-        singular,
-        rank_here,
-        q,
-        _heavy_bodies(mechanism),
-        max(rank - of_positions, 0),
+        coordinates=mechanism.nv,
+        constraints=len(here),
+        rank=rank,
+        redundant=redundant,
+        singular=singular,
+        rank_here=rank_here,
+        q=q,
+        bodies=_heavy_bodies(mechanism),
+        velocity_rows=max(rank - of_positions, 0),
     )
 
 

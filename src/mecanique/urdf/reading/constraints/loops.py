@@ -128,7 +128,15 @@ def read_loop(
     if a == b:
         report.add("M603", element, where, f"both of its ends are on link {a!r}")
         return None
-    return Loop(names.free(name), cast("Kind", kind), a, frame_a, b, frame_b, length)
+    return Loop(
+        name=names.free(name),
+        kind=cast("Kind", kind),
+        body_a=a,
+        frame_a=frame_a,
+        body_b=b,
+        frame_b=frame_b,
+        length=length,
+    )
 
 
 def is_redundant(element: Element) -> bool:

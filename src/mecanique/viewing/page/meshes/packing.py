@@ -92,7 +92,14 @@ def _pack(surface: Surface, low: Floats, step: float, quick: bool) -> PackedSurf
     columns = [way, *back[written, :2].T, back[:, 2], *moves.T]
     body = b"".join(map(varints, columns))
     x, y, z = low.tolist()
-    return PackedSurface(len(points), len(triangles), step, (x, y, z), surface.rgba, body)
+    return PackedSurface(
+        points=len(points),
+        triangles=len(triangles),
+        step=step,
+        low=(x, y, z),
+        rgba=surface.rgba,
+        body=body,
+    )
 
 
 def _side_by_side(triangles: NDArray[np.int64], points: int) -> NDArray[np.int64]:
