@@ -165,7 +165,7 @@ CASES: dict[str, tuple[str, int, str]] = {
     "M114": (swap('joint name="wrist"', 'joint name="universe"'), 31,
              "Pinocchio has a joint of this name"),
     "M116": (swap('value="1"', 'value="1\n"'), 8,
-             r"value of <mass> is '1\n': Pinocchio and ROS drop the whole <inertial> in silence"),
+             r"value of <mass> is '1\n': Pinocchio and ROS silently drop the whole <inertial>"),
     "M201": (swap('value="1"', 'value="-1"'), 8, "its mass is -1 kg"),
     "M202": (swap(_INERTIA, 'ixx="-0.1" iyy="1" izz="1"'), 9, "negative principal moment"),
     "M203": (swap(_INERTIA, 'ixx="0.1" iyy="0.2" izz="0.4"'), 9,

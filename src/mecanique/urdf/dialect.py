@@ -1,4 +1,4 @@
-"""The words of URDF that the format itself does not define: one table for writer and reader.
+"""The elements URDF itself does not define: one table for writer and reader.
 
 Tags of the `drake:` namespace are those of Drake's multibody parser (Drake documentation, "Parsing
 Models for Multibody", section URDF); other programs ignore them.

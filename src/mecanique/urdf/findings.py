@@ -38,7 +38,7 @@ class Report:
 
     @cached_property
     def aside(self) -> Report:
-        """The same report for what no equation of motion uses: its errors stop nobody."""
+        """The same report for what no equation of motion uses: its errors stop no reader."""
         return Report(self.file, self.findings, stops=False)
 
     def add(

@@ -1,4 +1,4 @@
-"""Names that are not taken yet."""
+"""Give things names that are not taken yet."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Loops, springs and dampers that stand beside a URDF, in a TOML file.
+"""Read loops, springs and dampers from a TOML file beside a URDF.
 
     [[loop]]
     name = "achilles"

@@ -105,17 +105,17 @@ def _labels(mechanism: Mechanism) -> Iterator[str]:
 
 def _refuse_others(mechanism: Mechanism, other: Mechanism, names: Collection[str]) -> None:
     """Refuse what changes otherwise: links, joints, their directions, springs."""
-    told = f"the value of {', '.join(names)}"
+    values = f"the value of {', '.join(names)}"
     if [body.name for body in mechanism.bodies] != [body.name for body in other.bodies]:
-        raise InputError(f"which links there are depends on {told}; read the file in numbers")
+        raise InputError(f"which links there are depends on {values}; read the file in numbers")
     for ours, theirs in zip(mechanism.joints, other.joints, strict=True):
         if replace(theirs, origin=replace(theirs.origin, xyz=ours.origin.xyz)) != ours:
             raise InputError(
-                f"joint {ours.name!r} depends on {told} otherwise than by its place; "
+                f"joint {ours.name!r} depends on {values} otherwise than by its place; "
                 "read the file in numbers"
             )
     if mechanism.forces != other.forces or mechanism.loops != other.loops:
-        raise InputError(f"a force or loop depends on {told}; read the file in numbers")
+        raise InputError(f"a force or loop depends on {values}; read the file in numbers")
 
 
 def _polynomial(

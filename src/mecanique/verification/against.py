@@ -130,7 +130,7 @@ def compare_with(
 def _functions(
     other: Functions | Mapping[str, Callable[..., Any]] | Callable[..., Any],
 ) -> Functions:
-    """Functions by what they give; one alone says it by its name."""
+    """Functions by quantity; the quantity of a single one is its name."""
     if isinstance(other, Functions):
         return other
     if isinstance(other, Mapping):

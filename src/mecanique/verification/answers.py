@@ -1,4 +1,4 @@
-"""What the in-house forms and the engine answer at the same states, and the rows that follow."""
+"""Answers of the in-house forms and the engine at the same states, and their comparison."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A textbook system made ready for what its facts ask: states, motions, small motions."""
+"""A textbook system prepared for checking its facts: states, motions, small motions."""
 
 from __future__ import annotations
 

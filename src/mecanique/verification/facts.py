@@ -1,4 +1,4 @@
-"""Check the closed-form facts of a textbook system, each kind of fact in its own way.
+"""Check the closed-form facts of a textbook system, kind by kind.
 
 Facts about any state are compared at random states, conserved quantities by their rate along the
 flow (complex step), motions by integration at the tightest tolerance, frequencies and limits of

@@ -1,8 +1,9 @@
-"""Equations in independent velocities w, which constraints were put into: v = S w, SᵀM(S w' + c).
+"""Equations in independent velocities w: v = S w, SᵀM(S w' + c).
 
-Whoever puts constraints on velocities into T before Lagrange's operator, which is wrong, has the
-right mass matrix SᵀMS and another bias: that of the Lagrangian T(q, S w) − V (Neimark & Fufaev,
-Dynamics of Nonholonomic Systems, 1972, ch. III, sect. 1; SymPy's documentation did, issue 27631).
+A derivation that puts constraints on velocities into T before Lagrange's operator, which is wrong,
+has the right mass matrix SᵀMS and another bias: that of the Lagrangian T(q, S w) − V (Neimark &
+Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. III, sect. 1; SymPy's documentation did, issue
+27631).
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ Root: TypeAlias = Literal["fixed", "floating"]
 @final
 @dataclass(frozen=True)
 class Entry:
-    """What became of one mechanism.
+    """The outcome for one mechanism.
 
     Args:
         name: of the robot or system.
@@ -143,8 +143,9 @@ class Survey:
                 said = f"DISAGREES: {entry.quantity}"
             elif worst > self.tolerance:
                 said = f"rounding may make {entry.rounding:.1e} of {entry.quantity}"
-            told = [f"{entry.root} refused: {entry.refused}" for entry in entries if entry.refused]
-            rows.append((name, sizes, f"{worst:.1e}", "; ".join(filter(None, (said, *told)))))
+            refusals = [entry for entry in entries if entry.refused]
+            refused = [f"{entry.root} refused: {entry.refused}" for entry in refusals]
+            rows.append((name, sizes, f"{worst:.1e}", "; ".join(filter(None, (said, *refused)))))
         both = any(entry.root for entry in self.entries)
         head = ("robot" if both else "system", "N fixed/floating" if both else "N", "worst", "")
         columns = list(zip(head, *rows, strict=True))
@@ -249,7 +250,7 @@ def _entry(task: tuple[str, str], samples: int, seed: int) -> Entry:
         refused = _short(str(error))
     except Exception as error:
         # a fault of ours must not take the other rows along; it counts as a disagreement and is
-        # told
+        # reported
         quantity = f"{type(error).__name__}: {error}"
     seconds = perf_counter() - start
     return Entry(

@@ -230,28 +230,28 @@ class Verdict:
         """Remarks: where the sources disagree, the likely causes, what was left out."""
         known = self.causes[0].alike if self.causes else ()
         causes = [cause for cause in self.causes if cause not in known]
-        told = [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
-        told += [sentence for reading in self.readings for sentence in reading.sentences()]
+        lines = [f"likely cause {k}: {cause}" for k, cause in enumerate(causes, 1)]
+        lines += [sentence for reading in self.readings for sentence in reading.sentences()]
         short = len(self.coordinates) <= _FEW
         for row in self.rows:
             pair = f"{row.quantity}, {' and '.join(row.sources)}"
             if row.remark:
-                told.append(f"{pair}: {row.remark}")
+                lines.append(f"{pair}: {row.remark}")
             if row.rounding > self.tolerance and not row.by_entry:
                 where = f" at {self.state(row)}" if short else ""
                 rounding = f"rounding may make {row.rounding:.1e}"
-                told.append(f"{pair}: {rounding}, from the conditioning{where}")
+                lines.append(f"{pair}: {rounding}, from the conditioning{where}")
             if not row.agrees:
                 entry = f" in entry ({', '.join(row.entry)})" if row.entry else ""
                 more = f", rounding may make {row.rounding:.1e}," if row.by_entry else ""
                 if short:
-                    told.append(f"{pair}: worst{entry}{more} at {self.state(row)}")
+                    lines.append(f"{pair}: worst{entry}{more} at {self.state(row)}")
                 elif entry:
-                    told.append(f"{pair}: worst{entry}{more}")
-        told += self._by_entry
+                    lines.append(f"{pair}: worst{entry}{more}")
+        lines += self._by_entry
         if not short and not all(row.agrees for row in self.rows):
-            told.append("the states where they differ most are in to_json(), --json")
-        return (*told, *self.notes, *self._flaws)
+            lines.append("the states where they differ most are in to_json(), --json")
+        return (*lines, *self.notes, *self._flaws)
 
     @property
     def _flaws(self) -> tuple[str, ...]:
@@ -282,7 +282,7 @@ class Verdict:
 
     @property
     def _missing(self) -> list[str]:
-        """What a verdict that was given without the engine says first."""
+        """The first remark of a verdict given without the engine."""
         return [MISSING] if any(STAND_IN in row.sources for row in self.rows) else []
 
     def _repr_html_(self) -> str:

@@ -1,4 +1,4 @@
-"""Pictures of a motion: the scene as pure data, one offline page, a live view.
+"""Show a motion: as a scene of pure data, one offline page, or a live view.
 
 Importing this package lets motions and mechanisms show themselves in notebooks.
 """

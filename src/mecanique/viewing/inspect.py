@@ -1,4 +1,4 @@
-"""A description at rest in a browser: what it is made of, how its joints move it, what is wrong."""
+"""Show a description at rest in a browser: its bodies, its joints and its faults."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _lint(mechanism: Mechanism) -> tuple[Finding, ...]:
 
 
 def scene_at_rest(mechanism: Mechanism, inspection: Inspection) -> Scene:
-    """Return the scene of a description that is looked into, without any motion.
+    """Return the scene of a description at rest.
 
     Args:
         mechanism: what was described.

@@ -1,4 +1,4 @@
-"""Audit a motion: does it keep the balances of mechanics, and how far can it be trusted?"""
+"""Audit a motion: check its balances, and estimate how far it can be trusted."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ class FrictionNeed:
 @final
 @dataclass(frozen=True)
 class Audit:
-    """What the audit of a motion found; its text is a table.
+    """The result of auditing a motion; its text is a table.
 
     Args:
         rows: the balances.
@@ -176,7 +176,7 @@ def audit(motion: Motion, *, refine: bool = False, accuracy: float = 1e-6) -> Au
 
 
 def _lifts(motion: Motion, pressed: tuple[Pressing, ...]) -> Iterator[AuditRow]:
-    """How far normal forces would have to pull, where bodies leave the ground."""
+    """The largest pull a contact would need where a body would leave the ground."""
     for each in pressed:
         pull = np.maximum(-np.nan_to_num(each.normal), 0.0)[:, None]
         size = float(np.nan_to_num(np.abs(each.normal)).max(initial=0.0)) or 1.0
@@ -195,7 +195,7 @@ def _need(motion: Motion, pressed: Pressing) -> FrictionNeed:
 
 
 def _pulls(motion: Motion) -> Iterator[AuditRow]:
-    """How far cords would have to push, where they are slack and the motion is another."""
+    """The largest push a cord would need where it would go slack."""
     cords = [element for element in motion.mechanism.elements if isinstance(element, (Cord, Belt))]
     forces = motion.guide_forces() if cords else {}
     for name in (name for cord in cords for name in cord.forces):

@@ -1,4 +1,4 @@
-"""Whether the ground may be taken as inertial: the same motion again on the turning earth.
+"""Judge whether the ground is inertial enough: repeat the motion on the rotating earth.
 
 The base turns about the earth's axis by rheonomic joints, exactly, at any angle and speed: Coriolis
 and centrifugal effects follow from the equations of motion, not from formulas for small angles. The
@@ -43,7 +43,7 @@ _AXES = {"south": (-1.0, 0.0), "east": (0.0, 1.0), "north": (1.0, 0.0), "west": 
 @final
 @dataclass(frozen=True)
 class InertialRow:
-    """How far one quantity changes.
+    """How much one quantity changes.
 
     Args:
         name: what it is.
@@ -70,7 +70,7 @@ class InertialRow:
 @final
 @dataclass(frozen=True, eq=False)
 class InertialCheck:
-    """A motion on ground at rest against the same motion on the turning earth; its text is a table.
+    """A motion on fixed ground compared with that on the rotating earth; its text is a table.
 
     Args:
         latitude: [rad].

@@ -1,4 +1,4 @@
-"""How long a motion can be trusted: its error against a tighter one, and how errors grow."""
+"""Estimate how long a motion can be trusted: its error, and how errors grow."""
 
 from __future__ import annotations
 

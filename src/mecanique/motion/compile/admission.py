@@ -1,4 +1,4 @@
-"""Whether generated equations may be used: they have to agree with the reference first."""
+"""Admit generated equations only after they agree with the reference."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Keep what is compiled for a mechanism, as long as it lives: Python code, Taylor integrators."""
+"""Cache the code compiled for a mechanism as long as the mechanism lives."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _COMPILING_OPERATIONS = {"optimized": 5e-4, "plain": 5e-5}
 
 @final
 class Compiled:
-    """Equations of motion of one mechanism as code, made when they are first asked for.
+    """Compiled equations of motion of one mechanism, built on first use.
 
     Args:
         mechanism: what moves; it is not kept alive.
@@ -199,7 +199,7 @@ _known: dict[int, tuple[weakref.ref[Mechanism], Compiled]] = {}
 
 
 def compile_once(mechanism: Mechanism) -> Compiled:
-    """Return what is compiled for a mechanism: one object as long as the mechanism lives."""
+    """Return the compiled code of a mechanism: one object as long as the mechanism lives."""
     key = id(mechanism)
     found = _known.get(key)
     if found is None or found[0]() is not mechanism:

@@ -1,4 +1,4 @@
-"""Closed mechanisms by their program; by the reference where a singular position is near."""
+"""Closed mechanisms by their program, or by the reference near a singular position."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class ClosedProgram:
         return bool(self._radius > 0)
 
     def _distance(self, t: float, y: np.ndarray) -> float:
-        """How far along the motion a singular position is, to first order."""
+        """Distance along the motion to a singular position, to first order."""
         speed = float(np.abs(y[self._nq :] / self._plain).max())
         (firmness,) = self._firmness(t, y)
         if not firmness > _FIRM:

@@ -175,7 +175,7 @@ class March:
         return int(self._samples.done)
 
     def advance(self, end: float) -> tuple[str, Array, Array, Array]:
-        """Integrate on; return why it stops, and the steps: times, states and rates.
+        """Continue integrating; return why it stopped, and the steps: times, states and rates.
 
         Args:
             end: until when, at the latest [s].
@@ -190,7 +190,7 @@ class March:
         return ENDED[reason], t[:taken], y[:taken], dy[:taken]
 
     def put(self, t: float, y: Array, passed: int) -> None:
-        """Let it be elsewhere.
+        """Set the state.
 
         Args:
             t: time [s].
@@ -224,7 +224,7 @@ class Stepper:
         self._library.mecanique_advance_many.restype = None
 
     def distance(self, t: float, y: Array) -> float:
-        """Return how far a singular position is along the motion, to first order.
+        """Return the distance along the motion to a singular position, to first order.
 
         Args:
             t: time [s].

@@ -71,7 +71,7 @@ class Part:
 @final
 @dataclass(frozen=True, eq=False)
 class Chunk:
-    """What a part yields.
+    """The results of a part.
 
     Args:
         first: index of its first run.

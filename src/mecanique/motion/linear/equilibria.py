@@ -1,4 +1,4 @@
-"""All equilibria of a mechanism that random or given starts lead to."""
+"""Find the equilibria of a mechanism that Newton's method reaches from many starts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Equilibria that are one of a family: coordinates that may have any value."""
+"""Equilibria that belong to a family: coordinates that may have any value."""
 
 from __future__ import annotations
 

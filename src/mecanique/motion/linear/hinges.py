@@ -198,7 +198,7 @@ def _split(
 
 
 def _factor(a: Array, b: Array) -> float:
-    """How much of b is in a, by least squares."""
+    """The multiple of b nearest to a, by least squares."""
     return float(a @ b) / max(float(b @ b), _LEAST**2)
 
 

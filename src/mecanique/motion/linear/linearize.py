@@ -1,4 +1,4 @@
-"""Linearize a mechanism about a given state, or about an equilibrium to be found."""
+"""Linearize a mechanism about a given state or about an equilibrium it finds."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Turn a mode into a motion: the linear solution, wide enough to be seen."""
+"""Turn a mode into a motion: the linear solution, large enough to see."""
 
 from __future__ import annotations
 

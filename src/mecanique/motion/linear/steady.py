@@ -121,7 +121,7 @@ class SteadyLinearization:
 
     @cached_property
     def exponents(self) -> np.ndarray:
-        """Those exponents that are not zero for each deviation that nothing depends on [1/s]."""
+        """The exponents without a zero for each deviation that nothing depends on [1/s]."""
         kept = [k for k in range(len(self.A)) if k not in self.idle]
         values = np.linalg.eigvals(self.A[np.ix_(kept, kept)])
         result: np.ndarray = values[np.lexsort((values.imag, values.real))]
@@ -231,7 +231,7 @@ def _begin(mechanism: Mechanism, at: Given, v: Given) -> tuple[Reference, np.nda
 
 
 def _release_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
-    """Of a tree all may deviate."""
+    """All coordinates and velocities of a tree may deviate."""
     n = len(q)
 
     def rates(step: np.ndarray) -> np.ndarray:
@@ -242,7 +242,7 @@ def _release_tree(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np
 
 
 def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: np.ndarray) -> _Free:
-    """Of what is constrained, what the constraints leave free, and what is preferred."""
+    """The deviations that the constraints leave free, preferred ones first."""
     from mecanique.reference.loops.freedom.independent import Independent
 
     closed = reference.closed
@@ -264,7 +264,7 @@ def _release_loops(reference: Reference, q: np.ndarray, v: np.ndarray, prefer: n
 
 
 def _idle(A: np.ndarray) -> tuple[int, ...]:
-    """The deviations that nothing depends on but others that nothing depends on."""
+    """The deviations on which only deviations of the same kind depend."""
     least = _NONE * float(np.abs(A).max(initial=0.0))
     found: list[int] = []
     while True:

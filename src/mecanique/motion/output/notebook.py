@@ -1,4 +1,4 @@
-"""Show a motion in a notebook, by the function registered for drawing it.
+"""Show a motion in a notebook, using the function registered to draw it.
 
 Pictures lie above motions and are never imported from here; their room names a function once, when
 it is imported.

@@ -1,4 +1,4 @@
-"""Where a mechanism comes from, as a saved motion states it, and how to find it again."""
+"""State where a mechanism comes from in a saved motion, and find it again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motions in files: npz to keep them, CSV and data frames to take them elsewhere."""
+"""Store motions in npz files; export them as CSV, Parquet and data frames."""
 
 from __future__ import annotations
 
@@ -276,7 +276,7 @@ def _fits(
 
 
 def _check_accelerations(motion: Motion, path: str) -> None:
-    """A file must not be taken for another mechanism's with the same names."""
+    """Refuse a file of another mechanism that has the same names."""
     curve = motion.curve
     at = spread(len(curve.t), 5)
     found_a = motion.reference.acceleration(curve.q[at], curve.v[at], curve.t[at])

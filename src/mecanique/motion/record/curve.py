@@ -179,7 +179,7 @@ class Curve:
         return State(times, q, v) if np.ndim(t) else State(float(times[0]), q[0], v[0])
 
     def admit(self, t: Times) -> float | np.ndarray:
-        """Return times as numbers, rounding at the ends forgiven.
+        """Return times as numbers; those beyond an end by rounding are moved to it.
 
         Args:
             t: a number or shape (n,) [s].

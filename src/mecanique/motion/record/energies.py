@@ -1,4 +1,4 @@
-"""The energies of a motion, and the work that changes them."""
+"""Energies along a motion, and the work that changes them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Events: what a motion passes through, what ends it, and impacts."""
+"""Events of a motion: zero crossings to record, to stop at, or to treat as impacts."""
 
 from __future__ import annotations
 

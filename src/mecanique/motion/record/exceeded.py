@@ -1,4 +1,4 @@
-"""Joint limits that a motion exceeds: nothing stops a joint there, so it has to be said."""
+"""Find joint limits that a motion exceeds; nothing stops a joint there."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ _MARKS = ("", "'", "''")
 @final
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """How a mechanism moved; `simulate` makes it.
+    """The motion of a mechanism, as `simulate` returns it.
 
     `motion["q"]`, `motion["q'"]` and `motion["q''"]` are the samples of a coordinate, its velocity
     and acceleration, also of a joint that follows the coordinate map; `motion(t)` is the state at
@@ -286,7 +286,7 @@ class Motion:
         return audit(self, refine=refine, accuracy=accuracy)
 
     def summary(self) -> str:
-        """Return what moved, for how long, how it was integrated and how well energy balances."""
+        """Return a summary: mechanism, duration, method and energy balance."""
         from mecanique.motion.record.report import summary
 
         return summary(self)

@@ -18,7 +18,7 @@ MAX_LISTED = 12
 
 
 def summary(motion: Motion) -> str:
-    """Return what moved, for how long, how it was integrated and how well energy balances."""
+    """Return a summary: mechanism, duration, method and energy balance."""
     mechanism, statistics = motion.mechanism, motion.statistics
     energy = motion.energy()
     lines = [

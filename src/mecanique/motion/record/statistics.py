@@ -1,4 +1,4 @@
-"""What an integration took."""
+"""Statistics of an integration: steps, evaluations, time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ __all__ = ["Statistics"]
 @final
 @dataclass(frozen=True)
 class Statistics:
-    """What the integration took.
+    """Steps, evaluations and time of an integration.
 
     Args:
         steps: number of steps.

@@ -1,4 +1,4 @@
-"""Which equations a motion is integrated with, by which method, and why."""
+"""Choose the equations and the method of an integration, and say why."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ class Choice:
 
     @property
     def title(self) -> str:
-        """What it is and why, for people."""
+        """The method and the reason for it, in words."""
         if self.equations is None:
             text = f"{self.method} ({COMPILED[self.method]})"
         elif isinstance(self.equations, ClosedProgram):
@@ -108,7 +108,7 @@ class Choice:
 
 
 def first_choice(problem: Problem, method: str) -> Choice:
-    """Return what to start with.
+    """Return the choice to start with.
 
     Raises:
         InputError: if the method does not allow what is asked for, or is not installed.
@@ -148,7 +148,7 @@ def first_choice(problem: Problem, method: str) -> Choice:
 
 
 def next_choice(problem: Problem, choice: Choice, integration: Integration) -> Choice | None:
-    """Return what to integrate with again after an integration; None if that one stands."""
+    """Return the choice for another integration; None if this one stands."""
     kind = integration.outcome.kind
     if kind == "stiff" and choice.automatic and choice.method in ("dop853", "compiled"):
         reason = f"stiff equations, found by dop853 at t = {integration.t:.4g} s"
@@ -211,7 +211,7 @@ def _reconsider(problem: Problem, choice: Choice, taken: int, t: float) -> Choic
 
 
 def _best_for_loops(problem: Problem, t: float, operations: int | None = None) -> str:
-    """Return the method that ends soonest, by about what each takes: to compile, and for a step.
+    """Return the method expected to finish first, from the times to compile and to step.
 
     Args:
         problem: what is integrated.

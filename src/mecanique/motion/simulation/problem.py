@@ -1,4 +1,4 @@
-"""What is integrated: the equations of a mechanism from a start to an end, and how accurately."""
+"""An initial value problem of a mechanism, and the result of integrating it."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ class Course:
 @final
 @dataclass(frozen=True)
 class Integration:
-    """What an integration yields, as far as it went.
+    """The result of an integration, as far as it went.
 
     Args:
         outcome: how it ended.

@@ -1,4 +1,4 @@
-"""Set a mechanism in motion: integrate its equations from a start to a tolerance."""
+"""Simulate a mechanism: integrate its equations of motion to a tolerance."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 It reads a number up to the end of the attribute, so that no blank may follow; a vector it splits at
 blanks only, not at tabs or line breaks. XML readers that follow the standard turn both into blanks
-before anybody sees them, and read the same number as without: hence the raw text is looked at.
+before anybody sees them, and read the same number as without: hence the raw text is examined.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Blank:
         element: the element.
         attribute: name of the attribute.
         value: as written, with its blanks.
-        drops: whether an inertia is dropped in silence; else the file is refused.
+        drops: whether an inertia is silently dropped; else the file is refused.
     """
 
     element: Element
@@ -60,7 +60,7 @@ def check(document: Document, report: Report) -> None:
             result = "refuse the file"
             if blank.drops:
                 lost = "inertia" if blank.element.tag == "inertia" else "whole <inertial>"
-                result = f"drop the {lost} in silence"
+                result = f"silently drop the {lost}"
             report.add("M116", blank.element, where, f"{what}: Pinocchio and ROS {result}")
 
 

@@ -1,4 +1,4 @@
-"""Masses and inertias as written beside those of homogeneous bodies of the same shape."""
+"""Compare masses and inertias with those of homogeneous bodies of the same shape."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _DENSE, _LIGHT = 23_000.0, 1.2
 @final
 @dataclass(frozen=True, eq=False)
 class LinkInertia:
-    """What is written of a link, and what its shape would have if it were homogeneous.
+    """Mass and inertia of a link as written, and as its shape would have if homogeneous.
 
     Args:
         name: of the link.
@@ -204,8 +204,8 @@ def check(link: Link, report: Report, *, meshes: bool) -> None:
     solids = [part for part in parts if part is not None]
     densities = [link.mass / part.volume for part in solids]
     if densities and not any(_LIGHT < density < _DENSE for density in densities):
-        told = " or ".join(f"{density:.3g}" for density in dict.fromkeys(densities))
-        message = f"its density would be {told} kg/m³ by the volume of its shape"
+        listed = " or ".join(f"{density:.3g}" for density in dict.fromkeys(densities))
+        message = f"its density would be {listed} kg/m³ by the volume of its shape"
         report.add("M214", link.element, link.where, message)
 
 

@@ -1,4 +1,4 @@
-"""Left and right sides that differ although they are called alike."""
+"""Links of the left and right side that differ although their names match."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def mirror_name(name: str) -> str:
 
 
 def check(document: Document, report: Report) -> None:
-    """Note links of the right side that are not those of the left, mirrored."""
+    """Note links of the right side that do not mirror those of the left."""
     links = {link.name: link for link in document.links}
     seen = _look(document, links)
     least = _LIGHT * sum(link.mass for link in document.links)

@@ -1,4 +1,4 @@
-"""Words that no one reads: misspelled, misplaced, or meant for other programs."""
+"""Elements and attributes that nothing reads: misspelled, misplaced, or for other programs."""
 
 from __future__ import annotations
 

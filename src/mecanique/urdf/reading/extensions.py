@@ -1,4 +1,4 @@
-"""What the drake: tags and our own add to a URDF: springs, dampers, loops and rotors."""
+"""Extensions of a URDF by drake: tags and our own: springs, dampers, loops and rotors."""
 
 from __future__ import annotations
 

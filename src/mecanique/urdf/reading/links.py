@@ -103,7 +103,7 @@ def read_links(robot: Element, report: Report, pictures: Pictures) -> list[Link]
 
 
 def implied_world(links: list[Link], joints: list[JointText], report: Report) -> list[Link]:
-    """Return the link `world` if joints hang on it that is written nowhere, as Drake reads them."""
+    """Return the link `world` if joints refer to it but no link declares it, as Drake does."""
     if any(link.name == WORLD for link in links):
         return []
     for joint in joints:

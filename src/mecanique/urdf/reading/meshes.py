@@ -154,9 +154,9 @@ def _declares(folder: Path, package: str) -> bool:
 
 def _find_fetched() -> list[Path]:
     """Return the repositories that robot_descriptions has fetched, and the folders in them."""
-    told = os.environ.get("ROBOT_DESCRIPTIONS_CACHE") or "~/.cache/robot_descriptions"
+    location = os.environ.get("ROBOT_DESCRIPTIONS_CACHE") or "~/.cache/robot_descriptions"
     try:
-        cache = Path(told).expanduser()
+        cache = Path(location).expanduser()
         fetched = [folder for folder in sorted(cache.glob("*")) if folder.is_dir()]
         inside = [each for folder in fetched for each in sorted(folder.glob("[!.]*"))]
         return fetched + [folder for folder in inside if folder.is_dir()]

@@ -26,7 +26,7 @@ RULES = (
         "M203",
         "triangle-inequality",
         "error",
-        "No distribution of mass has these principal moments; Pinocchio takes them in silence, "
+        "No distribution of mass has these principal moments; Pinocchio takes them silently, "
         "MuJoCo refuses, Drake warns and puts in a ball of water of the same mass.",
         "Compute the inertia about the center of mass again, with enough digits (--fix --balance "
         "writes the nearest one of a real body).",

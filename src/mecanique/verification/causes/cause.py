@@ -53,9 +53,9 @@ class Cause:
 
     def __str__(self) -> str:
         left = f"the difference falls from {self.before:.1e} to {self.after:.1e}"
-        told = (
+        others = (
             f"; cannot be told apart from: {'; '.join(cause.text for cause in self.alike)}"
             if self.alike
             else ""
         )
-        return f"{self.text} ({left}){told}"
+        return f"{self.text} ({left}){others}"

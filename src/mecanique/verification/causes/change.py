@@ -1,4 +1,4 @@
-"""Single changes of a mechanism that a mistake would make, each with what it would answer."""
+"""Single changes that a mistake makes to a mechanism, each with the answers it gives."""
 
 from __future__ import annotations
 

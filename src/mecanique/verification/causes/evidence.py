@@ -1,4 +1,4 @@
-"""What another source says about a mechanism, as forces at many states.
+"""The evidence of another source about a mechanism, as forces at many states.
 
 A mass matrix is asked through M a at random accelerations a, at rest and without gravity; a bias at
 constant velocities; gravity at rest. So everything is one kind of experiment: state and

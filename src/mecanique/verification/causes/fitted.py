@@ -1,4 +1,4 @@
-"""Numbers that were fitted: their deviations, and how they are put into words."""
+"""Fitted numbers: their standard deviations, and how to state them."""
 
 from __future__ import annotations
 

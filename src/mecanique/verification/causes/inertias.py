@@ -53,7 +53,7 @@ class _Family:
 @final
 @dataclass(frozen=True, eq=False)
 class LinkEffect:
-    """What the mass moments of a link do in all experiments, boiled down to ten rows.
+    """The effect of a link's mass moments in all experiments, reduced to ten rows.
 
     Args:
         columns: what each mass moment adds, shape (n, nv, 10).

@@ -1,1 +1,1 @@
-"""Two descriptions compared as descriptions: what changed, by its weight in the dynamics."""
+"""Compare two descriptions: what changed, by its weight in the dynamics."""

@@ -1,4 +1,4 @@
-"""Compare two descriptions as descriptions: what a person would say has changed."""
+"""Compare two descriptions: what a person would say has changed."""
 
 from __future__ import annotations
 
@@ -248,7 +248,7 @@ def _damping(m: Mechanism, joint: Single) -> float:
 
 
 def _weigh(a: Mechanism, numeric: Sequence[_Numeric], notes: list[str]) -> list[Change]:
-    """Apply each change to the first description alone, and see what M and bias make of it."""
+    """Apply each change to the first description alone, and measure its effect on M and bias."""
     if not any(changed is not None for _, changed in numeric):
         return [change for change, _ in numeric]
     bare = replace(a, forces=(), loops=(), contacts=(), elements=())

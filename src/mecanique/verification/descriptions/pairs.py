@@ -1,4 +1,4 @@
-"""Which bodies and joints of two descriptions are the same: by name, else by what they are."""
+"""Match the bodies and joints of two descriptions: by name, else by their numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _EQUAL = 1e-9
 @final
 @dataclass(frozen=True)
 class Pairs:
-    """What belongs together.
+    """The matching bodies and joints.
 
     Args:
         bodies: name in the second description, by name in the first.
@@ -35,7 +35,7 @@ class Pairs:
 
 
 def pair(a: Mechanism, b: Mechanism) -> Pairs:
-    """Return what belongs together in two mechanisms.
+    """Return the matching bodies and joints of two mechanisms.
 
     Args:
         a: the first.

@@ -1,4 +1,4 @@
-"""What a changed number looks like: a unit, a sign, an axis, another point, a digit."""
+"""Recognize a slip in a changed number: a unit, a sign, an axis, a point, a digit."""
 
 from __future__ import annotations
 

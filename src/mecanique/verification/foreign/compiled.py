@@ -1,6 +1,6 @@
 """Functions in machine code, called as the C that `generate` writes: inputs, then out.
 
-Whoever gives one runs it: machine code is not confined.
+Passing one runs it: machine code is not sandboxed.
 """
 
 from __future__ import annotations

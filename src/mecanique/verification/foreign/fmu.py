@@ -89,7 +89,7 @@ class _Model:
         self.fmu.enterContinuousTimeMode()
 
     def put(self, t: float, state: Sequence[float]) -> None:
-        """Let it be in a state."""
+        """Set the state."""
         self.fmu.setTime(t)
         numbers = (ctypes.c_double * len(state))(*state)
         self.fmu.setContinuousStates(numbers, len(state))

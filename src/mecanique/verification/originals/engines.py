@@ -1,4 +1,4 @@
-"""What engines read from the file itself: a fault of the original must not escape.
+"""Read the original file with engines, so that a fault in it does not escape.
 
 Pinocchio gets a mechanism as the text that mecanique writes anew. Here each engine reads the
 original with its own parser, and its mass matrix and bias are compared with those of the tree that

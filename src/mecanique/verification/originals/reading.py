@@ -45,7 +45,7 @@ class EngineReading:
         return {**asdict(self), "worst": self.worst if known else None, "differs": self.differs}
 
     def sentences(self) -> tuple[str, ...]:
-        """Return what is to be told of it; nothing if it reads the file as mecanique does."""
+        """Return the remarks on it; none if it reads the file as mecanique does."""
         if self.refused:
             return (f"{self.engine} refuses the file itself: {self.refused}", *self.remarks)
         if not self.differs:

@@ -1,1 +1,1 @@
-"""How far rounding alone may drive two sound sources apart."""
+"""Estimate how far rounding alone may separate two correct sources."""

@@ -1,4 +1,4 @@
-"""How far rounding alone may drive two sound sources apart at a state.
+"""Estimate how far rounding alone may separate two correct sources at a state.
 
 Nothing is compared more strictly than arithmetic allows there. u is `UNIT`, 8 ε with the machine's
 ε = 2⁻⁵², times the root of the number of velocities: along a chain of links errors of either sign
@@ -64,7 +64,7 @@ def rounding(
     *,
     regular: Array | float = 1.0,
 ) -> dict[str, Array]:
-    """Return how far rounding may drive sources apart, scaled, by quantity; shape (n,) each.
+    """Return how far rounding may separate sources, scaled, by quantity; shape (n,) each.
 
     Args:
         mechanism: whose equations they are.

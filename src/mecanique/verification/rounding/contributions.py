@@ -1,4 +1,4 @@
-"""How far rounding may drive each entry of a quantity apart, from what the bodies add to it.
+"""Bound the rounding error of each entry of a quantity, from the bodies' contributions.
 
 The error of a sum is at most u times the sum of its terms' magnitudes, however much they cancel
 (N. J. Higham, Accuracy and Stability of Numerical Algorithms, 2nd ed., 2002, sect. 4.2). An entry
@@ -48,7 +48,7 @@ _TURN = 2 * np.pi
 
 
 def entry_rounding(mechanism: Mechanism, states: States) -> dict[str, Array]:
-    """Return how far rounding may drive each entry apart, by quantity, shaped like its values.
+    """Return the rounding error of each entry, by quantity, shaped like its values.
 
     They are those of the mass matrix and gravity, and where the coordinate map is linear those of
     bias, kinetic energy and momenta: derivatives by time of another may cancel.

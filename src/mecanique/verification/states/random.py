@@ -1,4 +1,4 @@
-"""Random states to compare at: the same seed gives the same states."""
+"""Draw random states to compare at; the same seed gives the same states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""At which states the equations mean anything.
+"""Find the states at which the equations are defined.
 
 The coordinate map must be defined there, springs and dampers must have a length, and the
 coordinates must not be next to a singular point of theirs: where two axes of a gimbal fall in line,

@@ -1,4 +1,4 @@
-"""Give a scene its engine, and the verdict a row on the page's own program."""
+"""Attach an engine to a scene, and add a row on the page's program to the verdict."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def judge_page(maker: Maker) -> CodeVerdict:
 
 
 def add_row(table: VerdictTable, code: CodeVerdict) -> VerdictTable:
-    """Return the verdict with what was found of the page's program.
+    """Return the verdict with a row on the page's program.
 
     Args:
         table: the verdict on the equations.

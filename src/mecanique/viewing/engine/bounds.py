@@ -1,4 +1,4 @@
-"""What ends a motion in a page as it does in `simulate`: limits, and events that stop it."""
+"""What ends a motion in a page as in `simulate`: limits, and events that stop it."""
 
 from __future__ import annotations
 

@@ -87,7 +87,7 @@ class Columns:
         return found
 
     def closure(self) -> list[Any]:
-        """Return what the loops miss, its rate, and the rows of the Jacobian; nothing without."""
+        """Return residual, its rate and Jacobian of the loops as one list; empty for a tree."""
         if not self._mechanism.constrained:
             return []
         loops = self._dynamics.loops

@@ -179,7 +179,7 @@ class Maker:
         return evaluate(letters.tape, values_of(scalars), inputs, len(chosen))
 
     def _acting(self) -> dict[str, bool]:
-        """Whether each arrow and each component of a reaction is ever other than zero, by name."""
+        """Whether each arrow and each component of a reaction is ever nonzero, by name."""
         vectors: dict[str, Sequence[Any]] = {}
         for name, action, unit in name_arrows(self._columns.shown):
             vectors[name] = action.force if unit == "N" else action.moment
@@ -207,7 +207,7 @@ class Maker:
 
 
 def refuse(mechanism: Mechanism) -> None:
-    """Refuse a mechanism of which a page cannot have a program.
+    """Refuse a mechanism for which a page cannot have a program.
 
     Raises:
         DerivationError: saying why.

@@ -224,7 +224,7 @@ class LiveView:
             self.send(frame)
 
     def close(self) -> None:
-        """End the server; open pages say that the connection is lost."""
+        """Stop the server; open pages report that the connection is lost."""
         self._controls.close()
         self._server.close()
 

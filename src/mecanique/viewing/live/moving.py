@@ -64,7 +64,7 @@ class Moving:
         self.presenter = Presenter(mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
-        """Yield the motion's instants; what cannot be computed is told in the page.
+        """Yield the motion's instants; the page reports what cannot be computed.
 
         Args:
             live: what shows them.
@@ -89,7 +89,7 @@ class Moving:
     def _start(self, mechanism: Mechanism, q: Values | None, v: Values | None) -> Motion:
         length = (FIRST if mechanism.nv <= MOST_AHEAD else STRETCH) * min(self._speed, 1.0)
         fps = density(self._speed)
-        # what stops the motion is told when the next stretch cannot start
+        # what stops the motion is reported when the next stretch cannot start
         motion, _ = compute_first(
             mechanism=mechanism, q=q, v=v, duration=min(length, self._end), rtol=self._rtol, fps=fps
         )
@@ -122,7 +122,7 @@ class Recorded:
         self.presenter = Presenter(motion.mechanism, self._first)
 
     def frames(self, live: LiveView, changes: Changes) -> Iterator[Frame]:
-        """Yield the motion's instants; what cannot be computed is told in the page.
+        """Yield the motion's instants; the page reports what cannot be computed.
 
         Args:
             live: what shows them.

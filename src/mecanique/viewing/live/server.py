@@ -133,7 +133,7 @@ class Server:
         self._wake()
 
     def note(self, notes: dict[str, str]) -> None:
-        """Send every page, present and future, notes on the scene.
+        """Send notes on the scene to every page, including those opened later.
 
         Args:
             notes: texts by their place on the page; an empty one withdraws a note.

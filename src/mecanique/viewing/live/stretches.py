@@ -1,4 +1,4 @@
-"""Compute a motion while it is shown, in a thread that stays one stretch ahead."""
+"""Compute a motion while it is shown, in a thread one stretch ahead."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ def density(speed: float) -> float:
 
 
 def compute(check: Callable[[], None] | None = None, **arguments: Any) -> Motion:
-    """Return a stretch of a motion, as long as can be computed in a bearable time.
+    """Return a stretch of a motion, short enough to be computed without a noticeable wait.
 
     Args:
         check: called now and then; an exception it raises ends the computation.

@@ -30,7 +30,7 @@ def write_equations(document: Document) -> str:
 
 
 def _result(derivation: Derivation) -> str:
-    """The equations of motion, before how they came about, to look at and to copy."""
+    """The equations of motion, to read and to copy, above their derivation."""
     final = [replace(block, heading="", lead="") for block in derivation.blocks if block.final]
     if not final:
         return ""

@@ -16,7 +16,7 @@ _OPEN = '<p class="note">Sliders move the tree of joints; what closes loops is o
 
 
 def write_findings(inspection: Inspection | None) -> str:
-    """Return the panel of what is wrong with a description; empty without an inspection.
+    """Return the panel of findings on a description; empty without an inspection.
 
     Args:
         inspection: the description.

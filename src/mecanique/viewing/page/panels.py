@@ -157,7 +157,7 @@ def _verdict(scene: Scene) -> str:
 
 
 def _proof(verdict: VerdictTable) -> str:
-    """What the page's own program was found to differ by."""
+    """By how much the page's own program differs."""
     if not verdict.own:
         return ""
     rows = "".join(

@@ -1,4 +1,4 @@
-"""What meshcat's viewer is to show, latest state only; a window for `meshcat.Visualizer` too."""
+"""Record the latest state for meshcat's viewer; a window for `meshcat.Visualizer` too."""
 
 from __future__ import annotations
 

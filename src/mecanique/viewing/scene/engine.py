@@ -33,7 +33,7 @@ class Bound:
         words: where that is, e.g. "where x comes to its limit h".
         direction: +1 for rising through zero, −1 for falling, 0 for both.
         must: what a start beyond it violates; "" if a motion may start there.
-        restitution: of an impact there, after which the motion goes on; None if it ends.
+        restitution: of an impact there, after which the motion continues; None if it ends.
     """
 
     words: str
@@ -70,7 +70,7 @@ class Engine:
         unknown: columns of the scene's table that the program does not know.
         resized: shapes that follow the parameters.
         bounds: what ends a motion or sends it back.
-        endless: whether the motion goes on when its end is reached.
+        endless: whether the motion continues beyond its end.
         python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
         options: further arguments of `simulate`, e.g. 'limits="stop"'.
     """

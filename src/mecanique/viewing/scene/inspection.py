@@ -1,4 +1,4 @@
-"""A description at rest: its links, what moves them, and what is wrong with it."""
+"""A description at rest: its links, the joints that move them, and its findings."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class Note:
 @final
 @dataclass(frozen=True)
 class Inspection:
-    """A description to be looked at.
+    """A description at rest, as the page shows it.
 
     Args:
         links: where each body's mass is, in the order of the scene's bodies.
@@ -161,7 +161,7 @@ class Inspection:
 def inspection_of(
     mechanism: Mechanism, findings: Sequence[Finding], q: Array | None = None
 ) -> Inspection:
-    """Return a mechanism's description, to be looked at.
+    """Return the inspection of a mechanism.
 
     Args:
         mechanism: what was read.

@@ -1,4 +1,4 @@
-"""What forces are called in a scene: as arrows, and as rows of the ledger of virtual work."""
+"""Name the forces of a scene: as arrows, and as rows of the ledger of virtual work."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ __all__ = ["AnyAction", "group_work", "name_arrows"]
 
 
 class Named(Protocol):
-    """What a force is called, and on which body it acts."""
+    """The name of a force, and the body it acts on."""
 
     @property
     def name(self) -> str:

@@ -148,7 +148,7 @@ def _named_results(equations: Equations) -> Derivation:
 
 
 def table_of(verdict: Verdict) -> VerdictTable:
-    """Return what a comparison found."""
+    """Return the table of a comparison."""
     columns, *rows = verdict.table
     versions = ", ".join(f"{name} {number}" for name, number in verdict.versions.items())
     notes = (

@@ -1,1 +1,1 @@
-"""What advances a motion: each method and what it needs, in its own module."""
+"""Integrators: each method and what it needs, in a module of its own."""

@@ -78,7 +78,7 @@ def integrate_in_c(
     Args:
         problem: what to integrate; it can be compiled.
         share: part of the tolerance that a step may use.
-        watch: goes on from before the end of a coordinate's chart, which no compiled step minds.
+        watch: continues from before the end of a coordinate's chart, which compiled steps ignore.
         look: says now and then whether to take other steps; None if no others may pay.
     """
     code, reference = problem.code, problem.reference
@@ -170,7 +170,7 @@ class _Run:
     headway: Headway
 
     def pass_by(self, steps: Steps) -> Outcome | None:
-        """Integrate by the reference until no singular position is near; return why to end.
+        """Integrate by the reference past a singular position; return why to stop, if so.
 
         Args:
             steps: to which those are added that are taken.

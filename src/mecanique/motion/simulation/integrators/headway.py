@@ -1,4 +1,4 @@
-"""Whether steps lead on, or are held short by stability; no clock decides."""
+"""Detect stalled and stiff integrations from the steps alone, without a clock."""
 
 from __future__ import annotations
 

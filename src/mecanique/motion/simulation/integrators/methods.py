@@ -202,7 +202,7 @@ class _Guard:
         return rate
 
     def let_go(self) -> None:
-        """Forget the equations and what they gave."""
+        """Drop the equations and their last rates."""
         self._rhs, self.fault, self.last = _nothing, None, np.empty(0)
 
 
@@ -216,7 +216,7 @@ def _nothing(t: float, y: np.ndarray) -> np.ndarray:
 
 @contextmanager
 def _lend(rhs: RightHandSide) -> Iterator[_Guard]:
-    """Lend equations to SciPy: 1.17's compiled dop853 never gives back what it has called."""
+    """Lend equations to SciPy, whose compiled dop853 (1.17) keeps a reference to them."""
     guard = _Guard(rhs)
     try:
         yield guard

@@ -1,4 +1,4 @@
-"""SciPy's compiled integrators without all that `scipy.integrate` imports."""
+"""Import SciPy's compiled integrators without the rest of `scipy.integrate`."""
 
 from __future__ import annotations
 

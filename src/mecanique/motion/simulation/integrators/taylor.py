@@ -1,4 +1,4 @@
-"""Integrate by Taylor series: the compiled integrator runs by itself."""
+"""Integrate by Taylor series, in heyoka's compiled integrator."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What is watched while a mechanism moves: limits, contacts, drift and events."""
+"""Watch a motion while it is integrated: limits, contacts, drift and events."""

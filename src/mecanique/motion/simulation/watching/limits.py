@@ -26,7 +26,7 @@ A motion may touch the limit and turn back, as the abscissa of a point on a circ
 @final
 @dataclass(frozen=True)
 class _Distance:
-    """How far a coordinate is from coming too near to a limit, positive inside.
+    """Distance of a coordinate from where it is too near a limit, positive inside.
 
     Args:
         index: of the coordinate.

@@ -1,4 +1,4 @@
-"""Where contacts and cords cease to hold: forces that would pull or push, friction out of reach.
+"""Find where contacts and cords cease to hold: a pull, a push, or too much friction.
 
 What rolls presses on its plane, and a cord pulls; equations of motion know neither. Where the
 normal force or a tension passes zero, or friction the coefficient that a contact has, the motion
@@ -129,7 +129,7 @@ def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Press
 @final
 @dataclass(frozen=True)
 class _Margin:
-    """How far one of the limits is, as the quantity of an event."""
+    """The margin to one of the limits, as the quantity of an event."""
 
     mechanism: Mechanism
     which: int
@@ -142,7 +142,7 @@ class _Margin:
 
 @final
 class _Margins:
-    """How far all limits are [N]: normal forces, what friction could add, tensions.
+    """The margins to all limits [N]: normal forces, reserves of friction, tensions.
 
     Args:
         mechanism: whose they are.

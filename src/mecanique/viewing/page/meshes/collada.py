@@ -61,7 +61,7 @@ class _Reader:
 
     def _node(self, node: Element, pose: Floats, depth: int) -> Iterator[Surface]:
         if depth > _DEEPEST:
-            raise ValueError("nodes within nodes without end")
+            raise ValueError("endlessly nested nodes")
         for child in node:
             kind = child.tag
             if kind in _TRANSFORMS:
