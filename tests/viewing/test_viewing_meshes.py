@@ -303,7 +303,7 @@ def test_collada_opacity(
         (
             "c.dae",
             collada('<node id="n"><instance_node url="#n"/></node>', ""),
-            r"c\.dae: .*nodes within nodes without end",
+            r"c\.dae: .*endlessly nested nodes",
         ),
     ],
 )

@@ -8,7 +8,7 @@ n from its center, e its direction there and n the normal. From wheel P to wheel
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias, final
 
 from mecanique.derivation.tree.poses import combination
@@ -78,92 +78,97 @@ def unit_forces(mechanism: Mechanism, ground: Ground) -> list[UnitForce]:
         mechanism: whose elements they are.
         ground: where its bodies are.
     """
-    found: list[UnitForce] = []
+    units: list[UnitForce] = []
     first = 0
     for element in mechanism.elements:
         match element:
             case Cord() | Belt():
-                each = _of_cord(element, ground)
+                of_element = _of_cord(element, ground)
             case Gear() | Rack():
-                each = _of_teeth(mechanism, element, ground)
+                of_element = _of_teeth(mechanism, element, ground)
             case _:
-                each = _of_loop(element, ground)
-        found += [UnitForce(first + index, *parts) for index, *parts in each]
+                of_element = _of_loop(element, ground)
+        units += [replace(unit, index=first + unit.index) for unit in of_element]
         first += len(element.forces)
-    return found
+    return units
 
 
-def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[tuple[Any, ...]]:
+def _of_cord(cord: Cord | Belt, ground: Ground) -> Iterator[UnitForce]:
+    """The stretches between the stops, each pulling both of its ends along e."""
     n: Three = [float(c) for c in cord.normal]
     if cord.axes != "world":
         n = _direction(ground, cord.axes, cord.normal)
-    places = [ground.point(stop.body, stop.center) for stop in cord.stops]
+    centers = [ground.point(stop.body, stop.center) for stop in cord.stops]
     reach = [ground.scalar(stop.radius) * stop.sense for stop in cord.stops]
     for k, part in enumerate(cord.parts):
-        d = _difference(places[k + 1], places[k])
+        d = _subtract(centers[k + 1], centers[k])
         h = reach[k + 1] - reach[k]
         square = _dot(d, d)
         length = ground.root(square - h * h)
         # a free end to a free end, or two wheels alike: along d
-        across = [length * a + h * b for a, b in zip(d, _cross(d, n), strict=True)]
+        across = _add(_scale(length, d), _scale(h, _cross(d, n)))
         e = [ground.ratio(component, square) for component in across]
-        for at, sign in ((k, 1), (k + 1, -1)):
-            arm = [reach[at] * c for c in _cross(e, n)]
-            touch = [a + b for a, b in zip(places[at], arm, strict=True)]
-            yield part, cord.stops[at].body, touch, [sign * c for c in e], [0 * c for c in e]
+        rho = _cross(e, n)
+        for stop, sign in ((k, 1), (k + 1, -1)):
+            yield UnitForce(
+                index=part,
+                body=cord.stops[stop].body,
+                point=_add(centers[stop], _scale(reach[stop], rho)),
+                force=_scale(sign, e),
+                moment=_scale(0, e),
+            )
 
 
-def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterator[tuple[Any, ...]]:
+def _of_teeth(mechanism: Mechanism, mesh: Gear | Rack, ground: Ground) -> Iterator[UnitForce]:
     """Where pitch circles touch: along the tangent n × u, and apart along u."""
     a, b = (mechanism.joint(name) for name in mesh.joints)
     assert isinstance(a, Single)
     assert isinstance(b, Single)
     n, line = (_direction(ground, joint.child, joint.axis) for joint in (a, b))
-    center, cosine_sine = ground.point(a.child, _HERE), ground.wave(mesh.pressure_angle)
+    center = ground.point(a.child, _HERE)
+    cosine, sine = ground.wave(mesh.pressure_angle)
     bevel = bevel_of(mechanism, mesh) if isinstance(mesh, Gear) else None
     if isinstance(mesh, Gear) and bevel is not None:
         yield from _of_bevel(mesh, bevel, ground, ((a.child, n), (b.child, line)))
         return
     if isinstance(mesh, Gear):
-        d = _difference(ground.point(b.child, _HERE), center)
-        d = _less(d, n)
+        d = _less(_subtract(ground.point(b.child, _HERE), center), n)
         length = ground.scalar(mesh.distance)
         apart = -1 if mesh.internal else 1
     else:
-        d = _less(_less(_difference(ground.point(b.child, mesh.point), center), line), n)
+        d = _less(_less(_subtract(ground.point(b.child, mesh.point), center), line), n)
         length, apart = ground.scalar(mesh.radius), 1
     u = [ground.ratio(c, length) for c in d]
-    radius = ground.scalar(mesh.radius)
-    touch = [c + radius * x for c, x in zip(center, u, strict=True)]
-    cosine, sine = cosine_sine
+    touch = _add(center, _scale(ground.scalar(mesh.radius), u))
+    along, away = _cross(n, u), u
     for body, sign in ((b.child, 1), (a.child, -1)):
-        along = [sign * cosine * c for c in _cross(n, u)]
-        away = [sign * apart * sine * c for c in u]
-        nothing = [0 * c for c in u]
-        yield 0, body, touch, along, nothing
-        yield 0, body, touch, away, nothing, True
+        pushing = _scale(sign * cosine, along)
+        parting = _scale(sign * apart * sine, away)
+        yield UnitForce(0, body, touch, force=pushing, moment=_scale(0, u))
+        yield UnitForce(0, body, touch, force=parting, moment=_scale(0, u), pressed=True)
 
 
 def _of_bevel(
     gear: Gear, bevel: Bevel, ground: Ground, wheels: tuple[tuple[str, Three], tuple[str, Three]]
-) -> Iterator[tuple[Any, ...]]:
+) -> Iterator[UnitForce]:
     """Where pitch cones touch: along n × u, and apart across the line to the apex."""
     (a, n), (b, line) = wheels
     c, s, (i, k) = bevel.cosine, bevel.sine, bevel.sides
-    w = [(y - x * c) * (1 / s) for x, y in zip(n, line, strict=True)]
     r, R = ground.scalar(gear.radius), ground.scalar(gear.other_radius)
-    high = (R * k + r * (i * c)) * (1 / s)
-    touch = [x + r * i * y for x, y in zip(ground.point(a, _HERE), w, strict=True)]
+    # across the wheel's axis, towards the other's
+    w = [(y - x * c) * (1 / s) for x, y in zip(n, line, strict=True)]
+    touch = _add(ground.point(a, _HERE), _scale(r * i, w))
+    height = (R * k + r * (i * c)) * (1 / s)
     ray = ground.root((r * r + R * R + r * R * (2 * i * k * c)) * (1 / s**2))
     # across the ray from the apex, in the plane of the axes, away from the wheel
-    lean = [(high * y - r * i * x) * bevel.ahead for x, y in zip(n, w, strict=True)]
+    lean = [(height * y - r * i * x) * bevel.ahead for x, y in zip(n, w, strict=True)]
+    away = [ground.ratio(x, ray) for x in lean]
+    along = [x * i for x in _cross(n, w)]
     cosine, sine = ground.wave(gear.pressure_angle)
-    across = [x * i for x in _cross(n, w)]
     for body, sign in ((b, 1), (a, -1)):
-        nothing = [0 * x for x in across]
-        yield 0, body, touch, [sign * cosine * x for x in across], nothing
-        away = [sign * sine * ground.ratio(x, ray) for x in lean]
-        yield 0, body, touch, away, nothing, True
+        pushing, parting = _scale(sign * cosine, along), _scale(sign * sine, away)
+        yield UnitForce(0, body, touch, force=pushing, moment=_scale(0, along))
+        yield UnitForce(0, body, touch, force=parting, moment=_scale(0, along), pressed=True)
 
 
 def _direction(ground: Ground, body: str, axis: Sequence[float]) -> Three:
@@ -176,30 +181,35 @@ def _less(d: Three, e: Three) -> Three:
     return [c - size * x for c, x in zip(d, e, strict=True)]
 
 
-def _of_loop(loop: Loop, ground: Ground) -> Iterator[tuple[Any, ...]]:
+def _of_loop(loop: Loop, ground: Ground) -> Iterator[UnitForce]:
+    """Forces and moments of body a on body b, row by row of what the loop closes."""
     b = ground.point(loop.body_b, loop.frame_b.xyz)
     turn = ground.turn(loop.body_a)
     frame = [list(map(ground.scalar, row)) for row in loop.frame_a.rotation]
     for index, row in enumerate(CLOSED[loop.kind]):
         if row == "length":
-            d = _difference(b, ground.point(loop.body_a, loop.frame_a.xyz))
+            d = _subtract(b, ground.point(loop.body_a, loop.frame_a.xyz))
             length = ground.root(_dot(d, d))
             along = [ground.ratio(c, length) for c in d]
         else:
             column = [line["xyz".index(row[-1])] for line in frame]
             along = [ground.scalar(0.0) + combination(line[:3], column) for line in turn]
-        nothing = [0 * c for c in along]
-        against = [-c for c in along]
-        if row.startswith("r"):
-            yield index, loop.body_b, b, nothing, along
-            yield index, loop.body_a, b, nothing, against
-        else:
-            yield index, loop.body_b, b, along, nothing
-            yield index, loop.body_a, b, against, nothing
+        nothing = _scale(0, along)
+        for body, action in ((loop.body_b, along), (loop.body_a, [-c for c in along])):
+            force, moment = (nothing, action) if row.startswith("r") else (action, nothing)
+            yield UnitForce(index, body, b, force, moment)
 
 
-def _difference(a: Three, b: Three) -> Three:
+def _add(a: Three, b: Three) -> Three:
+    return [p + q for p, q in zip(a, b, strict=True)]
+
+
+def _subtract(a: Three, b: Three) -> Three:
     return [p - q for p, q in zip(a, b, strict=True)]
+
+
+def _scale(factor: Any, a: Three) -> Three:
+    return [factor * p for p in a]
 
 
 def _dot(a: Three, b: Three) -> Any:
