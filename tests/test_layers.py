@@ -258,7 +258,7 @@ ORDER: dict[str, list[str]] = {
     ],
     "figure.paper": ["marks", "lettering raster signs svg"],
     "viewing": ["scene", "engine page", "live", "inspect show", "gallery"],
-    "viewing.engine": ["agreement bounds columns", "make", "attach"],
+    "viewing.engine": ["holding", "agreement bounds columns", "make", "attach"],
     "viewing.page": [
         "keyframes sanitize window",
         "bodies equations fields inspecting meshes",

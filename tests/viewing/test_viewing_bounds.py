@@ -15,7 +15,7 @@ from viewing_engines import engine_of, needs_node, run
 
 import mecanique as mq
 from mecanique.motion.record.motion import Motion
-from mecanique.textbook import load
+from mecanique.textbook import entry, load
 from mecanique.viewing.live.computing import begin
 from mecanique.viewing.show import scene
 
@@ -83,6 +83,39 @@ def test_motions_end_and_turn_where_simulate_says(tmp_path: Path) -> None:
             assert names["motion"].q[-1] == pytest.approx(motion.q[-1], abs=1e-6)
 
 
+def pushed_weight() -> mq.Mechanism:
+    """An Atwood machine, one weight of which is lifted more and more."""
+    rising = mq.Force("push", "weight2", (0, 0, 0), (0, 0, 50.0 * mq.time()))
+    return replace(load("atwood_machine"), forces=(rising,))
+
+
+def slippery_coin() -> mq.Mechanism:
+    """A coin that rolls where there is little friction."""
+    coin = load("rolling_coin")
+    (contact,) = coin.contacts
+    return replace(coin, contacts=(replace(cast("mq.Rolling", contact), friction=0.138),))
+
+
+@needs_node
+def test_what_ceases_to_hold_does_so_when_simulate_says(tmp_path: Path) -> None:
+    system = entry("rolling_coin")
+    v = {name.removesuffix("'"): rate for name, rate in system.start_velocity.items()}
+    motions = (
+        mq.simulate(pushed_weight(), q={"x": -0.5}, duration=0.5, rtol=1e-9),
+        mq.simulate(slippery_coin(), q=dict(system.start), v=v, duration=1.0, rtol=1e-9),
+        mq.simulate(load("atwood_machine"), duration=0.5, rtol=1e-9),
+    )
+    tasks = [{"engine": asdict(engine_of(each)), "rtol": 1e-9, "times": []} for each in motions]
+    for motion, found in zip(motions, run(tasks, tmp_path), strict=True):
+        told = {each["name"]: each["t"] for each in found["breaks"]}
+        assert told == pytest.approx(
+            {each.name: each.t for each in reversed(motion.events)}, abs=1e-6
+        )
+    assert motions[0].events[0].name == "cord_2 would push"
+    assert motions[1].events[0].name == "rim would slip"
+    assert not motions[2].events
+
+
 def test_a_page_says_that_its_motion_ends(show: Callable[..., Visit]) -> None:
     seen = show(scene(move("atwood_machine", duration=3.0), equations=(), verdict=None))
     ends = "where x comes to its limit h: beyond, the description of 'atwood_machine'"
@@ -103,8 +136,9 @@ def test_a_page_says_that_its_motion_ends(show: Callable[..., Visit]) -> None:
     seen.clean()
 
 
-def test_a_hand_keeps_to_the_limits(show: Callable[..., Visit]) -> None:
-    seen = show(scene(move("atwood_machine", duration=3.0), equations=(), verdict=None))
+def test_a_hand_keeps_to_the_limits_and_no_cord_pushes_unseen(show: Callable[..., Visit]) -> None:
+    motion = mq.simulate(pushed_weight(), q={"x": -0.5}, duration=0.5, rtol=1e-9)
+    seen = show(scene(motion, equations=(), verdict=None))
     x, y = seen.js(
         """(() => {
         const { stage } = mecanique;
@@ -112,11 +146,17 @@ def test_a_hand_keeps_to_the_limits(show: Callable[..., Visit]) -> None:
         const [x, y] = stage.project(stage.nodes[2].position.toArray());
         return [x + box.left, y + box.top]; })()"""
     )
+    told = seen.page.inner_text("#ended")
+    begins = f"From t = {motion.events[0].t:.4g} s on no real mechanism moves like this: "
+    assert told == f"{begins}cord_2 would push."
     seen.page.mouse.move(x, y)
     seen.page.mouse.down()
     seen.page.mouse.move(x, y - 1000, steps=4)
     seen.page.mouse.up()
     assert 0.2 < abs(seen.js("mecanique.setup.bench.setting.start[0]")) < 1
+    assert seen.page.inner_text("#ended") == told
+    seen.js("mecanique.setup.change([['duration', '', 0.45]])")
+    assert seen.js("document.getElementById('setup-status').textContent").endswith(told)
     seen.clean()
 
 

@@ -7,6 +7,7 @@ import { runInThisContext } from "node:vm";
 import { assets } from "./pages.js";
 
 const { Machine } = await import(new URL("engine/machine.js", assets));
+const { findBreaks } = await import(new URL("studies/holding.js", assets));
 const { writePython } = await import(new URL("engine/bench.js", assets));
 
 const tasks = JSON.parse(readFileSync(process.argv[2], "utf8"));
@@ -19,7 +20,11 @@ const found = tasks.map(({ engine, rtol, times }) => {
   const states = times.map((t) => [...path.at(t, new Float64Array(path.size))]);
   const { stopped, last } = path;
   const ms = performance.now() - begun;
+  const [n, state, p] = [601, new Float64Array(path.size), Float64Array.from(setting.p)];
+  const time = (k) => path.first + ((last - path.first) * k) / (n - 1);
+  const stateAt = (t) => path.at(t, state);
+  const breaks = findBreaks({ machine, p, n, first: path.first, time, stateAt });
   const python = writePython({ machine, setting, table: { path }, changes: () => [] });
-  return { states, stopped, last, steps: path.steps, ms, python };
+  return { states, stopped, last, steps: path.steps, ms, python, breaks };
 });
 process.stdout.write(JSON.stringify(found));

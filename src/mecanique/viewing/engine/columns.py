@@ -15,6 +15,7 @@ from mecanique.model.constraints.elements import Belt, Cord
 from mecanique.model.expression import Scalar
 from mecanique.model.placement import Placement
 from mecanique.motion.record.energies import is_rheonomic
+from mecanique.viewing.engine.holding import margins_of
 from mecanique.viewing.scene.naming import group_work, name_arrows
 from mecanique.viewing.scene.scene import Scene
 from mecanique.viewing.scene.spots import Spot, spans_of, tips_of
@@ -92,6 +93,10 @@ class Columns:
             return []
         loops = self._dynamics.loops
         return [*loops.residual, *loops.rate, *(entry for row in loops.jacobian for entry in row)]
+
+    def margins(self) -> dict[str, tuple[Any, Any, Any]]:
+        """Return what contacts and cords have left, by what would happen without it."""
+        return dict(margins_of(self._dynamics, self._actions))
 
     def shape(self, visual: Visual) -> list[Any]:
         """Return a shape's size, then its place row by row.

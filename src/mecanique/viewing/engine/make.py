@@ -24,8 +24,9 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.meshing.teeth import visuals_of
 from mecanique.model.states import States
 from mecanique.motion.record.motion import Motion
+from mecanique.motion.simulation.watching.validity import margins_along
 from mecanique.verification.states.random import random_states
-from mecanique.viewing.engine.agreement import find_unknown
+from mecanique.viewing.engine.agreement import TOLERANCE, find_unknown
 from mecanique.viewing.engine.bounds import bounds_of, gradients_of, is_cut_short, options_of
 from mecanique.viewing.engine.columns import WORK, Columns, sizes_of
 from mecanique.viewing.scene.engine import Engine, Resized
@@ -123,6 +124,9 @@ class Maker:
         gradients = gradients_of(motion, self._dynamics.letters)
         if gradients:
             answers.append(self._answer("gradients", gradients))
+        margins = self._margins(chosen)
+        if margins:
+            answers.append(self._answer("margins", [x for each in margins.values() for x in each]))
         text = "\n".join(functions(self._program(answers)))
         if len(text) > MOST_LETTERS:
             raise DerivationError(f"the program would take {len(text) // 1000} kB")
@@ -144,6 +148,7 @@ class Maker:
             unknown=unknown,
             resized=tuple(shape for shape, _ in resized),
             bounds=tuple(bound for bound, _ in bounds),
+            holding=tuple(margins),
             python=python,
             options=tuple(options_of(motion)),
         )
@@ -157,6 +162,23 @@ class Maker:
             values = tuple(self._dynamics.answer(name))
             answers.append(Answer(QUANTITIES[name], values, (len(values),)))
         return assemble(self._dynamics, "page", answers)
+
+    def _margins(self, chosen: np.ndarray) -> dict[str, tuple[Any, Any, Any]]:
+        """What contacts and cords have left, where the program gives it as the reference does."""
+        margins = self._columns.margins()
+        if not margins:
+            return {}
+        motion = self._motion
+        numbers = self._evaluate([x for each in margins.values() for x in each], chosen)
+        a, b, c = np.moveaxis(numbers.reshape(len(chosen), -1, 3), 2, 0)
+        known = margins_along(
+            motion.reference, motion.q[chosen], motion.v[chosen], motion.t[chosen]
+        )
+        gaps = np.abs(a - np.hypot(b, c) - known).max(axis=0)
+        near = gaps <= TOLERANCE * np.abs(known).max(axis=0)  # not where they are undetermined
+        return {
+            name: each for (name, each), same in zip(margins.items(), near, strict=True) if same
+        }
 
     def _answer(self, name: str, scalars: Sequence[Any]) -> Answer:
         values = tuple(values_of(scalars))

@@ -64,6 +64,7 @@ MODULES = (
     "engine/loops",
     "engine/machine",
     "engine/computed",
+    "studies/holding",
     "engine/bench",
     "engine/grip",
     "engine/pull",
@@ -128,6 +129,7 @@ def page(scene: Scene, stream: Stream | None = None) -> str:
         "meshes": meshes,
         "live": live,
         "engine": engine and {**asdict(engine), "script": ""},
+        "breaks": list(map(asdict, scene.breaks)),
         "inspection": scene.inspection and _inspection(scene.inspection),
     }
     viewer, style, script = _viewer(), _read_asset("page.css"), join_scripts()

@@ -52,7 +52,8 @@ class Engine:
     in place of a quaternion; `shapes`, sizes and places of what follows the parameters; with loops
     `closure`, what they miss, its rate and the rows of its Jacobian; with bounds `bounds`, the
     number that passes zero and how near counts as reached, for each, and `gradients`, for each
-    impact, its slopes over time and coordinates.
+    impact, its slopes over time and coordinates; where contacts or cords may cease to hold
+    `margins`, three forces a, b, c for each: what it has left is a − √(b² + c²).
 
     Args:
         script: the text of the functions.
@@ -70,6 +71,7 @@ class Engine:
         unknown: columns of the scene's table that the program does not know.
         resized: shapes that follow the parameters.
         bounds: what ends a motion or sends it back.
+        holding: what would happen where each of the margins passes zero, e.g. "rim would pull".
         endless: whether the motion continues beyond its end.
         python: text of the Python that makes the mechanism, e.g. 'mq.textbook.load("crane")'.
         options: further arguments of `simulate`, e.g. 'limits="stop"'.
@@ -90,6 +92,7 @@ class Engine:
     unknown: tuple[int, ...] = ()
     resized: tuple[Resized, ...] = ()
     bounds: tuple[Bound, ...] = ()
+    holding: tuple[str, ...] = ()
     endless: bool = False
     python: str = ""
     options: tuple[str, ...] = ()

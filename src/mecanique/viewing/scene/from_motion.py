@@ -11,12 +11,14 @@ from mecanique.model.mechanism import Mechanism
 from mecanique.model.quaternions import from_matrices
 from mecanique.model.units import per_second, units
 from mecanique.motion.analysis.forces import Action, Actions
+from mecanique.motion.record.events import break_names
 from mecanique.motion.record.motion import Motion
 from mecanique.viewing.scene.appearance import bodies_of, marks_of
 from mecanique.viewing.scene.document import Document
 from mecanique.viewing.scene.naming import name_arrows
 from mecanique.viewing.scene.scene import (
     Arrow,
+    Break,
     Floats,
     Line,
     Scene,
@@ -66,7 +68,16 @@ def scene_of(
         series=tuple(_series(motion, complete)),
         document=Document() if document is None else document,
         planar=_planar(poses) and _stays_planar(mechanism, poses[0], at),
+        breaks=tuple(_breaks(motion)),
     )
+
+
+def _breaks(motion: Motion) -> Iterator[Break]:
+    """Where contacts and cords ceased to hold."""
+    names = break_names(motion.mechanism)
+    for each in motion.events:
+        if each.name in names:
+            yield Break(each.name, float(each.t))
 
 
 def actions_of(motion: Motion) -> tuple[Action, ...]:

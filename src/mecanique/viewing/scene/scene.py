@@ -17,6 +17,7 @@ from mecanique.viewing.scene.inspection import Inspection
 __all__ = [
     "Arrow",
     "ArrowKind",
+    "Break",
     "Floats",
     "Frame",
     "JointMark",
@@ -194,6 +195,20 @@ class Series:
 
 
 @final
+@dataclass(frozen=True)
+class Break:
+    """Where a contact or a cord ceases to hold: what moves on from there is no real mechanism.
+
+    Args:
+        name: what would happen, e.g. "rim would pull".
+        t: when [s].
+    """
+
+    name: str
+    t: float
+
+
+@final
 @dataclass(frozen=True, eq=False)
 class Frame:
     """A scene at one instant.
@@ -240,6 +255,7 @@ class Scene:
             motion.
         engine: computes the motion in the page; None if the page shows this one alone.
         inspection: a description at rest to be looked into, in place of a motion.
+        breaks: where contacts and cords cease to hold, in order of time.
     """
 
     title: str
@@ -258,6 +274,7 @@ class Scene:
     bounds: Floats | None = None
     engine: Engine | None = None
     inspection: Inspection | None = None
+    breaks: tuple[Break, ...] = ()
 
     def __post_init__(self) -> None:
         n, nb = np.size(self.t), len(self.bodies)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from mecanique.motion.record.motion import Motion
     from mecanique.reference import Reference
 
-__all__ = ["Pressing", "add_breaks", "contact_events", "pressings"]
+__all__ = ["Pressing", "add_breaks", "contact_events", "margins_along", "pressings"]
 
 
 @final
@@ -102,6 +102,21 @@ def _find_breaks(
             state = curve(t)
             found.append(Occurrence(name, t, state.q, state.v, state.v))
     return tuple(found)
+
+
+def margins_along(reference: Reference, q: Array, v: Array, t: Array) -> Array:
+    """Return what contacts and cords have left in n states, shape (n, names) [N].
+
+    Names are those of `break_names`; NaN where forces are undetermined.
+
+    Args:
+        reference: the mechanism inside the engine.
+        q: shape (n, nq).
+        v: shape (n, nv).
+        t: shape (n,) [s].
+    """
+    margins = _Margins(reference.mechanism, reference)
+    return np.array([margins.at(*state) for state in zip(q, v, t.tolist(), strict=True)])
 
 
 def pressings(reference: Reference, q: Array, v: Array, t: Array) -> tuple[Pressing, ...]:

@@ -1,6 +1,7 @@
 // Number fields and sliders of a page that integrates by itself: what is set moves at once.
 
 import { readFragment, writeFragment, writePython } from "../engine/bench.js";
+import { describeBreaks, findBreaks } from "../studies/holding.js";
 import { describeSwing } from "../engine/section.js";
 import { measure } from "../data/numbers.js";
 import { copyText } from "../equations/copies.js";
@@ -11,6 +12,15 @@ function describeEnd({ stopped, last }) {
   return stopped ? `The motion ends at t = ${measure(last)} s, ${stopped}.` : "";
 }
 
+// What a motion does not tell by itself, below the picture.
+export function describeLimits(...sentences) {
+  const place = document.getElementById("ended");
+  const text = sentences.filter(Boolean).join(" ");
+  place.textContent = text;
+  place.hidden = !text;
+  return text;
+}
+
 export class Setup {
   constructor(bench, motion) {
     Object.assign(this, { bench, motion, listeners: [] });
@@ -19,7 +29,6 @@ export class Setup {
     const find = (id) => document.getElementById(id);
     this.status = find("setup-status");
     this.stay = find("setup-stay");
-    this.ended = find("ended");
     this.undoing = find("setup-undo");
     this.undoing.onclick = () => this.attempt(() => bench.undo(), "Undone");
     find("setup-reset").onclick = () => this.attempt(() => bench.reset(), "As at first");
@@ -91,8 +100,7 @@ export class Setup {
     }
     if (!table) return false;
     this.motion.adopt(table);
-    this.ended.textContent = describeEnd(table.path);
-    this.ended.hidden = !table.path.stopped;
+    this.limits = describeLimits(describeEnd(table.path), describeBreaks(findBreaks(table)));
     this.show(field);
     for (const each of this.listeners) each.show(table);
     this.say(said ?? this.describe());
@@ -140,7 +148,7 @@ export class Setup {
     const { path } = this.bench.table;
     const swing = describeSwing(this.bench.machine, path);
     const length = (path.last - path.first).toPrecision(3);
-    return `${swing}${length} s in ${path.steps} steps. ${describeEnd(path)}`.trim();
+    return `${swing}${length} s in ${path.steps} steps. ${this.limits}`.trim();
   }
 
   say(text, wrong = false) {
