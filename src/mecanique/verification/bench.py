@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, final
@@ -101,15 +101,16 @@ class Bench:
 
         return project(closed, close_position(closed, q, 0.0), v, 0.0)
 
-    def states(self) -> Iterator[tuple[Array, Array, float]]:
-        """Yield the better half of twice as many random states: singular ones lose digits."""
+    @cached_property
+    def states(self) -> tuple[tuple[Array, Array, float], ...]:
+        """The better half of twice as many random states: singular ones lose digits."""
         states = random_states(self.mechanism, 2 * self.samples, self.seed)
         worth = [
             np.linalg.cond(self.dynamics.mass_matrix(q, float(t)))
             for q, t in zip(states.q, states.t, strict=True)
         ]
-        for k in np.argsort(worth)[: self.samples]:
-            yield states.q[k], states.v[k], float(states.t[k])
+        better = np.argsort(worth)[: self.samples]
+        return tuple((states.q[k], states.v[k], float(states.t[k])) for k in better)
 
     def aside(self, q: Array, v: Array) -> Array:
         """Return the accelerations also where loops are open, next to where they are closed."""

@@ -133,8 +133,14 @@ def check(
 
     system = name if isinstance(name, System) else entry(name)
 
+    benches: dict[frozenset[tuple[str, float]], Bench] = {}
+
     def build(given: Mapping[str, float]) -> Bench:
-        return Bench(system, {**(values or {}), **given}, source, samples, seed)
+        """Facts that suppose the same parameters are asked of one bench."""
+        named = frozenset(given.items())
+        if named not in benches:
+            benches[named] = Bench(system, {**(values or {}), **given}, source, samples, seed)
+        return benches[named]
 
     system.mechanism(**(values or {}))  # refuses unknown parameters even where no fact needs them
     called = system.title if isinstance(name, System) else name
@@ -210,9 +216,10 @@ def _relative(found: Any, expected: Any) -> float:
 def _at_states(
     bench: Bench, formula: Callable[[Values], Any], engine: Callable[[Array, Array, float], Any]
 ) -> float:
-    states = list(bench.states())
-    expected = [np.asarray(formula(bench.numbers(q, v, t)), dtype=float) for q, v, t in states]
-    return _relative([engine(q, v, t) for q, v, t in states], expected)
+    expected = [
+        np.asarray(formula(bench.numbers(q, v, t)), dtype=float) for q, v, t in bench.states
+    ]
+    return _relative([engine(q, v, t) for q, v, t in bench.states], expected)
 
 
 def _of_joint(reference: Reference, joint: str, q: Array, v: Array, t: float) -> Array:
@@ -223,7 +230,7 @@ def _of_joint(reference: Reference, joint: str, q: Array, v: Array, t: float) ->
 
 def _mass_matrix(bench: Bench, fact: MassMatrix) -> float:
     differences = []
-    for q, v, t in bench.states():
+    for q, v, t in bench.states:
         expected = np.asarray(fact.formula(bench.numbers(q, v, t)), dtype=float)
         size = np.sqrt(np.diag(expected))
         found = bench.dynamics.mass_matrix(q, t)
@@ -234,7 +241,7 @@ def _mass_matrix(bench: Bench, fact: MassMatrix) -> float:
 def _drift(bench: Bench, fact: Conserved) -> float:
     """Return the rates along the flow, relative to the sum of what q, v and t contribute."""
     nq, rates, sizes, depends = bench.mechanism.nq, [], [], False
-    for q, v, t in bench.states():
+    for q, v, t in bench.states:
         at = np.concatenate((q, v, [t])).astype(complex)
         parts = []
         for k, slope in enumerate(np.append(bench.slope(t, np.concatenate((q, v))), 1.0)):
