@@ -76,7 +76,7 @@ def test_reactions_in_letters_are_those_of_the_engine(name: str) -> None:
     equations = _derived(name, "newton_euler")
     mechanism = equations.mechanism
     reference = Reference(mechanism)
-    states = random_states(mechanism, 3, 5)
+    states = random_states(mechanism, 3, 5, lot=8)
     values = _values(equations, states)
     evaluated = Evaluation(equations.derivation.algebra.ring, values)
     reactions = equations.derivation.reactions
@@ -95,7 +95,7 @@ def test_reactions_in_letters_are_those_of_the_engine(name: str) -> None:
 @pytest.mark.parametrize("name", ["slider_crank", "four_bar_linkage", "bars_and_springs_loop"])
 def test_the_multipliers_are_solved_for(name: str, method: str) -> None:
     equations = _derived(name, method)
-    states = random_states(equations.mechanism, 5, 8)
+    states = random_states(equations.mechanism, 5, 8, lot=8)
     values = _values(equations, states)
     evaluated = Evaluation(equations.derivation.algebra.ring, values)
     (stage,) = (stage for stage in equations.steps if stage.title == "Multipliers")
@@ -111,7 +111,7 @@ def test_the_multipliers_are_solved_for(name: str, method: str) -> None:
 @pytest.mark.parametrize("name", READ)
 def test_the_loops_in_motion_are_closed(name: str) -> None:
     equations = _derived(name, "newton_euler")
-    states = random_states(equations.mechanism, 4, 11)
+    states = random_states(equations.mechanism, 4, 11, lot=8)
     evaluated = Evaluation(equations.derivation.algebra.ring, _values(equations, states))
     ties = equations.derivation.ties
     lines = [r for s in equations.steps if s.title == "Loops in motion" for r in s.results]
@@ -137,7 +137,7 @@ def test_the_slider_crank_has_one_equation_without_multipliers() -> None:
     derivation = _derived("slider_crank", "virtual_work").derivation
     ring = derivation.algebra.ring
     (row,) = derivation.rows
-    states = random_states(textbook.load("slider_crank"), 4, 2)
+    states = random_states(textbook.load("slider_crank"), 4, 2, lot=8)
     rng = np.random.default_rng(0)
     a = rng.normal(size=(3, len(states)))
     names = derivation.algebra.accelerations

@@ -155,7 +155,7 @@ def test_joints_with_quaternions_have_independent_coordinates_too(kind: str) -> 
     mechanism = Mechanism(
         "spatial", BOXES, joints, loops=(loop,), forces=(JointDamper("d", "j", 0.3),)
     )
-    given = random_states(mechanism, 6, 1)
+    given = random_states(mechanism, 6, 1, lot=8)
     states = States.of(mechanism, given.q, given.v)
     found = Constrained(mechanism, Recursion(mechanism)).motion(states)
     np.testing.assert_allclose(
@@ -238,7 +238,7 @@ def test_printed_equations_with_multipliers_hold_on_the_loops(name: str) -> None
     """Some multipliers satisfy all printed lines, with accelerations in independent coordinates."""
     mechanism = textbook.load(name)
     equations = derive(mechanism)
-    given = random_states(mechanism, 3, 2, equations.derivation.assumptions)
+    given = random_states(mechanism, 3, 2, equations.derivation.assumptions, lot=8)
     unknown = [f"lambda_{tie.name}" for tie in equations.derivation.ties]
     for k in range(3):
         states = States.of(mechanism, given.q[k], given.v[k])

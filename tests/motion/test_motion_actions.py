@@ -13,7 +13,7 @@ SYSTEMS = mq.textbook.names()
 
 
 def states(mechanism: mq.Mechanism) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    found = random_states(mechanism, 5, seed=4)
+    found = random_states(mechanism, 5, seed=4, lot=8)
     return found.t, found.q, found.v
 
 

@@ -25,7 +25,7 @@ def test_the_program_of_every_system_gives_the_rates_of_the_reference(name: str)
     by_one = scalar(program_of(mechanism))
     by_many = vectorize(program, [np.array(mechanism.values[symbol]) for symbol in program.open])
     reference = Reference(mechanism)
-    rhs, states = reference.rhs(), random_states(mechanism, 6, 3)
+    rhs, states = reference.rhs(), random_states(mechanism, 6, 3, lot=8)
     out = np.empty(mechanism.nq + mechanism.nv)
     for q, v, t in zip(states.q, states.v, states.t.tolist(), strict=True):
         y = np.concatenate([q, v])

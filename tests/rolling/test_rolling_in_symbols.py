@@ -25,7 +25,7 @@ READ = [
 @pytest.mark.parametrize(("mechanism", "method"), READ, ids=lambda x: getattr(x, "name", x))
 def test_what_is_printed_holds(mechanism: Mechanism, method: str) -> None:
     derivation = derive(mechanism, method).derivation
-    states = random_states(mechanism, 6, 5, derivation.assumptions)
+    states = random_states(mechanism, 6, 5, derivation.assumptions, lot=8)
     reference = Reference(mechanism)
     a = reference.acceleration(states.q, states.v, states.t)
     values = {**states.values}

@@ -38,7 +38,7 @@ def test_contacts_are_read_as_they_were_written(mechanism: Mechanism) -> None:
 def test_what_is_read_moves_alike() -> None:
     mechanism = wheel(0.1, Placement((0, 0, 0.1), (0.2, 0.3, 0.1)))
     read = read_urdf(write_urdf(mechanism))
-    states = random_states(mechanism, 3, 6)
+    states = random_states(mechanism, 3, 6, lot=8)
     found = Reference(read).acceleration(states.q, states.v)
     expected = Reference(mechanism).acceleration(states.q, states.v)
     assert found == pytest.approx(expected, rel=1e-12, abs=1e-12)
